@@ -1,0 +1,85 @@
+"""The physical level (SRA): what a robot can feel and do. Simulated and real bodies implement `Body`.
+
+Frames: a robot's own frame has x ahead, y to the left, angles counter-clockwise in radians (-pi, pi].
+A robot never sees the simulator's truth, only what is declared here.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pose:
+    """A place and heading in the plane; metres and radians."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sighting:
+    """One infra-red beacon in view: a fixed beacon, another robot's beacon, or the tag of a sample (MACTA §5).
+
+    `aspect_rad` is how far the observer stands off the beacon's nearest emitting axis (0: straight in front of it),
+    positive when the observer is counter-clockwise of the axis seen from the beacon; 0 for a beacon without an axis.
+    """
+
+    identity: str
+    range_m: float
+    bearing_rad: float
+    aspect_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gripper:
+    """The gripper's own sensing: closed or open, and the tag of what the jaws' light barrier meets, if anything."""
+
+    closed: bool
+    between_jaws: str | None
+
+    @property
+    def holding(self) -> str | None:
+        return self.between_jaws if self.closed else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Readings:
+    """Everything a body's sensors say at one instant.
+
+    `ranges_m`: shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range.
+    `capture_head_m`: (x, y) deflection of the compliant capture head, metres, (0, 0) when nothing is on it.
+    """
+
+    time_s: float
+    ranges_m: NDArray[np.float64]
+    bumper: bool
+    sightings: tuple[Sighting, ...]
+    gripper: Gripper
+    capture_head_m: tuple[float, float] = (0.0, 0.0)
+    battery: float = 1.0
+    extra: Mapping[str, float] = field(default_factory=dict)
+
+
+class Body(Protocol):
+    """What the behavioural agent commands and senses through."""
+
+    def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
+        """Command forward speed and turn rate; held until the next command."""
+        ...
+
+    def set_gripper(self, *, closed: bool) -> None:
+        """Close or open the gripper."""
+        ...
+
+    def get_position(self) -> Pose:
+        """Odometry: dead-reckoned from the start pose the robot was told; it drifts."""
+        ...
+
+    def sense(self) -> Readings:
+        """Read all sensors."""
+        ...

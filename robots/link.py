@@ -1,0 +1,87 @@
+"""The link between agent models and robots: a channel that carries messages and may lose, delay or repeat them."""
+
+from collections import deque
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from threading import Lock
+from typing import Protocol
+
+from robots.wire import Message
+
+
+class LinkClosed(ConnectionError):
+    """Raised when a message is sent or awaited on a link whose other end is gone."""
+
+
+class Link(Protocol):
+    """One end of the channel. Messages of many robots share it; `Message.receiver` says whose they are."""
+
+    def send(self, message: Message) -> None:
+        """Hand the message to the channel. No promise that it arrives.
+
+        :raises LinkClosed: if the other end is gone.
+        """
+        ...
+
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        """All messages that have arrived, waiting up to `timeout_s` (wall clock) for the first.
+
+        :raises LinkClosed: if the other end is gone and nothing is left to read.
+        """
+        ...
+
+    def close(self) -> None: ...
+
+
+class InMemoryLink:
+    """Both ends in one process; used by tests. Messages cross as JSON, as on any other link."""
+
+    def __init__(self, inbox: deque[str], outbox: deque[str]) -> None:
+        self._inbox, self._outbox = inbox, outbox
+
+    @classmethod
+    def pair(cls) -> "tuple[InMemoryLink, InMemoryLink]":
+        """The service's end and the robots' end."""
+        one: deque[str] = deque()
+        other: deque[str] = deque()
+        return cls(one, other), cls(other, one)
+
+    def send(self, message: Message) -> None:
+        self._outbox.append(message.model_dump_json())
+
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        arrived = []
+        while self._inbox:
+            arrived.append(Message.model_validate_json(self._inbox.popleft()))
+        return arrived
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+class PipeLink:
+    """An end of a pipe between two processes on one machine; the embedded default."""
+
+    def __init__(self, connection: "Connection[bytes, bytes]") -> None:
+        self._connection = connection
+        self._lock = Lock()
+
+    def send(self, message: Message) -> None:
+        with self._lock:
+            try:
+                self._connection.send_bytes(message.model_dump_json().encode())
+            except (OSError, ValueError) as error:
+                raise LinkClosed(f"cannot send to {message.receiver}: the pipe is closed") from error
+
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        arrived: list[Message] = []
+        try:
+            while self._connection.poll(0.0 if arrived else timeout_s):
+                arrived.append(Message.model_validate_json(self._connection.recv_bytes()))
+        except (EOFError, OSError) as error:
+            if not arrived:
+                raise LinkClosed("the pipe's other end is gone") from error
+        return arrived
+
+    def close(self) -> None:
+        self._connection.close()

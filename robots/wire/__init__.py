@@ -1,0 +1,51 @@
+"""The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
+
+from robots.wire.messages import (
+    Acknowledgement,
+    Body,
+    Control,
+    ControlVerb,
+    Message,
+    PacketReport,
+    Performative,
+    Receipt,
+    Refusal,
+    ScriptReport,
+    ScriptRequest,
+    StatusQuery,
+    StatusReport,
+    Telemetry,
+    new_message_id,
+)
+from robots.wire.script import (
+    BehaviourPacket,
+    BehaviourScript,
+    FailureCategory,
+    PacketState,
+    ScriptState,
+    SymbolicFact,
+)
+
+__all__ = [
+    "Acknowledgement",
+    "BehaviourPacket",
+    "BehaviourScript",
+    "Body",
+    "Control",
+    "ControlVerb",
+    "FailureCategory",
+    "Message",
+    "PacketReport",
+    "PacketState",
+    "Performative",
+    "Receipt",
+    "Refusal",
+    "ScriptReport",
+    "ScriptRequest",
+    "ScriptState",
+    "StatusQuery",
+    "StatusReport",
+    "SymbolicFact",
+    "Telemetry",
+    "new_message_id",
+]

@@ -1,0 +1,167 @@
+"""Messages between agent models and robots, with FIPA performatives.
+
+Everything but telemetry is kept by its sender until a reply names it: a robot answers a request with agree or refuse,
+the service answers a report with a receipt (`confirm`). Both ends drop ids they have seen and repeat their answer.
+"""
+
+import uuid
+from enum import StrEnum
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
+
+
+class Performative(StrEnum):
+    REQUEST = "request"
+    AGREE = "agree"
+    REFUSE = "refuse"
+    INFORM = "inform"
+    FAILURE = "failure"
+    QUERY = "query"
+    CANCEL = "cancel"
+    CONFIRM = "confirm"
+
+
+class ControlVerb(StrEnum):
+    CANCEL = "cancel"
+    PAUSE = "pause"
+    RESUME = "resume"
+
+
+class ScriptRequest(Wire):
+    """Service to robot: carry out this script (request)."""
+
+    kind: Literal["script_request"] = "script_request"
+    script: BehaviourScript
+
+
+class Control(Wire):
+    """Service to robot: cancel, pause or resume the script (cancel or request)."""
+
+    kind: Literal["control"] = "control"
+    script_id: str
+    verb: ControlVerb
+
+
+class StatusQuery(Wire):
+    """Service to robot: how does this script stand (query)?"""
+
+    kind: Literal["status_query"] = "status_query"
+    script_id: str
+
+
+class Acknowledgement(Wire):
+    """Robot to service: the request named by `in_reply_to` is accepted (agree)."""
+
+    kind: Literal["acknowledgement"] = "acknowledgement"
+    script_id: str
+
+
+class Refusal(Wire):
+    """Robot to service: the request named by `in_reply_to` is refused (refuse)."""
+
+    kind: Literal["refusal"] = "refusal"
+    script_id: str
+    reason: str
+
+
+class PacketReport(Wire):
+    """Robot to service: a packet changed its state (inform)."""
+
+    kind: Literal["packet_report"] = "packet_report"
+    script_id: str
+    packet_id: str
+    state: PacketState
+    at_s: float
+    perceived: tuple[SymbolicFact, ...] = ()
+    detail: str = ""
+
+
+class ScriptReport(Wire):
+    """Robot to service: the script ended (inform on success, failure otherwise)."""
+
+    kind: Literal["script_report"] = "script_report"
+    script_id: str
+    state: ScriptState
+    at_s: float
+    packet_id: str | None = None
+    category: FailureCategory | None = None
+    perceived: tuple[SymbolicFact, ...] = ()
+    detail: str = ""
+
+
+class StatusReport(Wire):
+    """Robot to service: the answer to a status query (inform). `state` is None for a script it does not know."""
+
+    kind: Literal["status_report"] = "status_report"
+    script_id: str
+    state: ScriptState | None
+    at_s: float
+    packet_id: str | None = None
+    packet_state: PacketState | None = None
+    perceived: tuple[SymbolicFact, ...] = ()
+    detail: str = ""
+
+
+class Receipt(Wire):
+    """Service to robot: the report named by `in_reply_to` is recorded, forget it (confirm)."""
+
+    kind: Literal["receipt"] = "receipt"
+
+
+class Telemetry(Wire):
+    """Robot to service, never kept or repeated (inform): what it believes of itself right now.
+
+    `x_m, y_m, heading_rad` is its own estimate in the world's frame; `ranges_m` shape (N,), metres, beam 0 ahead,
+    counter-clockwise, None where nothing is in range; `tags` places it sees samples at, in the world's frame;
+    `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised.
+    """
+
+    kind: Literal["telemetry"] = "telemetry"
+    at_s: float
+    x_m: float
+    y_m: float
+    heading_rad: float
+    ranges_m: tuple[float | None, ...] = ()
+    holding: str | None = None
+    battery: float = 1.0
+    script_id: str | None = None
+    script_state: ScriptState | None = None
+    packet_id: str | None = None
+    packet_tag: str | None = None
+    packet_state: PacketState | None = None
+    tags: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    patterns: dict[str, tuple[float, float]] = Field(default_factory=dict)
+
+
+Body = Annotated[
+    ScriptRequest
+    | Control
+    | StatusQuery
+    | Acknowledgement
+    | Refusal
+    | PacketReport
+    | ScriptReport
+    | StatusReport
+    | Receipt
+    | Telemetry,
+    Field(discriminator="kind"),
+]
+
+
+def new_message_id() -> str:
+    return uuid.uuid4().hex
+
+
+class Message(Wire):
+    """One speech act. `sent_at_s` is the sender's clock; the service is called "service", a robot by its name."""
+
+    id: str = Field(default_factory=new_message_id)
+    performative: Performative
+    sender: str
+    receiver: str
+    sent_at_s: float
+    in_reply_to: str | None = None
+    body: Body

@@ -1,0 +1,89 @@
+"""Behaviour scripts as they travel to a robot (MACTA §3-§4, fig. 3).
+
+A packet on the wire is what the reflective agent may know: a tag, arguments and symbolic conditions. The robot's own
+repertoire turns it into the triplet [sensor pre-conditions, behaviour patterns, sensor post-conditions].
+"""
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Wire(BaseModel):
+    """Base of everything on the wire: immutable, and unknown fields are an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class SymbolicFact(Wire):
+    """A ground fact in rel/ref form, as the API shows it: `in(sample_3, bay_7)`, `near(yard_1, door_1)`."""
+
+    predicate: str
+    args: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.predicate}({', '.join(self.args)})"
+
+
+class PacketState(StrEnum):
+    """The life of a packet on the robot (VDA 5050 action states)."""
+
+    WAITING = "waiting"
+    INITIALIZING = "initializing"  # started, its sensor pre-conditions are not met yet
+    RUNNING = "running"
+    PAUSED = "paused"
+    RETRIABLE = "retriable"
+    FINISHED = "finished"
+    FAILED = "failed"
+
+
+class ScriptState(StrEnum):
+    """Where a robot stands with a script."""
+
+    ACCEPTED = "accepted"
+    RUNNING = "running"
+    PAUSED = "paused"
+    FINISHED = "finished"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+class FailureCategory(StrEnum):
+    """Why a mission or script failed."""
+
+    ROBOT = "robot"
+    DEADLINE = "deadline"
+    UNREACHABLE = "unreachable"
+    WORLD_CHANGED = "world_changed"
+    CANCELLED = "cancelled"
+    INTERNAL = "internal"
+
+
+class BehaviourPacket(Wire):
+    """One step of a script.
+
+    `arguments` name the plan-net action's parameters (table 3): {"object": "sample_1", "ref1": ..., "ref2": ...}.
+    `requires` are the conditions of the plan-net action, `awaits` those of them that another robot brings about and
+    this robot must therefore sense before it starts; `achieves` are the linking goals.
+    """
+
+    id: str
+    tag: str
+    arguments: dict[str, str]
+    requires: tuple[SymbolicFact, ...] = ()
+    awaits: tuple[SymbolicFact, ...] = ()
+    achieves: tuple[SymbolicFact, ...] = ()
+    expected_start_s: float = Field(ge=0, description="seconds after the mission's start")
+    expected_duration_s: float = Field(gt=0)
+    timeout_s: float = Field(gt=0, description="time the patterns may run once started")
+    wait_timeout_s: float = Field(gt=0, description="time it may wait for its pre-conditions")
+    description: str = ""
+
+
+class BehaviourScript(Wire):
+    """What one robot is to do for one mission, in order."""
+
+    id: str
+    mission_id: str
+    robot: str
+    packets: tuple[BehaviourPacket, ...] = Field(min_length=1)

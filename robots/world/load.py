@@ -1,0 +1,47 @@
+"""Loads a world by its name (the ones shipped here) or from a YAML file."""
+
+from importlib import resources
+from pathlib import Path
+
+import yaml
+from pydantic import ValidationError
+
+from robots.world.file import WorldFile
+
+
+class WorldFileError(ValueError):
+    """Raised when a world file is missing, not YAML, or not a valid world; the message says what and where."""
+
+
+def named_worlds() -> list[str]:
+    """The names of the worlds that ship with Macta."""
+    folder = resources.files("robots.world") / "files"
+    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+
+
+def load_world(name_or_file: str | Path) -> WorldFile:
+    """Read and check a world.
+
+    :raises WorldFileError: naming the file, the slot and the choices.
+    """
+    text, origin = _read(str(name_or_file))
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise WorldFileError(f"{origin} is not YAML: {error}") from error
+    if not isinstance(data, dict):
+        raise WorldFileError(f"{origin} holds no mapping of world properties")
+    try:
+        return WorldFile.model_validate(data)
+    except ValidationError as error:
+        slots = [f"  {'.'.join(map(str, e['loc'])) or 'world'}: {e['msg']}" for e in error.errors()]
+        raise WorldFileError("\n".join([f"{origin} is not a valid world:", *slots])) from error
+
+
+def _read(name: str) -> tuple[str, str]:
+    if name in named_worlds():
+        return (resources.files("robots.world") / "files" / f"{name}.yaml").read_text(), f"world {name}"
+    path = Path(name)
+    if not path.is_file():
+        raise WorldFileError(f"no world or file {name!r}; worlds: {', '.join(named_worlds())}")
+    return path.read_text(), str(path)
