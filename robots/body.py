@@ -11,6 +11,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+RADIUS_M = 0.22
+"""Radius of a rover's round body."""
+GRIPPER_REACH_M = 0.34
+"""From the rover's centre to the middle of its jaws."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pose:
