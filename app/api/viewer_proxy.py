@@ -1,0 +1,161 @@
+"""The authenticated relay of `/viewer/` to the viser server, which listens on loopback only.
+
+HTTP and WebSocket pass through unchanged, but for two things: a page of another origin may not open the socket,
+and viser's request for a public share tunnel never reaches it: no operator publishes the store by a click.
+"""
+
+import asyncio
+from collections.abc import Callable
+from urllib.parse import urlsplit
+
+import httpx2
+import msgspec
+from fastapi import APIRouter, Request, Response, WebSocket
+from fastapi.responses import JSONResponse
+from starlette.requests import HTTPConnection
+from starlette.websockets import WebSocketDisconnect, WebSocketState
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.typing import Subprotocol
+
+Upstream = Callable[[], str | None]
+"""The viser server's address, `http://127.0.0.1:PORT`, or None while there is none."""
+Authenticate = Callable[[HTTPConnection], bool]
+
+SHARE_REQUESTS = frozenset({"ShareUrlRequest", "ShareUrlDisconnect"})
+"""viser's message types that open and close its public tunnel."""
+PASSED_ON = ("content-type", "content-encoding", "cache-control", "etag")
+MAX_FRAME_BYTES = 64 * 2**20
+CONNECT_TIMEOUT_S = 5.0
+POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
+# viser's page is one file with its scripts inside and a WebAssembly worker; it may call nobody else.
+CONTENT_POLICY = (
+    "default-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "
+    "connect-src 'self' blob: data:; frame-ancestors 'self'"
+)
+
+
+def viewer_router(upstream: Upstream, authenticate: Authenticate) -> APIRouter:
+    """Routes that relay `/viewer/*` to `upstream` for those whom `authenticate` lets in."""
+    router = APIRouter(include_in_schema=False)
+
+    @router.get("/viewer")
+    @router.get("/viewer/{path:path}")
+    async def page(request: Request, path: str = "") -> Response:
+        if not authenticate(request):
+            return _problem(401, "The view of the world needs a token")
+        if request.url.path == "/viewer":
+            return Response(status_code=307, headers={"location": "viewer/"})
+        address = upstream()
+        if address is None:
+            return _problem(503, "The view of the world is not running")
+        return await _fetch(f"{address}/{path}", request.headers.get("accept-encoding", "identity"))
+
+    # The page asks for its socket at its own address without the last slash.
+    @router.websocket("/viewer")
+    @router.websocket("/viewer/")
+    async def socket(browser: WebSocket) -> None:
+        if not authenticate(browser) or not _same_origin(browser):
+            await browser.close(POLICY_VIOLATION)
+            return
+        address = upstream()
+        if address is None:
+            await browser.close(TRY_AGAIN_LATER)
+            return
+        await _relay(browser, address)
+
+    return router
+
+
+def is_share_request(frame: bytes) -> bool:
+    """True for a frame that asks viser for its public tunnel, and for one that cannot be read at all."""
+    try:
+        message = msgspec.msgpack.decode(frame)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return True
+    return not isinstance(message, dict) or message.get("type") in SHARE_REQUESTS
+
+
+async def _fetch(url: str, accept_encoding: str) -> Response:
+    try:
+        # Straight to loopback: a proxy set in the environment has no business here.
+        async with (
+            httpx2.AsyncClient(trust_env=False, timeout=CONNECT_TIMEOUT_S) as client,
+            client.stream("GET", url, headers={"accept-encoding": accept_encoding}) as answer,
+        ):
+            content = b"".join([chunk async for chunk in answer.aiter_raw()])
+    except httpx2.HTTPError:
+        return _problem(503, "The view of the world does not answer")
+    headers = {name: answer.headers[name] for name in PASSED_ON if name in answer.headers}
+    headers |= {"content-security-policy": CONTENT_POLICY, "x-content-type-options": "nosniff"}
+    return Response(content, status_code=answer.status_code, headers=headers)
+
+
+async def _relay(browser: WebSocket, address: str) -> None:
+    asked = [Subprotocol(name) for name in browser.scope.get("subprotocols", [])]
+    try:
+        viser = await connect(
+            address.replace("http", "ws", 1),
+            subprotocols=asked or None,
+            compression=None,
+            max_size=MAX_FRAME_BYTES,
+            open_timeout=CONNECT_TIMEOUT_S,
+            proxy=None,
+        )
+    except (OSError, WebSocketException):
+        await browser.close(TRY_AGAIN_LATER)
+        return
+    async with viser:
+        await browser.accept(subprotocol=viser.subprotocol)
+        directions = {
+            asyncio.create_task(_upwards(browser, viser)),
+            asyncio.create_task(_downwards(viser, browser)),
+        }
+        try:
+            done, _ = await asyncio.wait(directions, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in directions:
+                task.cancel()
+            await asyncio.gather(*directions, return_exceptions=True)
+        for task in done:
+            task.result()
+
+
+async def _upwards(browser: WebSocket, viser: ClientConnection) -> None:
+    """From the browser; text frames, which viser does not know, are dropped with the share requests."""
+    while True:
+        message = await browser.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        frame = message.get("bytes")
+        if frame is None or is_share_request(frame):
+            continue
+        try:
+            await viser.send(frame)
+        except ConnectionClosed:
+            return
+
+
+async def _downwards(viser: ClientConnection, browser: WebSocket) -> None:
+    try:
+        async for frame in viser:
+            await browser.send_bytes(frame if isinstance(frame, bytes) else frame.encode())
+    except ConnectionClosed:
+        pass
+    except (WebSocketDisconnect, RuntimeError):
+        return  # the browser left in the middle of a frame
+    if browser.application_state is WebSocketState.CONNECTED:
+        # 1002 tells the page that its version differs from the server's; it must not be lost.
+        code = viser.close_code if viser.close_code in (1000, 1001, 1002) else 1011
+        await browser.close(code, viser.close_reason or "")
+
+
+def _same_origin(connection: HTTPConnection) -> bool:
+    """A cookie alone does not keep another site's page from opening a socket in the operator's name."""
+    origin = connection.headers.get("origin")
+    return origin is None or urlsplit(origin).netloc == connection.headers.get("host")
+
+
+def _problem(status: int, title: str) -> JSONResponse:
+    body = {"type": "about:blank", "title": title, "status": status}
+    return JSONResponse(body, status_code=status, media_type="application/problem+json")
