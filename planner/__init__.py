@@ -1,1 +1,29 @@
 """The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets. Pure; imports nothing of ours."""
+
+from planner.engine import PlanningEngine, PlanningProblem, PlanningResult, PlanningStatus
+from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase, load_knowledge_base, read_knowledge_base
+from planner.plan_net import GOAL, INITIAL, CausalLink, Ordering, OrderingReason, PlanNet, PlanNetAction
+
+__all__ = [
+    "GOAL",
+    "INITIAL",
+    "CausalLink",
+    "Fact",
+    "GroundAction",
+    "InvalidPlan",
+    "KnowledgeBase",
+    "KnowledgeBaseError",
+    "Ordering",
+    "OrderingReason",
+    "PlanNet",
+    "PlanNetAction",
+    "PlannerError",
+    "PlanningEngine",
+    "PlanningProblem",
+    "PlanningResult",
+    "PlanningStatus",
+    "load_knowledge_base",
+    "read_knowledge_base",
+]

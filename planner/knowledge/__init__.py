@@ -1,0 +1,19 @@
+"""The planner's knowledge base: plan-net actions with all slots of table 3, as checked data (MACTA §4-§5)."""
+
+from planner.knowledge.base import KnowledgeBase
+from planner.knowledge.load import load_knowledge_base, read_knowledge_base
+from planner.knowledge.operator import GroundAction, Operator
+from planner.knowledge.schema import ActionSpec, KnowledgeBaseFile, ParameterSpec, PredicateSpec, TypeSpec
+
+__all__ = [
+    "ActionSpec",
+    "GroundAction",
+    "KnowledgeBase",
+    "KnowledgeBaseFile",
+    "Operator",
+    "ParameterSpec",
+    "PredicateSpec",
+    "TypeSpec",
+    "load_knowledge_base",
+    "read_knowledge_base",
+]

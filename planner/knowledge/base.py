@@ -1,0 +1,166 @@
+"""The knowledge base: plan-net actions and their vocabulary, as data (MACTA §4, fig. 4; §5, table 3)."""
+
+from collections.abc import Iterable, Mapping
+
+from planner.errors import KnowledgeBaseError
+from planner.fact import Fact
+from planner.knowledge.duration import Functions
+from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
+from planner.knowledge.schema import RELATION, ActionSpec, KnowledgeBaseFile, PredicateSpec
+
+
+class KnowledgeBase:
+    """Checked plan-net actions, predicates and types."""
+
+    def __init__(self, file: KnowledgeBaseFile) -> None:
+        self.file = file
+        self.actions: Mapping[str, ActionSpec] = {action.name: action for action in file.actions}
+        self.predicates: Mapping[str, PredicateSpec] = file.predicates
+        self.operators: tuple[Operator, ...] = tuple(op for spec in file.actions for op in operators_of(spec))
+        self._constants = {value: kind for kind in file.types for value in file.constants(kind)}
+
+    @property
+    def constants(self) -> Mapping[str, str]:
+        """Each constant's type."""
+        return self._constants
+
+    @property
+    def fluents(self) -> frozenset[str]:
+        """The predicates that some action changes; the others are static."""
+        return frozenset(
+            literal.predicate
+            for op in self.operators
+            for literal in (*op.deletes, *op.intended_effects, *op.other_effects)
+        )
+
+    def is_sensed(self, fact: Fact, objects: Mapping[str, str]) -> bool:
+        """True if a robot can perceive this fact by itself."""
+        predicate = self.predicates[fact.predicate]
+        bound = dict(zip(predicate.arguments, fact.args, strict=True))
+        return predicate.sensed and all(
+            self.file.is_a(objects.get(bound[argument], ""), kind)
+            for argument, kind in predicate.sensed_when.items()
+        )
+
+    def to_relation(self, fact: Fact) -> tuple[str, tuple[str, ...]]:
+        """The fact in rel/ref form: object_position(s, in, b) → ("in", ("s", "b")); others as they are."""
+        predicate = self.predicates.get(fact.predicate)
+        if predicate is None or not predicate.relational:
+            return fact.predicate, fact.args
+        return fact.args[1], (fact.args[0], *fact.args[2:])
+
+    def from_relation(self, predicate: str, args: Iterable[str], objects: Mapping[str, str]) -> Fact:
+        """The fact of a rel/ref form, by its arguments' types.
+
+        :raises KnowledgeBaseError: if no predicate fits, naming the choices.
+        """
+        given = tuple(args)
+        if predicate in self.predicates and not self.predicates[predicate].relational:
+            fact = Fact(predicate, given)
+            self.check(fact, objects)
+            return fact
+        if self._constants.get(predicate) != RELATION:
+            raise KnowledgeBaseError(
+                f"unknown predicate {predicate!r}; choices: {', '.join(self.relation_names())}"
+            )
+        for name, spec in self.predicates.items():
+            if spec.relational and given:
+                fact = Fact(name, (given[0], predicate, *given[1:]))
+                if self._mismatch(fact, objects) is None and self._is_used(fact):
+                    return fact
+        raise KnowledgeBaseError(self._misfit(predicate, given, objects))
+
+    def relation_names(self) -> tuple[str, ...]:
+        """The predicates as the rel/ref form names them."""
+        plain = [name for name, spec in self.predicates.items() if not spec.relational]
+        return tuple(sorted({*plain, *self.file.constants(RELATION)}))
+
+    def check(self, fact: Fact, objects: Mapping[str, str]) -> None:
+        """:raises KnowledgeBaseError: if the fact is not of the vocabulary; names what is wrong and the choices."""
+        if fact.predicate not in self.predicates:
+            choices = ", ".join(sorted(self.predicates))
+            raise KnowledgeBaseError(f"unknown predicate {fact.predicate!r} in {fact}; choices: {choices}")
+        if (mismatch := self._mismatch(fact, objects)) is not None:
+            raise KnowledgeBaseError(mismatch)
+
+    def ground(
+        self, action: str, arguments: Mapping[str, str], functions: Functions, *, objects: Mapping[str, str]
+    ) -> GroundAction:
+        """The action with these arguments (as `PlanNetAction.arguments` names them).
+
+        :raises KnowledgeBaseError: if the action, an argument or a duration is not known.
+        """
+        if action not in self.actions:
+            raise KnowledgeBaseError(f"unknown action {action!r}; choices: {', '.join(sorted(self.actions))}")
+        for op in self.operators:
+            binding = _binding(op, arguments) if op.spec.name == action else None
+            if binding is None:
+                continue
+            for name, kind in op.parameters.items():
+                if not self.file.is_a(self._type_of(binding[name], objects), kind):
+                    raise KnowledgeBaseError(_choices(f"{action}.{name}", binding[name], kind, self, objects))
+            ground = op.ground(binding, functions)
+            if ground is not None:
+                return ground
+            raise KnowledgeBaseError(
+                f"{action}({dict(arguments)}): its duration {op.duration.text!r} has no value"
+            )
+        raise KnowledgeBaseError(
+            f"{action} takes {list(self.actions[action].parameters)}, not {dict(arguments)}"
+        )
+
+    def _type_of(self, name: str, objects: Mapping[str, str]) -> str:
+        return objects.get(name, self._constants.get(name, ""))
+
+    def _mismatch(self, fact: Fact, objects: Mapping[str, str]) -> str | None:
+        wanted = self.predicates[fact.predicate].arguments
+        if len(fact.args) != len(wanted):
+            return f"{fact}: {fact.predicate} takes ({', '.join(wanted)})"
+        for value, (argument, kind) in zip(fact.args, wanted.items(), strict=True):
+            if not self.file.is_a(self._type_of(value, objects), kind):
+                return _choices(f"{fact}: {argument}", value, kind, self, objects)
+        return None
+
+    def _is_used(self, fact: Fact) -> bool:
+        """True if some literal of the knowledge base has this relation with this predicate."""
+        relation = fact.args[1]
+        return any(
+            literal.predicate == fact.predicate and literal.terms[1] in (relation, *op.parameters)
+            for op in self.operators
+            for literal in (*op.preconditions, *op.intended_effects, *op.other_effects)
+        )
+
+    def _misfit(self, relation: str, args: tuple[str, ...], objects: Mapping[str, str]) -> str:
+        forms = [
+            f"{relation}({', '.join(kind for kind in spec.arguments.values() if kind != RELATION)})"
+            for name, spec in self.predicates.items()
+            if spec.relational and self._is_used(Fact(name, ("", relation)))
+        ]
+        unknown = [value for value in args if not self._type_of(value, objects)]
+        detail = f"; unknown: {', '.join(unknown)}, known: {', '.join(sorted(objects))}" if unknown else ""
+        return f"{relation}({', '.join(args)}) does not fit; choices: {', '.join(sorted(set(forms)))}{detail}"
+
+
+def _binding(op: Operator, arguments: Mapping[str, str]) -> Mapping[str, str] | None:
+    """The operator's binding for these arguments; None if it is another variant."""
+    if any(arguments.get(name) != value for name, value in op.chosen.items()):
+        return None
+    binding: dict[str, str] = {}
+    for parameter in op.spec.parameters:
+        if parameter.name in op.teams:
+            members = arguments.get(parameter.name, "").split(TEAM_SEPARATOR)
+            if len(members) != len(op.teams[parameter.name]):
+                return None
+            binding |= dict(zip(op.teams[parameter.name], members, strict=True))
+        elif parameter.name in op.parameters:
+            if parameter.name not in arguments:
+                return None
+            binding[parameter.name] = arguments[parameter.name]
+    return binding
+
+
+def _choices(where: str, value: str, kind: str, base: KnowledgeBase, objects: Mapping[str, str]) -> str:
+    fitting = sorted(
+        name for name, other in {**base.constants, **objects}.items() if base.file.is_a(other, kind)
+    )
+    return f"{where} {value!r} is no {kind}; choices: {', '.join(fitting) or 'none'}"

@@ -1,0 +1,71 @@
+"""Reads a knowledge base from YAML; errors name the file, the line, the action and the slot."""
+
+import re
+from importlib import resources
+from pathlib import Path
+
+import yaml
+from pydantic import ValidationError
+
+from planner.errors import KnowledgeBaseError
+from planner.knowledge.base import KnowledgeBase
+from planner.knowledge.schema import KnowledgeBaseFile
+
+_PLACE = re.compile(r"^(?:Value error, )?((?:[a-z_]+)(?:\.[A-Za-z0-9_]+)+): ")
+
+
+def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
+    """The knowledge base of a file, or the one that ships with Macta.
+
+    :raises KnowledgeBaseError: if it is missing, not YAML, or does not fit the schema.
+    """
+    if path is None:
+        shipped = resources.files("planner.knowledge") / "files" / "rovers.yaml"
+        return read_knowledge_base(shipped.read_text(), "rovers.yaml")
+    file = Path(path)
+    if not file.is_file():
+        raise KnowledgeBaseError(f"no knowledge base file {str(path)!r}")
+    return read_knowledge_base(file.read_text(), str(path))
+
+
+def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
+    """As `load_knowledge_base`, from the text itself."""
+    try:
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise KnowledgeBaseError(f"{origin} is not YAML: {error}") from error
+    if not isinstance(data, dict) or root is None:
+        raise KnowledgeBaseError(f"{origin} holds no mapping of types, predicates and actions")
+    try:
+        return KnowledgeBase(KnowledgeBaseFile.model_validate(data))
+    except ValidationError as error:
+        lines = [_describe(root, [str(part) for part in e["loc"]], e["msg"]) for e in error.errors()]
+        raise KnowledgeBaseError("\n".join([f"{origin} is not a valid knowledge base:", *lines])) from error
+
+
+def _describe(root: yaml.Node, place: list[str], message: str) -> str:
+    """`line 31, TRANSPORT, preconditions.2: …`"""
+    if (match := _PLACE.match(message)) is not None:
+        place = match[1].split(".")
+        message = message[match.end() :]
+    line, action = root.start_mark.line + 1, ""
+    node: yaml.Node | None = root
+    for part in place:
+        node = _child(node, part)
+        if node is None:
+            break
+        line = node.start_mark.line + 1
+        if isinstance(name := _child(node, "name"), yaml.ScalarNode) and not action:
+            action = str(name.value)
+    slot = ".".join(place[2:] if action else place) or "file"
+    return f"  line {line}, {f'{action}, ' if action else ''}{slot}: {message.removeprefix('Value error, ')}"
+
+
+def _child(node: yaml.Node | None, part: str) -> yaml.Node | None:
+    if isinstance(node, yaml.MappingNode):
+        return next((value for key, value in node.value if key.value == part), None)
+    if isinstance(node, yaml.SequenceNode) and part.isdigit() and int(part) < len(node.value):
+        child: yaml.Node = node.value[int(part)]
+        return child
+    return None

@@ -1,0 +1,166 @@
+"""Operators: plan-net actions with their relations chosen and their lists of robots spelt out.
+
+A plan-net action with `rel1 ∈ {at, near}` is two operators; one with teams of 1 or 2 robots likewise. Parameters of
+one type are bound to different objects. Our choice for a team: each literal with the list holds for every member, and
+the duration is the longest over the members.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations, product
+
+from planner.fact import Fact
+from planner.knowledge.duration import Duration, Functions
+from planner.knowledge.literal import Literal
+from planner.knowledge.schema import TIME, ActionSpec, ParameterSpec
+
+TEAM_SEPARATOR = "+"
+"""Between the members of a team where an argument shows it: `fred+ginger`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundAction:
+    """A plan-net action with all its arguments, not yet scheduled."""
+
+    tag: str
+    arguments: Mapping[str, str]
+    agents: tuple[str, ...]
+    preconditions: tuple[Fact, ...]
+    deletes: tuple[Fact, ...]
+    intended_effects: tuple[Fact, ...]
+    other_effects: tuple[Fact, ...]
+    duration_s: float
+
+    @property
+    def effects(self) -> tuple[Fact, ...]:
+        return self.intended_effects + self.other_effects
+
+    def __str__(self) -> str:
+        return f"{self.tag}({', '.join(self.arguments.values())})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Operator:
+    """One variant of a plan-net action: `parameters` maps the names left open to their types."""
+
+    name: str
+    spec: ActionSpec
+    parameters: Mapping[str, str]
+    chosen: Mapping[str, str]
+    teams: Mapping[str, tuple[str, ...]]
+    preconditions: tuple[Literal, ...]
+    deletes: tuple[Literal, ...]
+    intended_effects: tuple[Literal, ...]
+    other_effects: tuple[Literal, ...]
+    duration: Duration
+
+    @property
+    def distinct(self) -> Iterator[tuple[str, str]]:
+        """The pairs of parameters that are bound to different objects."""
+        return (
+            (a, b) for a, b in combinations(self.parameters, 2) if self.parameters[a] == self.parameters[b]
+        )
+
+    @property
+    def members(self) -> tuple[Mapping[str, str], ...]:
+        """For every choice of one member a team: the list parameters' names → that member's."""
+        return tuple(dict(zip(self.teams, choice, strict=True)) for choice in product(*self.teams.values()))
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        return tuple(member for agent in self.spec.agents for member in self.teams.get(agent, (agent,)))
+
+    def duration_s(self, binding: Mapping[str, str], functions: Functions) -> float | None:
+        """Longest over the members; None where a function has no value."""
+        spans = []
+        for member in self.members:
+            alias = {**binding, **{name: binding[one] for name, one in member.items()}}
+            seconds = self.duration.seconds(alias, functions)
+            if seconds is None:
+                return None
+            spans.append(seconds)
+        return max(spans)
+
+    def ground(self, binding: Mapping[str, str], functions: Functions) -> GroundAction | None:
+        """The action under a full binding of `parameters`; None where its duration is not defined."""
+        seconds = self.duration_s(binding, functions)
+        if seconds is None:
+            return None
+        return GroundAction(
+            tag=self.spec.name,
+            arguments={
+                p.name: self._argument(p.name, binding) for p in self.spec.parameters if p.type != TIME
+            },
+            agents=tuple(binding[agent] for agent in self.agents),
+            preconditions=_ground(self.preconditions, binding),
+            deletes=_ground(self.deletes, binding),
+            intended_effects=_ground(self.intended_effects, binding),
+            other_effects=_ground(self.other_effects, binding),
+            duration_s=round(seconds, 3),
+        )
+
+    def _argument(self, name: str, binding: Mapping[str, str]) -> str:
+        if name in self.chosen:
+            return self.chosen[name]
+        return TEAM_SEPARATOR.join(binding[member] for member in self.teams.get(name, (name,)))
+
+
+def operators_of(spec: ActionSpec) -> Iterator[Operator]:
+    """All variants of a plan-net action."""
+    narrowed = [parameter for parameter in spec.parameters if parameter.values]
+    lists = [parameter for parameter in spec.parameters if parameter.teams]
+    for values in product(*(parameter.values for parameter in narrowed)):
+        for sizes in product(*(parameter.teams for parameter in lists)):
+            chosen = {parameter.name: value for parameter, value in zip(narrowed, values, strict=True)}
+            teams = {p.name: _members(p, size) for p, size in zip(lists, sizes, strict=True)}
+            suffix = [
+                value for parameter, value in zip(narrowed, values, strict=True) if len(parameter.values) > 1
+            ]
+            suffix += [
+                str(size) for parameter, size in zip(lists, sizes, strict=True) if len(parameter.teams) > 1
+            ]
+            yield _operator(spec, "_".join([spec.name.lower(), *map(str.lower, suffix)]), chosen, teams)
+
+
+def _members(parameter: ParameterSpec, size: int) -> tuple[str, ...]:
+    return tuple(f"{parameter.name}_{number}" for number in range(1, size + 1))
+
+
+def _operator(
+    spec: ActionSpec, name: str, chosen: Mapping[str, str], teams: Mapping[str, tuple[str, ...]]
+) -> Operator:
+    parameters: dict[str, str] = {}
+    for parameter in spec.parameters:
+        if parameter.type != TIME and parameter.name not in chosen:
+            parameters |= dict.fromkeys(teams.get(parameter.name, (parameter.name,)), parameter.type)
+    slots = {slot: _expand(spec.literals(slot), chosen, teams) for slot in _SLOTS}
+    return Operator(
+        name=name,
+        spec=spec,
+        parameters=parameters,
+        chosen=chosen,
+        teams=teams,
+        preconditions=slots["preconditions"],
+        deletes=slots["delete"],
+        intended_effects=slots["intended_effects"],
+        other_effects=slots["other_effects"],
+        duration=Duration.parse(spec.duration),
+    )
+
+
+_SLOTS = ("preconditions", "delete", "intended_effects", "other_effects")
+
+
+def _expand(
+    literals: tuple[Literal, ...], chosen: Mapping[str, str], teams: Mapping[str, tuple[str, ...]]
+) -> tuple[Literal, ...]:
+    expanded: dict[Literal, None] = {}
+    for literal in literals:
+        own = [name for name in teams if name in literal.terms]
+        for members in product(*(teams[name] for name in own)):
+            expanded[literal.rename({**chosen, **dict(zip(own, members, strict=True))})] = None
+    return tuple(expanded)
+
+
+def _ground(literals: tuple[Literal, ...], binding: Mapping[str, str]) -> tuple[Fact, ...]:
+    return tuple(literal.ground(binding) for literal in literals)

@@ -1,0 +1,214 @@
+"""The schema of a knowledge base file: what each slot of table 3 may hold (MACTA §5)."""
+
+from collections import Counter
+from collections.abc import Iterable
+from string import Formatter
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from planner.errors import KnowledgeBaseError
+from planner.knowledge.duration import Duration
+from planner.knowledge.literal import Literal
+
+Word = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
+Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
+
+TIME = "time"
+RELATION = "relation"
+LITERAL_SLOTS = ("preconditions", "delete", "intended_effects", "other_effects")
+
+
+class Slot(BaseModel):
+    """Base of everything in the file: immutable, unknown keys are an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class TypeSpec(Slot):
+    """A type; `values` are its constants, or the names of the actions are."""
+
+    parent: Word | None = None
+    values: tuple[Word, ...] = ()
+    action_names: bool = False
+
+
+class PredicateSpec(Slot):
+    """A predicate's typed arguments and how the world relates to it.
+
+    relational: argument 1 is a relation, so the fact is also written rel(args without it).
+    sensed: robots can perceive it (if `sensed_when` names arguments: only where those have that type).
+    make_way: an action may be planned to bring this about though it is only among its other effects.
+    """
+
+    arguments: dict[Word, Word]
+    relational: bool = False
+    sensed: bool = False
+    sensed_when: dict[Word, Word] = {}
+    make_way: bool = False
+
+
+class ParameterSpec(Slot):
+    """A typed parameter; `values` narrows a type with constants; `teams` are the sizes of a list of robots."""
+
+    name: Word
+    type: Word
+    values: tuple[str, ...] = ()
+    teams: tuple[Annotated[int, Field(ge=1, le=4)], ...] = ()
+
+
+class ActionSpec(Slot):
+    """A plan-net action with all the slots of table 3."""
+
+    identifier: int = Field(ge=1)
+    name: Tag
+    parameters: tuple[ParameterSpec, ...] = Field(min_length=1)
+    agents: tuple[Word, ...] = Field(min_length=1)
+    preconditions: tuple[str, ...]
+    delete: tuple[str, ...]
+    intended_effects: tuple[str, ...] = Field(min_length=1)
+    other_effects: tuple[str, ...]
+    duration: str
+    description: str
+
+    def literals(self, slot: str) -> tuple[Literal, ...]:
+        return tuple(Literal.parse(text) for text in getattr(self, slot))
+
+    def parameter(self, name: str) -> ParameterSpec:
+        return next(parameter for parameter in self.parameters if parameter.name == name)
+
+
+class KnowledgeBaseFile(Slot):
+    """A whole knowledge base."""
+
+    types: dict[Word, TypeSpec]
+    functions: dict[Word, tuple[Word, ...]] = {}
+    predicates: dict[Word, PredicateSpec]
+    actions: tuple[ActionSpec, ...] = Field(min_length=1)
+
+    def constants(self, type_name: str) -> tuple[str, ...]:
+        spec = self.types[type_name]
+        return tuple(action.name for action in self.actions) if spec.action_names else spec.values
+
+    def is_a(self, type_name: str, ancestor: str) -> bool:
+        step: str | None = type_name
+        while step is not None and step != ancestor:
+            step = self.types[step].parent if step in self.types else None
+        return step == ancestor
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name, spec in self.types.items():
+            if spec.parent is not None:
+                _known("type", spec.parent, self.types, f"types.{name}.parent")
+        for name, arguments in self.functions.items():
+            for argument in arguments:
+                _known("type", argument, self.types, f"functions.{name}")
+        for name, predicate in self.predicates.items():
+            self._check_predicate(name, predicate)
+        _unique("identifier", [str(action.identifier) for action in self.actions])
+        _unique("name", [action.name for action in self.actions])
+        for index, action in enumerate(self.actions):
+            _check_action(self, action, f"actions.{index}")
+        return self
+
+    def _check_predicate(self, name: str, predicate: PredicateSpec) -> None:
+        where = f"predicates.{name}"
+        for argument, type_name in predicate.arguments.items():
+            _known("type", type_name, self.types, f"{where}.arguments.{argument}")
+        kinds = list(predicate.arguments.values())
+        if predicate.relational and kinds[1:2] != [RELATION]:
+            raise _at(
+                f"{where}.relational",
+                f"argument 1 of a relational predicate is a {RELATION}, not {kinds[1:2]}",
+            )
+        for argument, type_name in predicate.sensed_when.items():
+            _known("argument", argument, predicate.arguments, f"{where}.sensed_when")
+            _known("type", type_name, self.types, f"{where}.sensed_when.{argument}")
+
+
+def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> None:
+    names = [parameter.name for parameter in action.parameters]
+    _unique(f"{where}.parameters", names)
+    for parameter in action.parameters:
+        _check_parameter(base, parameter, names, f"{where}.parameters.{parameter.name}")
+    for agent in action.agents:
+        _known("parameter", agent, names, f"{where}.agents")
+    for slot in LITERAL_SLOTS:
+        for position, text in enumerate(getattr(action, slot)):
+            _check_literal(base, action, text, f"{where}.{slot}.{position}")
+    _check_duration(base, action, f"{where}.duration")
+    for _, field, _, _ in Formatter().parse(action.description):
+        if field is not None:
+            _known("parameter", field, names, f"{where}.description")
+
+
+def _check_parameter(base: KnowledgeBaseFile, parameter: ParameterSpec, names: list[str], where: str) -> None:
+    _known("type", parameter.type, base.types, f"{where}.type")
+    for value in parameter.values:
+        _known(parameter.type, value, base.constants(parameter.type), f"{where}.values")
+    if parameter.type == RELATION:
+        if not parameter.values:
+            raise _at(
+                f"{where}.values", f"a relation names its choices among {', '.join(base.constants(RELATION))}"
+            )
+        reference = parameter.name.replace("rel", "ref", 1)
+        if reference not in names:
+            raise _at(where, f"a relation has its reference: parameter {reference} is missing")
+
+
+def _check_literal(base: KnowledgeBaseFile, action: ActionSpec, text: str, where: str) -> None:
+    try:
+        literal = Literal.parse(text)
+    except KnowledgeBaseError as error:
+        raise _at(where, str(error)) from error
+    _known("predicate", literal.predicate, base.predicates, where)
+    wanted = base.predicates[literal.predicate].arguments
+    if len(literal.terms) != len(wanted):
+        raise _at(where, f"{literal.predicate} takes ({', '.join(wanted)}), not ({', '.join(literal.terms)})")
+    parameters = {parameter.name: parameter for parameter in action.parameters if parameter.type != TIME}
+    for term, (argument, type_name) in zip(literal.terms, wanted.items(), strict=True):
+        if term in parameters:
+            if not base.is_a(parameters[term].type, type_name):
+                raise _at(
+                    where,
+                    f"{term} is a {parameters[term].type}, {argument} of {literal.predicate} a {type_name}",
+                )
+            continue
+        choices = [
+            *base.constants(type_name),
+            *(p for p in parameters if base.is_a(parameters[p].type, type_name)),
+        ]
+        _known(f"{type_name}", term, choices, where)
+
+
+def _check_duration(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> None:
+    try:
+        calls = Duration.parse(action.duration).calls
+    except KnowledgeBaseError as error:
+        raise _at(where, str(error)) from error
+    types = {parameter.name: parameter.type for parameter in action.parameters}
+    for name, terms in calls:
+        _known("function", name, base.functions, where)
+        for term in terms:
+            _known("parameter", term, types, where)
+        fits = len(terms) == len(base.functions[name]) and all(
+            base.is_a(types[term], kind) for term, kind in zip(terms, base.functions[name], strict=True)
+        )
+        if not fits:
+            raise _at(where, f"{name} takes ({', '.join(base.functions[name])}), not ({', '.join(terms)})")
+
+
+def _at(where: str, what: str) -> ValueError:
+    return ValueError(f"{where}: {what}")
+
+
+def _known(what: str, name: str, choices: Iterable[str], where: str) -> None:
+    if name not in choices:
+        raise _at(where, f"unknown {what} {name!r}; choices: {', '.join(sorted(choices))}")
+
+
+def _unique(what: str, names: list[str]) -> None:
+    doubles = sorted(name for name, count in Counter(names).items() if count > 1)
+    if doubles:
+        raise _at(what, f"must be unique; used twice: {', '.join(doubles)}")
