@@ -1,0 +1,6 @@
+"""Agent models: the service's counterpart of each robot, and what is known of the robots right now (MACTA §4)."""
+
+from app.agents.board import RobotBoard, RobotView
+from app.agents.models import AgentModels
+
+__all__ = ["AgentModels", "RobotBoard", "RobotView"]

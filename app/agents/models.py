@@ -1,0 +1,151 @@
+"""Agent models: they deliver scripts, controls and questions until a robot answers, and record what robots report.
+
+The record says what is still to be delivered, so a restart forgets nothing; a message keeps its id however often it is
+sent, so a robot acts on it once.
+"""
+
+import logging
+import threading
+import time
+from collections.abc import Sequence
+
+from sqlalchemy import or_, select
+
+from app.agents.board import RobotBoard
+from app.database import Database, ScriptRow
+from app.missions.reports import ReportBook
+from robots.clock import Clock
+from robots.link import Link, LinkClosed
+from robots.wire import (
+    BehaviourScript,
+    Body,
+    Control,
+    ControlVerb,
+    Message,
+    Performative,
+    Receipt,
+    ScriptRequest,
+    StatusQuery,
+    Telemetry,
+)
+
+SERVICE = "service"
+LISTEN_S = 0.05
+RESEND_S = 1.0
+"""Wall-clock seconds after which an unanswered message is sent again."""
+
+logger = logging.getLogger(__name__)
+
+
+class AgentModels:
+    """The agent models of one world's robots, on one link, in one thread."""
+
+    def __init__(
+        self,
+        *,
+        robots: Sequence[str],
+        link: Link,
+        clock: Clock,
+        database: Database,
+        reports: ReportBook,
+        board: RobotBoard,
+        world: str,
+    ) -> None:
+        self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
+        self._database, self._reports, self._board = database, reports, board
+        self._sent_at: dict[str, float] = {}
+        self._due = threading.Event()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"agents-{world}", daemon=True)
+        database.committed.append(self._due.set)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self) -> None:
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=5)
+
+    def _run(self) -> None:
+        due_at = 0.0
+        while not self._stop.is_set():
+            try:
+                for message in self._link.receive(LISTEN_S):
+                    self._take(message)
+                if self._due.is_set() or time.monotonic() >= due_at:
+                    self._due.clear()
+                    self._deliver()
+                    due_at = time.monotonic() + RESEND_S
+            except LinkClosed:
+                logger.warning("the link to the robots of %s is closed", self._world)
+                self._board.broke(self._world)
+                return
+            except Exception:
+                # One message that cannot be recorded now (the database is away, say) must not end the listening:
+                # robots keep their reports until they get a receipt, so it comes again.
+                logger.exception("agent models of %s: a message could not be handled", self._world)
+                self._stop.wait(RESEND_S)
+
+    def _take(self, message: Message) -> None:
+        if message.sender not in self._robots:
+            return
+        if isinstance(message.body, Telemetry):
+            self._board.heard(message.sender, message.body)
+            return
+        self._board.heard(message.sender)
+        self._reports.record(message)
+        if message.performative in (Performative.INFORM, Performative.FAILURE):
+            self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
+
+    def _deliver(self) -> None:
+        """Send what the record says is not answered yet, each at most once every `RESEND_S`."""
+        for script in self._open_scripts():
+            body = BehaviourScript.model_validate(script.body)
+            if script.delivery == "pending":
+                self._repeat(script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body))
+            elif script.control is not None:
+                verb = ControlVerb(script.control.split(":")[0])
+                performative = Performative.CANCEL if verb is ControlVerb.CANCEL else Performative.REQUEST
+                order = Control(script_id=script.id, verb=verb)
+                self._repeat(script.robot, f"{script.id}:{script.control}", performative, order)
+            elif script.question is not None:
+                query = StatusQuery(script_id=script.id)
+                self._repeat(script.robot, script.question, Performative.QUERY, query)
+
+    def _open_scripts(self) -> Sequence[ScriptRow]:
+        unanswered = or_(
+            ScriptRow.delivery == "pending", ScriptRow.control.is_not(None), ScriptRow.question.is_not(None)
+        )
+        with self._database.read() as session:
+            query = select(ScriptRow).where(ScriptRow.robot.in_(self._robots), unanswered).order_by(ScriptRow.id)
+            return session.scalars(query).all()
+
+    def _repeat(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
+        now = time.monotonic()
+        if now - self._sent_at.get(message_id, -RESEND_S) < RESEND_S:
+            return
+        self._sent_at[message_id] = now
+        self._send(robot, performative, body, message_id=message_id)
+
+    def _send(
+        self,
+        robot: str,
+        performative: Performative,
+        body: Body,
+        *,
+        message_id: str | None = None,
+        in_reply_to: str | None = None,
+    ) -> None:
+        named = {"id": message_id} if message_id else {}
+        self._link.send(
+            Message(
+                **named,
+                performative=performative,
+                sender=SERVICE,
+                receiver=robot,
+                sent_at_s=self._clock.now_s(),
+                in_reply_to=in_reply_to,
+                body=body,
+            )
+        )

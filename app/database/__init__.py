@@ -1,0 +1,27 @@
+"""The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
+
+from app.database.engine import Database
+from app.database.tables import (
+    Base,
+    EventRow,
+    FactRow,
+    GoalRow,
+    MessageRow,
+    MissionRow,
+    PlanRow,
+    ScriptRow,
+    WorldRow,
+)
+
+__all__ = [
+    "Base",
+    "Database",
+    "EventRow",
+    "FactRow",
+    "GoalRow",
+    "MessageRow",
+    "MissionRow",
+    "PlanRow",
+    "ScriptRow",
+    "WorldRow",
+]

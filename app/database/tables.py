@@ -1,0 +1,150 @@
+"""The tables. JSON columns hold the wire and API bodies as they were; times ending in `_s` are the world's clock."""
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import JSON, ForeignKey, Index, Integer, String
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+ID = String(40)
+
+
+def utc_now() -> str:
+    """The wall clock as ISO 8601 in UTC, milliseconds."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+class Base(DeclarativeBase):
+    type_annotation_map = {dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012
+
+
+class WorldRow(Base):
+    """A world; `version` counts the changes of its facts."""
+
+    __tablename__ = "worlds"
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    title: Mapped[str]
+    layout: Mapped[dict[str, Any]]
+    version: Mapped[int] = mapped_column(default=1)
+
+
+class FactRow(Base):
+    """A fact that holds, in the planner's form, with its source and the world's time it was learned at."""
+
+    __tablename__ = "facts"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    atom: Mapped[str] = mapped_column(String(400), primary_key=True)
+    predicate: Mapped[str]
+    args: Mapped[list[Any]]
+    source: Mapped[str]
+    at_s: Mapped[float]
+    recorded_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class GoalRow(Base):
+    __tablename__ = "goals"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), index=True)
+    text: Mapped[str]
+    goal: Mapped[list[Any]]
+    priority: Mapped[int]
+    deadline_s: Mapped[float | None]
+    auto_approve: Mapped[bool]
+    state: Mapped[str] = mapped_column(index=True)
+    reason: Mapped[str] = mapped_column(default="")
+    outcome: Mapped[str | None]
+    attempts: Mapped[int] = mapped_column(default=0)
+    plan_id: Mapped[str | None]
+    mission_id: Mapped[str | None]
+    created_by: Mapped[str]
+    created_at: Mapped[str] = mapped_column(default=utc_now)
+    updated_at: Mapped[str] = mapped_column(default=utc_now, onupdate=utc_now)
+
+
+class PlanRow(Base):
+    """A plan-net as proposed; `body` is the API's plan body."""
+
+    __tablename__ = "plans"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"), index=True)
+    world: Mapped[str]
+    state: Mapped[str]
+    reason: Mapped[str] = mapped_column(default="")
+    body: Mapped[dict[str, Any]]
+    world_version: Mapped[int]
+    comment: Mapped[str | None]
+    decided_by: Mapped[str | None]
+    decided_at: Mapped[str | None]
+    created_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class MissionRow(Base):
+    """A mission. At `enquire_at_s` (world's clock) the monitor asks the robots; `asked_at` is when it last did (wall)."""
+
+    __tablename__ = "missions"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"))
+    plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), unique=True)
+    world: Mapped[str] = mapped_column(index=True)
+    state: Mapped[str] = mapped_column(index=True)
+    reason: Mapped[str] = mapped_column(default="")
+    failure: Mapped[str | None]
+    resume_to: Mapped[str | None]
+    estimate_s: Mapped[float]
+    original_estimate_s: Mapped[float]
+    margin_s: Mapped[float]
+    started_at_s: Mapped[float | None]
+    deadline_s: Mapped[float | None]
+    ended_at_s: Mapped[float | None]
+    enquire_at_s: Mapped[float | None]
+    asked_at: Mapped[float | None]
+    cancel_requested: Mapped[bool] = mapped_column(default=False)
+    created_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class ScriptRow(Base):
+    """A behaviour script of a mission and what is known of its execution.
+
+    `delivery` is pending, acknowledged or refused; `control` a verb the robot has not acknowledged yet; `question` the
+    id of a status query it has not answered yet; `packets` holds each packet's state and times as reported;
+    `heard_at_s` is when the robot last said how it stands.
+    """
+
+    __tablename__ = "scripts"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    mission_id: Mapped[str] = mapped_column(ForeignKey("missions.id"), index=True)
+    robot: Mapped[str]
+    body: Mapped[dict[str, Any]]
+    delivery: Mapped[str] = mapped_column(index=True)
+    control: Mapped[str | None]
+    stopping: Mapped[bool] = mapped_column(default=False)
+    state: Mapped[str | None]
+    packets: Mapped[dict[str, Any]]
+    detail: Mapped[str] = mapped_column(default="")
+    category: Mapped[str | None]
+    perceived: Mapped[list[Any]]
+    question: Mapped[str | None]
+    heard_at_s: Mapped[float | None]
+
+
+class MessageRow(Base):
+    """A robot's message that is recorded; its id keeps it from being taken twice."""
+
+    __tablename__ = "messages"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    robot: Mapped[str]
+    kind: Mapped[str]
+    body: Mapped[dict[str, Any]]
+    recorded_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class EventRow(Base):
+    """What happened, in order; the source of the event stream and the audit record."""
+
+    __tablename__ = "events"
+    seq: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
+    time: Mapped[str] = mapped_column(default=utc_now)
+    type: Mapped[str]
+    subject: Mapped[str]
+    data: Mapped[dict[str, Any]]
+    __table_args__ = (Index("ix_events_subject", "subject"),)

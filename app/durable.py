@@ -1,0 +1,106 @@
+"""Durable workflows: the one module that knows DBOS.
+
+The domain tables are the record; a workflow is the mechanism that carries a goal or a mission on, also after a crash.
+A workflow and a message to it are started inside the transaction that makes them necessary, so neither can be lost.
+"""
+
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from dbos import DBOS, DBOSClient, DBOSConfig, DBOSPortableJSONSerializer, EnqueueOptions
+from sqlalchemy.orm import Session
+
+APPLICATION = "macta"
+APPLICATION_VERSION = "1"
+"""Raised when a workflow's steps change order, so that no old workflow is replayed by new code."""
+
+WAKE = "wake"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Queue:
+    """Where workflows of one kind wait for an executor; `at_once` is how many run in one process."""
+
+    name: str
+    at_once: int
+
+
+PLANNING = Queue(name="planning", at_once=4)
+MISSIONS = Queue(name="missions", at_once=1000)
+
+
+class Workflows:
+    """Registers, starts, wakes and runs workflows. One instance a process at a time, for DBOS is a singleton."""
+
+    def __init__(self, database_url: str, *, polling_s: float = 0.05) -> None:
+        self._url = database_url
+        self._polling_s = polling_s
+        self._client: DBOSClient | None = None
+        DBOS(config=self._config())
+
+    def _config(self) -> DBOSConfig:
+        return {
+            "name": APPLICATION,
+            "system_database_url": self._url,
+            "application_version": APPLICATION_VERSION,
+            # A process that died left its workflows under its own name; the embedded service is one executor.
+            "executor_id": "embedded" if self._url.startswith("sqlite") else uuid.uuid4().hex,
+            "serializer": DBOSPortableJSONSerializer(),
+            "notification_listener_polling_interval_sec": self._polling_s,
+            "log_level": "ERROR",
+            "console_log_level": "ERROR",
+        }
+
+    def register(self, name: str, function: Callable[[str], None]) -> None:
+        """Make a workflow known under a name. Every process registers every workflow before `launch`."""
+        DBOS.workflow(name=name)(function)
+
+    def launch(self) -> None:
+        """Start executing: first what an earlier process left undone."""
+        DBOS.launch()
+        for queue in (PLANNING, MISSIONS):
+            DBOS.register_queue(
+                queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._polling_s
+            )
+        self._client = DBOSClient(
+            system_database_url=self._url,
+            serializer=DBOSPortableJSONSerializer(),
+            application_name=APPLICATION,
+        )
+
+    def start(self, session: Session, queue: Queue, name: str, workflow_id: str, subject: str) -> None:
+        """Enqueue a workflow on one subject; it exists exactly if the caller's transaction commits."""
+        options: EnqueueOptions = {
+            "workflow_name": name,
+            "queue_name": queue.name,
+            "workflow_id": workflow_id,
+            "app_version": APPLICATION_VERSION,
+        }
+        self._connected.enqueue_in_transaction(session, options, subject)
+
+    def wake(self, session: Session, workflow_id: str, key: str) -> None:
+        """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
+        self._connected.send_in_transaction(session, workflow_id, key, WAKE, key)
+
+    @property
+    def _connected(self) -> DBOSClient:
+        if self._client is None:
+            raise RuntimeError("launch() comes before start() and wake()")
+        return self._client
+
+    def close(self) -> None:
+        if self._client is not None:
+            self._client.destroy()
+        DBOS.destroy(destroy_registry=True)
+
+
+def step(name: str, function: Callable[[], Any]) -> Any:
+    """Run a step of the current workflow: its result, JSON data, is kept and not computed again on replay."""
+    return DBOS.run_step({"name": name}, function)
+
+
+def sleep_until_woken(timeout_s: float) -> None:
+    """Wait inside a workflow for a message on `WAKE`, `timeout_s` at most; the instant it ends at is durable."""
+    DBOS.recv(WAKE, timeout_seconds=timeout_s)

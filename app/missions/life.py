@@ -1,0 +1,210 @@
+"""A mission's life as a durable workflow: organise, dispatch, monitor, conclude.
+
+Every step reads the record and writes it in one transaction, so a step that runs again after a crash finds what it did
+before and does nothing twice. Between steps the workflow sleeps until a report or the monitor's next instant.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.database import Database, GoalRow, MissionRow, PlanRow, ScriptRow
+from app.durable import sleep_until_woken, step
+from app.events import EventLog
+from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, Verdict, review
+from app.organiser import Library, OrganiserFailure, organise
+from app.plan_body import PlanBody
+from app.states import GoalState, MissionState
+from planner import KnowledgeBase
+from robots.clock import Clock
+from robots.wire import BehaviourScript, FailureCategory, ScriptState
+
+WORKFLOW = "mission_life"
+LONGEST_SLEEP_S = 30.0
+SHORTEST_SLEEP_S = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldTime:
+    """A world's clock and its rate: world seconds a wall-clock second, None when it runs flat out."""
+
+    clock: Clock
+    rate: float | None
+
+    def wall_s(self, world_s: float) -> float:
+        """Wall-clock seconds to sleep for a span of the world's time, bounded on both sides."""
+        wall_s = world_s / self.rate if self.rate else SHORTEST_SLEEP_S
+        return min(max(wall_s, SHORTEST_SLEEP_S), LONGEST_SLEEP_S)
+
+
+class MissionLife:
+    """The steps of a mission and the workflow that strings them together."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        events: EventLog,
+        knowledge_base: KnowledgeBase,
+        library: Library,
+        repertoires: Mapping[str, Mapping[str, Sequence[str]]],
+        times: Mapping[str, WorldTime],
+        patience_s: float,
+        freed: Callable[[Session, str], None],
+    ) -> None:
+        """
+        :param repertoires: by world and robot, the packet tags the robot can carry out.
+        :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
+        :param freed: called in the closing transaction with the world whose robots are free again.
+        """
+        self._database, self._events, self._freed = database, events, freed
+        self._knowledge_base, self._library, self._repertoires = knowledge_base, library, repertoires
+        self._times, self._patience_s = times, patience_s
+
+    def run(self, mission_id: str) -> None:
+        """The workflow."""
+        if not step("organise", lambda: self._organise(mission_id)):
+            return
+        while (sleep_s := step("monitor", lambda: self._monitor(mission_id))) is not None:
+            sleep_until_woken(sleep_s)
+
+    def _organise(self, mission_id: str) -> bool:
+        """Turn the plan-net into scripts and hand them to the agent models; False if it cannot be."""
+        with self._database.write() as session:
+            mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+            if mission.state != MissionState.PENDING:
+                return not MissionState(mission.state).ended
+            plan = session.get_one(PlanRow, mission.plan_id)
+            organised = organise(
+                PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base),
+                self._library,
+                self._repertoires[mission.world],
+                mission_id,
+                self._knowledge_base,
+            )
+            now_s = self._times[mission.world].clock.now_s()
+            if isinstance(organised, OrganiserFailure):
+                self._close(
+                    session, mission, MissionState.FAILED, organised.reason, FailureCategory.INTERNAL, now_s
+                )
+                return False
+            for script in organised.scripts:
+                session.add(_script_row(script))
+            mission.state = MissionState.DISPATCHING
+            mission.enquire_at_s = now_s + mission.estimate_s + mission.margin_s
+            self._events.append(
+                session, "mission.dispatching", mission.id, robots=[s.robot for s in organised.scripts]
+            )
+            return True
+
+    def _monitor(self, mission_id: str) -> float | None:
+        """Judge the mission once and act on it; answers how long to sleep (wall clock), None at its end."""
+        with self._database.write() as session:
+            mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+            if MissionState(mission.state).ended:
+                return None
+            scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission_id)).all()
+            times = self._times[mission.world]
+            now_s = times.clock.now_s()
+            verdict = review(_view(mission, scripts, now_s), patience_s=self._patience_s)
+            if verdict.state.ended:
+                self._close(session, mission, verdict.state, verdict.reason, verdict.failure, now_s)
+                return None
+            self._act(session, mission, scripts, verdict)
+            if verdict.state is MissionState.UNKNOWN:
+                return LONGEST_SLEEP_S  # an answer wakes the workflow
+            if mission.asked_at is not None:
+                return min(self._patience_s, 1.0)
+            return times.wall_s(verdict.wait_s)
+
+    def _act(
+        self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow], verdict: Verdict
+    ) -> None:
+        for script in scripts:
+            if script.robot in verdict.cancel:
+                script.control, script.stopping = "cancel:1", True
+            if script.robot in verdict.ask:
+                script.question = f"{script.id}:status:{mission.enquire_at_s or 0:.3f}"
+        if verdict.ask or verdict.cancel:
+            mission.asked_at = time.time()
+        if verdict.enquire_at_s is not None:
+            mission.asked_at, mission.enquire_at_s = None, verdict.enquire_at_s
+            mission.estimate_s = verdict.enquire_at_s - (mission.started_at_s or 0.0) - mission.margin_s
+            mission.estimate_s = max(mission.estimate_s, mission.original_estimate_s)
+        if (mission.state, mission.reason) != (verdict.state, verdict.reason):
+            changed = mission.state != verdict.state or verdict.ask or verdict.cancel
+            mission.state, mission.reason = verdict.state, verdict.reason
+            mission.failure = verdict.failure
+            if changed:
+                type_ = "mission.robots_asked" if verdict.ask else f"mission.{verdict.state.value}"
+                self._events.append(session, type_, mission.id, reason=verdict.reason)
+
+    def _close(
+        self,
+        session: Session,
+        mission: MissionRow,
+        state: MissionState,
+        reason: str,
+        failure: FailureCategory | None,
+        now_s: float,
+    ) -> None:
+        mission.state, mission.reason, mission.failure = state, reason, failure
+        mission.ended_at_s = now_s
+        scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id))
+        for script in scripts:
+            script.question = script.control = None
+            if script.delivery == "pending":
+                script.delivery = "refused"
+        goal = session.get_one(GoalRow, mission.goal_id)
+        goal.state = GoalState.FINISHED
+        goal.outcome = state.value
+        goal.reason = reason
+        self._events.append(
+            session,
+            f"mission.{state.value}",
+            mission.id,
+            goal=mission.goal_id,
+            reason=reason,
+            failure=failure,
+            ended_at_s=now_s,
+        )
+        self._events.append(session, "goal.finished", goal.id, outcome=state.value, reason=reason)
+        self._freed(session, mission.world)
+
+
+def _script_row(script: BehaviourScript) -> ScriptRow:
+    return ScriptRow(
+        id=script.id,
+        mission_id=script.mission_id,
+        robot=script.robot,
+        body=script.model_dump(mode="json"),
+        delivery="pending",
+        packets={},
+        perceived=[],
+    )
+
+
+def _view(mission: MissionRow, scripts: Sequence[ScriptRow], now_s: float) -> MissionView:
+    return MissionView(
+        state=MissionState(mission.state),
+        now_s=now_s,
+        enquire_at_s=mission.enquire_at_s if mission.enquire_at_s is not None else now_s + EXTENSION_S,
+        estimate_s=mission.original_estimate_s,
+        asked_for_s=None if mission.asked_at is None else time.time() - mission.asked_at,
+        cancel_requested=mission.cancel_requested,
+        scripts=[
+            ScriptView(
+                robot=script.robot,
+                delivery=script.delivery,
+                state=None if script.state is None else ScriptState(script.state),
+                open_question=script.question is not None,
+                stopping=script.stopping,
+                category=None if script.category is None else FailureCategory(script.category),
+                detail=script.detail,
+            )
+            for script in scripts
+        ],
+    )

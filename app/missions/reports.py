@@ -1,0 +1,191 @@
+"""The book of robots' reports: each recorded once, its consequences for script, mission and facts in one transaction."""
+
+from sqlalchemy.orm import Session
+
+from app.database import Database, MessageRow, MissionRow, PlanRow, ScriptRow
+from app.durable import Workflows
+from app.events import EventLog
+from app.plan_body import PlanBody
+from app.states import MissionState
+from app.world_model import applied, reconciled
+from app.world_model.store import FactStore
+from planner import KnowledgeBase
+from robots.wire import (
+    Acknowledgement,
+    Message,
+    PacketReport,
+    PacketState,
+    Refusal,
+    ScriptReport,
+    ScriptState,
+    StatusReport,
+)
+
+TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
+TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
+
+
+class ReportBook:
+    """Records what robots say. A message whose id is known already changes nothing."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        workflows: Workflows,
+        events: EventLog,
+        facts: FactStore,
+        knowledge_base: KnowledgeBase,
+    ) -> None:
+        self._database, self._workflows, self._events = database, workflows, events
+        self._facts, self._knowledge_base = facts, knowledge_base
+
+    def record(self, message: Message) -> bool:
+        """Record a robot's answer or report; False if it was recorded before or concerns no known script."""
+        with self._database.write() as session:
+            if session.get(MessageRow, message.id) is not None:
+                return False
+            body = message.body
+            script = session.get(ScriptRow, getattr(body, "script_id", ""), with_for_update=True)
+            if script is None or script.robot != message.sender:
+                return False
+            session.add(
+                MessageRow(
+                    id=message.id,
+                    robot=message.sender,
+                    kind=body.kind,
+                    body=message.model_dump(mode="json"),
+                )
+            )
+            mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
+            self._consequences(session, message, script, mission)
+            self._workflows.wake(session, mission.id, message.id)
+            return True
+
+    def _consequences(self, session: Session, message: Message, script: ScriptRow, mission: MissionRow) -> None:
+        match message.body:
+            case Acknowledgement():
+                self._answered(session, message, script, "acknowledged")
+            case Refusal(reason=reason):
+                script.detail = reason
+                self._answered(session, message, script, "refused")
+            case PacketReport() as report:
+                self._packet(session, report, script, mission)
+            case ScriptReport() as report:
+                self._ended(session, report, script, mission)
+            case StatusReport() as report:
+                self._status(session, report, script)
+
+    def _answered(self, session: Session, message: Message, script: ScriptRow, delivery: str) -> None:
+        """The robot agreed to or refused a request: of a script, or of a control."""
+        if message.in_reply_to == f"{script.id}:request":
+            if script.delivery == "pending":
+                script.delivery = delivery
+                self._events.append(
+                    session, f"script.{delivery}", script.id, robot=script.robot, reason=script.detail
+                )
+        elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
+            script.control = None
+
+    def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
+        known = dict(script.packets.get(report.packet_id, {}))
+        state = known.get("state")
+        if state in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
+            return
+        known |= {"state": report.state.value, "at_s": report.at_s, "detail": report.detail}
+        if report.state is PacketState.RUNNING:
+            known.setdefault("started_at_s", report.at_s)
+        if report.state in TERMINAL_PACKETS:
+            known["finished_at_s"] = report.at_s
+        script.packets = {**script.packets, report.packet_id: known}
+        script.heard_at_s = report.at_s
+        if script.state is None:
+            script.state = ScriptState.RUNNING
+        self._started(session, mission, report.at_s)
+        if report.state is PacketState.FINISHED:
+            self._came_true(session, report, script, mission)
+        self._events.append(
+            session,
+            f"packet.{report.state.value}",
+            mission.id,
+            robot=script.robot,
+            packet=report.packet_id,
+            at_s=report.at_s,
+            detail=report.detail,
+        )
+
+    def _started(self, session: Session, mission: MissionRow, at_s: float) -> None:
+        """The first report of work starts the mission's expected time."""
+        if mission.started_at_s is None:
+            mission.started_at_s = at_s
+            mission.enquire_at_s = at_s + mission.estimate_s + mission.margin_s
+        if mission.state in (MissionState.PENDING, MissionState.DISPATCHING):
+            mission.state = MissionState.RUNNING
+            self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
+
+    def _came_true(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
+        plan = session.get_one(PlanRow, mission.plan_id)
+        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        before = self._facts.facts(session, mission.world)
+        after = applied(before, net.action(report.packet_id))
+        self._facts.change(
+            session,
+            mission.world,
+            add=after - before,
+            remove=before - after,
+            source=f"report of {script.robot}",
+            at_s=report.at_s,
+        )
+
+    def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
+        if script.state in TERMINAL_SCRIPTS:
+            return
+        script.state, script.detail, script.heard_at_s = report.state, report.detail, report.at_s
+        script.category = report.category
+        script.perceived = [fact.model_dump(mode="json") for fact in report.perceived]
+        script.control = script.question = None
+        if report.state is not ScriptState.FINISHED:
+            self._reconcile(session, report, script, mission)
+        self._events.append(
+            session,
+            f"script.{report.state.value}",
+            script.id,
+            robot=script.robot,
+            mission=mission.id,
+            at_s=report.at_s,
+            detail=report.detail,
+        )
+
+    def _reconcile(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
+        """A script ended before its time: what the robot perceives stands, what it had begun does not count."""
+        facts = self._facts.facts(session, mission.world)
+        change = reconciled(facts, script.robot, report.perceived, self._knowledge_base)
+        self._facts.change(
+            session,
+            mission.world,
+            add=change.add,
+            remove=change.remove,
+            source=f"report of {script.robot}",
+            at_s=report.at_s,
+        )
+
+    def _status(self, session: Session, report: StatusReport, script: ScriptRow) -> None:
+        script.question = None
+        script.heard_at_s = report.at_s
+        if script.state in TERMINAL_SCRIPTS:
+            return
+        if report.state is None:
+            script.state, script.category = ScriptState.FAILED, "robot"
+            script.detail = f"{script.robot} does not know the script it was given"
+        elif report.state not in TERMINAL_SCRIPTS:
+            # A terminal state comes with its own report, which says what was perceived.
+            script.state = report.state
+        self._events.append(
+            session,
+            "script.status",
+            script.id,
+            robot=script.robot,
+            state=script.state,
+            packet=report.packet_id,
+            detail=report.detail,
+        )

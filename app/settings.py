@@ -1,0 +1,39 @@
+"""Settings: from the environment (`MACTA_…`) and the command line."""
+
+import os
+import secrets
+from pathlib import Path
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Settings(BaseSettings):
+    """What an installation may set. Unset, everything runs embedded in the data folder, on loopback."""
+
+    model_config = SettingsConfigDict(env_prefix="MACTA_")
+
+    data: Path = Path("macta-data")
+    host: str = "127.0.0.1"
+    port: int = Field(default=8000, ge=0, le=65535)
+    database_url: str | None = None
+    token: str | None = Field(default=None, min_length=16)
+    planning_time_limit_s: float = Field(default=10.0, gt=0)
+    answer_patience_s: float = Field(default=10.0, gt=0, description="wall-clock seconds before a robot is silent")
+    margin_relative: float = Field(default=0.5, ge=0)
+    margin_s: float = Field(default=20.0, ge=0)
+
+    def resolved_database_url(self) -> str:
+        return self.database_url or f"sqlite:///{self.data / 'macta.sqlite'}"
+
+    def resolved_token(self) -> str:
+        """The administrator's token: from the environment, else the one kept in the data folder, else a new one."""
+        if self.token is not None:
+            return self.token
+        path = self.data / "token"
+        if path.is_file():
+            return path.read_text().strip()
+        token = secrets.token_urlsafe(32)
+        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(token + "\n")
+        return token
