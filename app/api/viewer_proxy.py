@@ -1,7 +1,7 @@
 """The authenticated relay of `/viewer/` to the viser server, which listens on loopback only.
 
-HTTP and WebSocket pass through unchanged, but for two things: a page of another origin may not open the socket,
-and viser's request for a public share tunnel never reaches it: no operator publishes the store by a click.
+HTTP and WebSocket pass through unchanged, but for two things: a page of another origin may not open the
+socket, and viser's request for a public share tunnel never reaches it, so no click publishes the store.
 """
 
 import asyncio
