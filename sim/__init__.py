@@ -1,1 +1,11 @@
-"""PyBullet worlds, one process a world: they implement the robots' `Body`. Imports `robots` only."""
+"""PyBullet worlds: they implement the robots' bodies and sensors. One process a world (`SimulationProcess`).
+
+Only the composition root and the command line may import from here. `sim.world.Simulation` is the same world
+inside the caller's process, for tests and benchmarks; it loads PyBullet, this package alone does not.
+"""
+
+from sim.error import SimulationError
+from sim.process import SimulationProcess
+from sim.truth import SampleTruth, Truth
+
+__all__ = ["SampleTruth", "SimulationError", "SimulationProcess", "Truth"]

@@ -1,0 +1,27 @@
+"""Puts the on-robot software into simulated bodies, told no more than a real robot would be."""
+
+from math import radians
+
+from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
+
+from sim.world import Fitting
+
+
+def behavioural_agent(fitting: Fitting) -> BehaviouralAgent:
+    """An agent with the map of its own reach, the names of its fellows, and the pose it was told."""
+    beacons = {
+        place.name: BeaconSpec(
+            x_m=place.at[0], y_m=place.at[1], approach_rad=tuple(radians(axis) for axis in place.approach_deg)
+        )
+        for place in fitting.reach
+    }
+    profile = RobotProfile(
+        name=fitting.spec.name,
+        start=fitting.told,
+        beacons=beacons,
+        speed_m_s=fitting.spec.speed_m_s,
+        turn_rad_s=fitting.spec.turn_rad_s,
+        repertoire=tuple(fitting.spec.repertoire),
+        others=fitting.others,
+    )
+    return BehaviouralAgent(profile=profile, body=fitting.body, link=fitting.link, clock=fitting.clock)

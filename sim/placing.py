@@ -1,0 +1,88 @@
+"""Start poses: where a seed puts the rovers, and what they are told about it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, hypot, radians, remainder, sin, sqrt, tau
+
+import numpy as np
+
+from robots.body import RADIUS_M, Pose
+from robots.world import RobotSpec, WorldFile
+from sim.walls import Panel, clearance_m
+
+WALL_CLEARANCE_M = RADIUS_M + 0.2  # room to turn with the jaws ahead
+BODY_CLEARANCE_M = 2 * RADIUS_M + 0.2
+SAMPLE_CLEARANCE_M = RADIUS_M + 0.2
+TOLD_SIGMA_M = 0.03
+TOLD_SIGMA_RAD = radians(2)
+SAMPLE_SIGMA_M = 0.01
+_TRIES = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartPlaces:
+    """Draws start poses: within `jitter_m` of the world file's, in the rover's area, clear of all, any heading.
+
+    Without jitter, or where no clear place is found, the world file's own start.
+    """
+
+    world: WorldFile
+    panels: Sequence[Panel]
+    rng: np.random.Generator
+    jitter_m: float
+
+    def poses(self) -> dict[str, Pose]:
+        """A pose a rover. The file's starts are kept free for those that are not placed yet."""
+        poses = {spec.name: _file_start(spec) for spec in self.world.robots}
+        if self.jitter_m > 0:
+            for spec in self.world.robots:
+                others = [pose for name, pose in poses.items() if name != spec.name]
+                poses[spec.name] = self._draw(spec, poses[spec.name], others)
+        return poses
+
+    def _draw(self, spec: RobotSpec, start: Pose, others: Sequence[Pose]) -> Pose:
+        for _ in range(_TRIES):
+            away, around = self.jitter_m * sqrt(self.rng.random()), tau * self.rng.random()
+            pose = Pose(
+                x_m=start.x_m + away * cos(around),
+                y_m=start.y_m + away * sin(around),
+                heading_rad=remainder(tau * self.rng.random(), tau),
+            )
+            if self._clear(spec, (pose.x_m, pose.y_m), others):
+                return pose
+        return start
+
+    def _clear(self, spec: RobotSpec, point: tuple[float, float], others: Sequence[Pose]) -> bool:
+        bodies = [(other.x_m, other.y_m) for other in others]
+        samples = [self.world.location(sample.at).at for sample in self.world.samples]
+        return (
+            self.world.area_of(spec).contains(point)
+            and clearance_m(point, self.panels) >= WALL_CLEARANCE_M
+            and all(hypot(point[0] - x, point[1] - y) >= BODY_CLEARANCE_M for x, y in bodies)
+            and all(hypot(point[0] - x, point[1] - y) >= SAMPLE_CLEARANCE_M for x, y in samples)
+        )
+
+
+def told_pose(true: Pose, rng: np.random.Generator) -> Pose:
+    """What a rover is told of its start: approximately true."""
+    noise = rng.standard_normal(3)
+    return Pose(
+        x_m=true.x_m + TOLD_SIGMA_M * noise[0],
+        y_m=true.y_m + TOLD_SIGMA_M * noise[1],
+        heading_rad=remainder(true.heading_rad + TOLD_SIGMA_RAD * noise[2], tau),
+    )
+
+
+def sample_points(world: WorldFile, rng: np.random.Generator) -> dict[str, tuple[float, float]]:
+    """Where the samples stand at the start: at their locations, within about a centimetre."""
+    points = {}
+    for sample in world.samples:
+        x, y = world.location(sample.at).at
+        noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
+        points[sample.name] = (x + float(noise[0]), y + float(noise[1]))
+    return points
+
+
+def _file_start(spec: RobotSpec) -> Pose:
+    x, y, heading_deg = spec.start
+    return Pose(x_m=x, y_m=y, heading_rad=remainder(radians(heading_deg), tau))

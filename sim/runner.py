@@ -1,0 +1,137 @@
+"""The loop inside a world's process: paces the simulation, answers its parent, ends with it."""
+
+import contextlib
+import os
+import select
+import signal
+import time
+import traceback
+from collections.abc import Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from robots.link import LinkClosed, PipeLink
+from robots.world import WorldFile
+from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, SetSpeed, Stop
+from sim.hub import Hub
+from sim.pacing import Pacer
+
+TELEMETRY_GAP_S = 0.05  # of the wall clock
+LOOK_S = 0.02
+"""At most this much wall time passes between two looks at the control channel."""
+NAP_S = 0.001
+"""Shorter waits are not worth going to sleep for; the ticks they are for are made together after one nap."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Order:
+    """What a world's process is to run."""
+
+    world: WorldFile
+    seed: int
+    speed: float | None
+    jitter_m: float
+
+
+def run(
+    order: Order, control: "Connection[Any, Any]", link: "Connection[bytes, bytes]", now: Gauge, factor: Gauge
+) -> None:
+    """Build the world and run it until told to stop or the parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    try:
+        with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError, LinkClosed):
+            WorldLoop(order, control, link, now, factor).run()
+    except Exception:
+        with contextlib.suppress(OSError):
+            control.send(Failed(traceback.format_exc()))
+    finally:
+        link.close()
+        control.close()
+
+
+class WorldLoop:
+    """One world, one control channel, one link."""
+
+    def __init__(
+        self,
+        order: Order,
+        control: "Connection[Any, Any]",
+        link: "Connection[bytes, bytes]",
+        now: Gauge,
+        factor: Gauge,
+    ) -> None:
+        with _quiet():
+            from sim.agents import behavioural_agent
+            from sim.world import Simulation
+        hub = Hub(
+            PipeLink(link),
+            [spec.name for spec in order.world.robots],
+            telemetry_gap_s=TELEMETRY_GAP_S,
+            wall_s=time.monotonic,
+            has_room=lambda: bool(select.select([], [link], [], 0)[1]),
+        )
+        self._simulation = Simulation(
+            order.world, make_agent=behavioural_agent, seed=order.seed, jitter_m=order.jitter_m, hub=hub
+        )
+        self._control, self._now, self._factor = control, now, factor
+        self._pacer = Pacer(time.monotonic, order.speed)
+        self._stopped = False
+
+    def run(self) -> None:
+        """Until told to stop.
+
+        :raises EOFError: if the parent is gone; so does `LinkClosed`.
+        """
+        self._control.send(Done())
+        while not self._stopped:
+            wait_s = self._advance()
+            self._factor.value = self._pacer.real_time_factor
+            if self._control.poll(wait_s):
+                self._answer(self._control.recv())
+
+    def _advance(self) -> float | None:
+        """Make the ticks that are due, for `LOOK_S` at most; how long then to wait for a command."""
+        look_at_s = time.monotonic() + LOOK_S
+        clock = self._simulation.clock
+        while (wait_s := self._pacer.wait_s(clock.now_s())) == 0.0:
+            self._simulation.step()
+            self._now.value = clock.now_s()
+            if time.monotonic() >= look_at_s:
+                return 0.0
+        return None if wait_s is None else max(wait_s, NAP_S)
+
+    def _answer(self, command: Command) -> None:
+        world_s = self._simulation.clock.now_s()
+        answer: Answer = Done()
+        match command:
+            case AskTruth():
+                answer = self._simulation.truth()
+            case SetSpeed(speed):
+                answer = self._try_speed(speed, world_s)
+            case Pause(paused):
+                self._pacer.pause(paused, world_s)
+            case Stop():
+                self._stopped = True
+                return
+        self._control.send(answer)
+
+    def _try_speed(self, speed: float | None, world_s: float) -> Answer:
+        try:
+            self._pacer.set_speed(speed, world_s)
+        except ValueError as error:
+            return Failed(str(error))
+        return Done()
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """PyBullet prints its build time when it is imported; the operator's terminal is no place for it."""
+    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nothing)

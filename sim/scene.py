@@ -1,0 +1,185 @@
+"""The physical scene in PyBullet: walls, rovers and samples as rigid bodies that move in the plane.
+
+Frames and units: world frame of the world file, metres, radians, counter-clockwise.
+Our choices: there is no gravity; every body is held in its plane instead, and the floor's friction is so
+strong that a sample moves only while it is pushed. Rovers are velocity-set: the solver lets walls and bodies
+stop them.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import atan2, cos, remainder, sin, tau
+from typing import Any
+
+import pybullet
+
+from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose
+from sim.walls import WALL_HEIGHT_M, WALL_THICKNESS_M, Panel
+
+TICK_S = 1 / 60
+SUBSTEPS = 4  # of 1/240 s each
+
+ROVER_HEIGHT_M = 0.3
+SAMPLE_RADIUS_M = 0.06
+SAMPLE_HEIGHT_M = 0.15
+LIFTED_M = 0.245
+"""Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
+
+WALLS, ROVERS, SAMPLES = 1, 2, 4  # collision groups
+EVERYTHING = WALLS | ROVERS | SAMPLES
+
+Point3 = tuple[float, float, float]
+
+
+class Scene:
+    """One PyBullet world without a window. Bodies are known by their names in the world file."""
+
+    def __init__(
+        self, panels: Sequence[Panel], rovers: Mapping[str, Pose], samples: Mapping[str, tuple[float, float]]
+    ) -> None:
+        self._client: int = pybullet.connect(pybullet.DIRECT)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=TICK_S,
+            numSubSteps=SUBSTEPS,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
+        for panel in panels:
+            self._add_wall(panel)
+        shape = self._rover_shape()
+        self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
+        self._samples = {name: self._add_sample(point) for name, point in samples.items()}
+        self._held: set[str] = set()
+
+    def pose(self, rover: str) -> Pose:
+        """A rover's true pose."""
+        (x, y, _), turn = pybullet.getBasePositionAndOrientation(
+            self._rovers[rover], physicsClientId=self._client
+        )
+        return Pose(x_m=x, y_m=y, heading_rad=remainder(2 * atan2(turn[2], turn[3]), tau))
+
+    def sample_point(self, sample: str) -> Point3:
+        """A sample's true middle."""
+        place, _ = pybullet.getBasePositionAndOrientation(self._samples[sample], physicsClientId=self._client)
+        return (place[0], place[1], place[2])
+
+    def drive(self, rover: str, linear_m_s: float, angular_rad_s: float) -> None:
+        """Give a rover its velocity for the coming tick, along its own heading."""
+        heading = self.pose(rover).heading_rad
+        pybullet.resetBaseVelocity(
+            self._rovers[rover],
+            [linear_m_s * cos(heading), linear_m_s * sin(heading), 0.0],
+            [0.0, 0.0, angular_rad_s],
+            physicsClientId=self._client,
+        )
+
+    def step(self) -> None:
+        """Advance by one tick of 1/60 s and put every body back into its plane."""
+        pybullet.stepSimulation(physicsClientId=self._client)
+        for rover, body in self._rovers.items():
+            pose = self.pose(rover)
+            self._place(body, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+        for sample, body in self._samples.items():
+            if sample not in self._held:
+                self._settle(body)
+
+    def lift(self, sample: str) -> None:
+        """A sample in jaws touches nothing; `carry` moves it."""
+        self._held.add(sample)
+        self._collide(self._samples[sample], 0, 0)
+
+    def carry(self, sample: str, point: tuple[float, float]) -> None:
+        """Move a lifted sample to a point in the plane."""
+        self._place(self._samples[sample], (*point, LIFTED_M), 0.0)
+
+    def set_down(self, sample: str, point: tuple[float, float]) -> None:
+        """Stand a lifted sample on the floor, where it is solid again."""
+        self._held.discard(sample)
+        self._collide(self._samples[sample], SAMPLES, EVERYTHING)
+        self._place(self._samples[sample], (*point, SAMPLE_HEIGHT_M / 2), 0.0)
+
+    def cast(self, starts: Sequence[Point3], ends: Sequence[Point3], *, mask: int) -> list[float]:
+        """The share of each ray that is free of bodies of the masked groups; 1 where nothing is hit."""
+        hits = pybullet.rayTestBatch(starts, ends, collisionFilterMask=mask, physicsClientId=self._client)
+        return [hit[2] for hit in hits]
+
+    def touched(self, rover: str) -> bool:
+        """True while the rover's body or jaws press against anything."""
+        contacts = pybullet.getContactPoints(bodyA=self._rovers[rover], physicsClientId=self._client)
+        return any(contact[8] < 1e-3 for contact in contacts)
+
+    def close(self) -> None:
+        pybullet.disconnect(physicsClientId=self._client)
+
+    def _add_wall(self, panel: Panel) -> None:
+        (x0, y0), (x1, y1) = panel.start, panel.end
+        half = [panel.length_m / 2, WALL_THICKNESS_M / 2, WALL_HEIGHT_M / 2]
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client
+        )
+        middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
+        body = self._add(0.0, shape, middle, atan2(y1 - y0, x1 - x0))
+        self._collide(body, WALLS, EVERYTHING)
+
+    def _rover_shape(self) -> int:
+        """A round body with its jaws ahead, which pass over standing samples but not through walls."""
+        inside, tip = RADIUS_M - 0.04, GRIPPER_REACH_M + SAMPLE_RADIUS_M / 2
+        jaws = [(tip - inside) / 2, SAMPLE_RADIUS_M, 0.05]
+        shape: int = pybullet.createCollisionShapeArray(
+            shapeTypes=[pybullet.GEOM_CYLINDER, pybullet.GEOM_BOX],
+            radii=[RADIUS_M, 0.0],
+            lengths=[ROVER_HEIGHT_M, 0.0],
+            halfExtents=[[0.0, 0.0, 0.0], jaws],
+            collisionFramePositions=[[0, 0, 0], [(tip + inside) / 2, 0, LIFTED_M - ROVER_HEIGHT_M / 2]],
+            physicsClientId=self._client,
+        )
+        return shape
+
+    def _add_rover(self, shape: int, pose: Pose) -> int:
+        body = self._add(20.0, shape, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+        # NOTE: resistance to roll and pitch stands for wheels on the floor.
+        self._tune(body, localInertiaDiagonal=[1e4, 1e4, 0.5], lateralFriction=0.1)
+        self._collide(body, ROVERS, EVERYTHING)
+        return body
+
+    def _add_sample(self, point: tuple[float, float]) -> int:
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_CYLINDER,
+            radius=SAMPLE_RADIUS_M,
+            height=SAMPLE_HEIGHT_M,
+            physicsClientId=self._client,
+        )
+        body = self._add(0.5, shape, (*point, SAMPLE_HEIGHT_M / 2), 0.0)
+        self._tune(body, lateralFriction=0.1)
+        self._collide(body, SAMPLES, EVERYTHING)
+        return body
+
+    def _add(self, mass_kg: float, shape: int, middle: Point3, heading_rad: float) -> int:
+        turn = pybullet.getQuaternionFromEuler([0.0, 0.0, heading_rad])
+        body: int = pybullet.createMultiBody(mass_kg, shape, -1, middle, turn, physicsClientId=self._client)
+        return body
+
+    def _tune(self, body: int, **properties: Any) -> None:
+        pybullet.changeDynamics(
+            body,
+            -1,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            restitution=0.0,
+            physicsClientId=self._client,
+            **properties,
+        )
+
+    def _collide(self, body: int, group: int, mask: int) -> None:
+        pybullet.setCollisionFilterGroupMask(body, -1, group, mask, physicsClientId=self._client)
+
+    def _place(self, body: int, middle: Point3, heading_rad: float) -> None:
+        turn = (0.0, 0.0, sin(heading_rad / 2), cos(heading_rad / 2))
+        pybullet.resetBasePositionAndOrientation(body, middle, turn, physicsClientId=self._client)
+
+    def _settle(self, body: int) -> None:
+        """Floor friction: what was pushed in this tick stands still at its end, upright."""
+        linear, angular = pybullet.getBaseVelocity(body, physicsClientId=self._client)
+        if any(linear) or any(angular):
+            (x, y, _), _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+            self._place(body, (x, y, SAMPLE_HEIGHT_M / 2), 0.0)
+            pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)

@@ -1,0 +1,215 @@
+"""A simulated world: scene, bodies, agents, clock. Bit-identical for the same file, seed and messages."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import hypot, radians
+from typing import Protocol
+
+import numpy as np
+
+from robots.body import Body, Pose, Readings
+from robots.clock import Clock
+from robots.link import InMemoryLink, Link
+from robots.world import Location, RobotSpec, WorldFile
+from sim.body import SimulatedBody
+from sim.hub import Hub
+from sim.jaws import Jaws
+from sim.odometry import Odometry
+from sim.placing import StartPlaces, sample_points, told_pose
+from sim.scene import TICK_S, Scene
+from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
+from sim.truth import SampleTruth, Truth
+from sim.walls import panels_of
+
+TICKS_A_CONTROL = 3  # agents sense and act at 20 Hz
+LIES_IN_M = 0.25
+"""A sample lies in a location when it is this near to it."""
+
+
+class Agent(Protocol):
+    """A robot's on-board software, driven by the world's clock at 20 Hz."""
+
+    def tick(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitting:
+    """What an agent is fitted out with: spec, the locations of its reach, the pose it was told, its seams."""
+
+    spec: RobotSpec
+    reach: tuple[Location, ...]
+    others: tuple[str, ...]
+    told: Pose
+    body: Body
+    link: Link
+    clock: Clock
+
+
+AgentMaker = Callable[[Fitting], Agent]
+
+
+class WorldClock:
+    """The world's clock: the number of ticks, in seconds."""
+
+    def __init__(self) -> None:
+        self.ticks = 0
+
+    def now_s(self) -> float:
+        return self.ticks * TICK_S
+
+
+class Simulation:
+    """A world in this process. `step` advances it by 1/60 s.
+
+    :param hub: sorts the service's messages; without one, `link` is the service's end of an in-memory link.
+    :param jitter_m: how far start places may be from the world file's; headings are then random, too.
+    """
+
+    def __init__(
+        self,
+        world: WorldFile,
+        *,
+        make_agent: AgentMaker,
+        seed: int = 0,
+        jitter_m: float = 0.4,
+        hub: Hub | None = None,
+    ) -> None:
+        placing, *streams = [
+            np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(len(world.robots) + 1)
+        ]
+        self.world, self.clock = world, WorldClock()
+        self.link, robots_end = InMemoryLink.pair()
+        self.hub = hub or Hub(robots_end, [spec.name for spec in world.robots])
+        self._rngs = {spec.name: rng for spec, rng in zip(world.robots, streams, strict=True)}
+        panels = panels_of(world)
+        starts = StartPlaces(world=world, panels=panels, rng=placing, jitter_m=jitter_m).poses()
+        points = sample_points(world, placing)
+        self.scene = Scene(panels, starts, points)
+        self._jaws = Jaws(self.scene, list(starts), list(points))
+        self._whiskers = Whiskers(world.robots)
+        self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}
+        told = {name: told_pose(pose, placing) for name, pose in starts.items()}
+        self.bodies = {
+            spec.name: SimulatedBody(
+                spec, self._jaws, Odometry(told[spec.name], self.scene.pose(spec.name), self._rngs[spec.name])
+            )
+            for spec in world.robots
+        }
+        self._sense()
+        self.agents = {spec.name: make_agent(self._fitting(spec, told[spec.name])) for spec in world.robots}
+
+    def step(self) -> None:
+        """One tick of 1/60 s; every third begins with the agents' sensing and acting.
+
+        :raises LinkClosed: if the service is gone.
+        """
+        if self.clock.ticks % TICKS_A_CONTROL == 0:
+            self.hub.fetch()
+            self._sense()
+            for agent in self.agents.values():
+                agent.tick()
+            self.hub.flush()
+        for name, body in self.bodies.items():
+            self.scene.drive(name, *body.accelerate())
+        self.scene.step()
+        self._jaws.carry()
+        self.clock.ticks += 1
+
+    def run_until(self, done: Callable[[], bool], *, timeout_s: float) -> bool:
+        """Step until `done`, asked at 20 Hz, or the timeout in world time; True if done."""
+        end_s = self.clock.now_s() + timeout_s
+        while not done():
+            if self.clock.now_s() >= end_s:
+                return False
+            for _ in range(TICKS_A_CONTROL):
+                self.step()
+        return True
+
+    def truth(self) -> Truth:
+        """The world as it is; never for an agent."""
+        return Truth(time_s=self.clock.now_s(), robots=self._poses(), samples=self._sample_truths())
+
+    def close(self) -> None:
+        self.scene.close()
+
+    def _fitting(self, spec: RobotSpec, told: Pose) -> Fitting:
+        return Fitting(
+            spec=spec,
+            reach=self.world.reach_of(spec),
+            others=tuple(other for other in self.bodies if other != spec.name),
+            told=told,
+            body=self.bodies[spec.name],
+            link=self.hub.end_of(spec.name),
+            clock=self.clock,
+        )
+
+    def _sense(self) -> None:
+        poses = self._poses()
+        for name, body in self.bodies.items():
+            body.odometry.update(poses[name])
+        ranges = self._whiskers.read(self.scene, poses, self._rngs)
+        seen = sightings(self.scene, poses, self._emitters(poses), self._rngs)
+        for name, body in self.bodies.items():
+            body.refresh(
+                Readings(
+                    time_s=self.clock.now_s(),
+                    ranges_m=ranges[name],
+                    bumper=self.scene.touched(name),
+                    sightings=seen[name],
+                    gripper=self._jaws.state(name),
+                )
+            )
+
+    def _emitters(self, poses: Mapping[str, Pose]) -> dict[str, list[Emitter]]:
+        """A robot sees its beacons, the other robots, and every tag that is not hidden in its own jaws."""
+        robots = [Emitter(identity=name, x_m=pose.x_m, y_m=pose.y_m) for name, pose in poses.items()]
+        tags = [
+            (
+                Emitter(identity=sample.name, x_m=x, y_m=y, reach_m=TAG_RANGE_M),
+                self._jaws.holders(sample.name),
+            )
+            for sample in self.world.samples
+            for x, y, _ in [self.scene.sample_point(sample.name)]
+        ]
+        return {
+            name: [
+                *self._beacons[name],
+                *(robot for robot in robots if robot.identity != name),
+                *(tag for tag, holders in tags if name not in holders),
+            ]
+            for name in poses
+        }
+
+    def _poses(self) -> dict[str, Pose]:
+        return {name: self.scene.pose(name) for name in self.bodies}
+
+    def _sample_truths(self) -> dict[str, SampleTruth]:
+        found = {}
+        for sample in self.world.samples:
+            x, y, _ = self.scene.sample_point(sample.name)
+            holders = self._jaws.holders(sample.name)
+            place = None if holders else _place_at(self.world, (x, y))
+            found[sample.name] = SampleTruth(x_m=x, y_m=y, place=place, holders=holders)
+        return found
+
+
+def _beacons(world: WorldFile, spec: RobotSpec) -> tuple[Emitter, ...]:
+    return tuple(
+        Emitter(
+            identity=place.name,
+            x_m=place.at[0],
+            y_m=place.at[1],
+            axes_rad=tuple(radians(axis) for axis in place.approach_deg),
+        )
+        for place in world.reach_of(spec)
+    )
+
+
+def _place_at(world: WorldFile, point: tuple[float, float]) -> str | None:
+    near = [
+        (hypot(point[0] - place.at[0], point[1] - place.at[1]), place.name)
+        for place in world.locations
+        if place.capacity
+    ]
+    distance_m, name = min(near, default=(float("inf"), ""))
+    return name if distance_m <= LIES_IN_M else None
