@@ -1,0 +1,360 @@
+"""A small stand-in for the service: its public API with canned answers, enough for console and view."""
+
+import asyncio
+import json
+import socket
+import threading
+import time
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from fastapi import Depends, FastAPI, HTTPException, Request, Response
+from fastapi.responses import JSONResponse, StreamingResponse
+from fastapi.staticfiles import StaticFiles
+
+from robots.world import load_world
+
+TOKEN = "secret"
+WORLD = "sample_store"
+STATIC = Path(__file__).parents[2] / "web" / "static"
+CONTENT_POLICY = "default-src 'self'; frame-ancestors 'self'"
+
+
+def action(
+    number: int, tag: str, robot: str, window: tuple[float, float, float], about: str
+) -> dict[str, Any]:
+    start_s, takes_s, slack_s = window
+    return {
+        "id": f"a{number}",
+        "tag": tag,
+        "arguments": {},
+        "agents": [robot],
+        "duration_s": takes_s,
+        "earliest_start_s": start_s,
+        "latest_start_s": start_s + slack_s,
+        "earliest_end_s": start_s + takes_s,
+        "slack_s": slack_s,
+        "description": about,
+    }
+
+
+ACTIONS = [
+    action(1, "NAVIGATE", "yard_1", (0, 4.2, 0), "yard_1 goes from home_yard_1 to door_1"),
+    action(2, "DOCK", "yard_1", (4.2, 5, 0), "yard_1 drives up to sample_1 at door_1 and grips it"),
+    action(3, "TRANSPORT", "yard_1", (9.2, 8.1, 0), "yard_1 carries sample_1 from door_1 to interchange_1"),
+    action(4, "RELEASE2", "yard_1", (17.3, 6, 0), "yard_1 deposits sample_1 at interchange_1"),
+    action(5, "NAVIGATE", "store_1", (0, 11.4, 11.9), "store_1 goes from home_store_1 to interchange_1"),
+    action(6, "DOCK", "store_1", (23.3, 5, 0), "store_1 drives up to sample_1 at interchange_1 and grips it"),
+    action(7, "TRANSPORT", "store_1", (28.3, 6.6, 0), "store_1 carries sample_1 from interchange_1 to bay_1"),
+    action(8, "RELEASE2", "store_1", (34.9, 6, 0), "store_1 deposits sample_1 at bay_1"),
+]
+LINKS = [
+    ("initial", "in", ["sample_1", "door_1"], "a2"),
+    ("a1", "near", ["yard_1", "door_1"], "a2"),
+    ("a2", "in", ["sample_1", "yard_1"], "a3"),
+    ("a3", "near", ["yard_1", "interchange_1"], "a4"),
+    ("a4", "in", ["sample_1", "interchange_1"], "a6"),
+    ("a5", "near", ["store_1", "interchange_1"], "a6"),
+    ("a6", "in", ["sample_1", "store_1"], "a7"),
+    ("a7", "near", ["store_1", "bay_1"], "a8"),
+    ("a8", "in", ["sample_1", "bay_1"], "goal"),
+]
+
+
+class FakeService:
+    """The state behind the canned answers; tests change it and `publish` that they did."""
+
+    def __init__(self) -> None:
+        self.world = load_world(WORLD)
+        self.time_s = 12.0
+        self.version = 1
+        self.goals: dict[str, dict[str, Any]] = {}
+        self.plans: dict[str, dict[str, Any]] = {}
+        self.missions: dict[str, dict[str, Any]] = {}
+        self.facts = [{"predicate": "in", "args": [s.name, s.at]} for s in self.world.samples]
+        self.telemetry = {
+            robot.name: {
+                "x_m": robot.start[0],
+                "y_m": robot.start[1],
+                "heading_rad": robot.start[2] * 3.14159265 / 180,
+                "ranges_m": [None, 1.2] * (robot.whiskers // 2),
+                "holding": None,
+                "battery": 0.97,
+                "packet_tag": None,
+                "tags": {},
+                "at_s": 12.0,
+            }
+            for robot in self.world.robots
+        }
+        self.events: list[dict[str, Any]] = []
+        self.decisions: list[tuple[str, str, str]] = []
+        self.stopping = False
+
+    def publish(self, type_: str, subject: str) -> None:
+        seq = len(self.events) + 1
+        self.events.append({"seq": seq, "time": "", "type": type_, "subject": subject, "data": {}})
+
+    def propose(self, text: str, **changes: Any) -> dict[str, Any]:
+        """A goal whose plan is proposed at once."""
+        number = len(self.goals) + 1
+        goal = {
+            "id": f"goal-{number}",
+            "world": WORLD,
+            "text": text,
+            "goal": [{"predicate": "in", "args": ["sample_1", "bay_1"]}],
+            "state": "planned",
+            "reason": None,
+            "plan_id": f"plan-{number}",
+            "mission_id": None,
+            "outcome": None,
+            "created_at": f"2026-11-21T12:00:{number:02}Z",
+        }
+        self.goals[goal["id"]] = goal | changes
+        self.plans[goal["plan_id"]] = self._plan(f"plan-{number}", goal["id"])
+        self.publish("goal.planned", goal["id"])
+        return self.goals[goal["id"]]
+
+    def approve(self, plan_id: str) -> dict[str, Any]:
+        plan = self.plans[plan_id]
+        mission_id = plan_id.replace("plan", "mission")
+        plan["state"] = "approved"
+        goal = self.goals[plan["goal_id"]]
+        goal |= {"state": "committed", "mission_id": mission_id}
+        self.missions[mission_id] = {
+            "id": mission_id,
+            "goal_id": goal["id"],
+            "plan_id": plan_id,
+            "world": WORLD,
+            "state": "running",
+            "reason": None,
+            "failure": None,
+            "estimate_s": 40.9,
+            "original_estimate_s": 40.9,
+            "started_at_s": self.time_s,
+            "deadline_s": self.time_s + 81.4,
+            "ended_at_s": None,
+            "progress": [self._progress("yard_1", "running"), self._progress("store_1", "waiting")],
+            "created_at": goal["created_at"],
+        }
+        self.publish("mission.running", mission_id)
+        return plan | {"mission_id": mission_id}
+
+    def complete(self, mission_id: str) -> None:
+        mission = self.missions[mission_id]
+        mission |= {"state": "completed", "ended_at_s": self.time_s + 39.0}
+        mission["progress"] = [self._progress("yard_1", "finished"), self._progress("store_1", "finished")]
+        self.goals[mission["goal_id"]] |= {"state": "finished", "outcome": "achieved: in(sample_1, bay_1)"}
+        self.publish("mission.completed", mission_id)
+
+    def robots(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "id": name,
+                "name": name,
+                "world": WORLD,
+                "connection": "online",
+                "last_heard_s": self.time_s,
+                "pose": {key: told[key] for key in ("x_m", "y_m", "heading_rad")},
+                "packet": told["packet_tag"],
+                "battery": told["battery"],
+                "holding": told["holding"],
+            }
+            for name, told in self.telemetry.items()
+        ]
+
+    def _plan(self, plan_id: str, goal_id: str) -> dict[str, Any]:
+        return {
+            "id": plan_id,
+            "goal_id": goal_id,
+            "state": "proposed",
+            "actions": ACTIONS,
+            "causal_links": [
+                {"producer": producer, "fact": {"predicate": predicate, "args": args}, "consumer": consumer}
+                for producer, predicate, args, consumer in LINKS
+            ],
+            "orderings": [],
+            "makespan_s": 40.9,
+            "engine": "fast-downward",
+            "planning_s": 0.31,
+            "robots": ["store_1", "yard_1"],
+            "recruitment": {
+                "yard_1": "nearest of two that reach door_1",
+                "store_1": "the only one in aisle_1",
+            },
+            "comment": None,
+        }
+
+    def _progress(self, robot: str, state: str) -> dict[str, Any]:
+        done = state == "finished"
+        packets = [
+            {
+                "id": act["id"],
+                "tag": act["tag"],
+                "description": act["description"],
+                "state": state if done or index == 0 else "waiting",
+                "started_at_s": act["earliest_start_s"] + self.time_s if done or index == 0 else None,
+                "finished_at_s": act["earliest_end_s"] + self.time_s if done else None,
+                "expected_start_s": act["earliest_start_s"],
+                "expected_duration_s": act["duration_s"],
+            }
+            for index, act in enumerate(act for act in ACTIONS if act["agents"] == [robot])
+        ]
+        return {"robot": robot, "script_id": f"script-{robot}", "state": state, "packets": packets}
+
+
+def require_token(request: Request) -> None:
+    told = request.headers.get("authorization", "").removeprefix("Bearer ") or request.cookies.get("macta")
+    if told != TOKEN:
+        raise HTTPException(401)
+
+
+def items(values: Any) -> dict[str, Any]:
+    return {"items": list(values), "next": None}
+
+
+def create_app(service: FakeService) -> FastAPI:
+    app = FastAPI()
+    v1 = [Depends(require_token)]
+
+    @app.middleware("http")
+    async def policy(request: Request, call_next: Any) -> Response:
+        answer: Response = await call_next(request)
+        answer.headers.setdefault("content-security-policy", CONTENT_POLICY)
+        if request.query_params.get("token") == TOKEN:
+            answer.set_cookie("macta", TOKEN, httponly=True, samesite="strict")
+        return answer
+
+    def world_line() -> dict[str, Any]:
+        title = service.world.title
+        return {
+            "id": WORLD,
+            "name": WORLD,
+            "title": title,
+            "time_s": service.time_s,
+            "version": service.version,
+        }
+
+    @app.get("/v1/worlds", dependencies=v1)
+    def worlds() -> Any:
+        return items([world_line()])
+
+    @app.get("/v1/worlds/{world}", dependencies=v1)
+    def world(world: str) -> Any:
+        return world_line() | {"layout": service.world.model_dump(mode="json")}
+
+    @app.get("/v1/worlds/{world}/facts", dependencies=v1)
+    def facts(world: str) -> Any:
+        return items([fact | {"source": "operator", "at_s": 0.0} for fact in service.facts]) | {
+            "version": service.version
+        }
+
+    @app.get("/v1/goals", dependencies=v1)
+    def goals() -> Any:
+        return items(service.goals.values())
+
+    @app.post("/v1/goals", dependencies=v1)
+    def state_goal(body: dict[str, Any]) -> Any:
+        if "sample_9" in body["text"]:
+            problem = {
+                "type": "unknown-sample",
+                "title": "Unknown sample",
+                "status": 422,
+                "detail": "There is no sample_9 in sample_store",
+                "choices": ["sample_1", "sample_2"],
+            }
+            return JSONResponse(problem, 422, media_type="application/problem+json")
+        return JSONResponse(service.propose(body["text"]), 202)
+
+    @app.get("/v1/goals/{goal_id}", dependencies=v1)
+    def goal(goal_id: str) -> Any:
+        return service.goals[goal_id]
+
+    @app.get("/v1/plans/{plan_id}", dependencies=v1)
+    def plan(plan_id: str) -> Any:
+        return service.plans[plan_id]
+
+    @app.post("/v1/plans/{plan_id}:{verb}", dependencies=v1)
+    def decide(plan_id: str, verb: str, body: dict[str, Any]) -> Any:
+        service.decisions.append((plan_id, verb, body["comment"]))
+        if verb == "approve":
+            return JSONResponse(service.approve(plan_id), 202)
+        service.plans[plan_id] |= {"state": "rejected", "comment": body["comment"]}
+        service.publish("plan.rejected", plan_id)
+        return JSONResponse(service.plans[plan_id], 202)
+
+    @app.get("/v1/missions", dependencies=v1)
+    def missions() -> Any:
+        return items(service.missions.values())
+
+    @app.get("/v1/missions/{mission_id}", dependencies=v1)
+    def mission(mission_id: str) -> Any:
+        return service.missions[mission_id]
+
+    @app.post("/v1/missions/{mission_id}:{verb}", dependencies=v1)
+    def steer(mission_id: str, verb: str) -> Any:
+        states = {"pause": "paused", "resume": "running", "cancel": "cancelled"}
+        service.missions[mission_id]["state"] = states[verb]
+        service.publish(f"mission.{states[verb]}", mission_id)
+        return JSONResponse(service.missions[mission_id], 202)
+
+    @app.get("/v1/robots", dependencies=v1)
+    def robots() -> Any:
+        return items(service.robots())
+
+    async def event_lines() -> AsyncIterator[str]:
+        sent = 0
+        yield ": hello\n\n"
+        while not service.stopping:
+            for event in service.events[sent:]:
+                yield f"id: {event['seq']}\ndata: {json.dumps(event)}\n\n"
+            sent = len(service.events)
+            await asyncio.sleep(0.02)
+
+    @app.get("/v1/events", dependencies=v1)
+    def events() -> StreamingResponse:
+        return StreamingResponse(event_lines(), media_type="text/event-stream")
+
+    async def telemetry_lines() -> AsyncIterator[str]:
+        while not service.stopping:
+            told = {"world": WORLD, "time_s": service.time_s, "robots": service.telemetry}
+            yield f"data: {json.dumps(told)}\n\n"
+            await asyncio.sleep(0.1)
+
+    @app.get("/v1/telemetry", dependencies=v1)
+    def telemetry(world: str) -> StreamingResponse:
+        return StreamingResponse(telemetry_lines(), media_type="text/event-stream")
+
+    return app
+
+
+def add_console(app: FastAPI) -> None:
+    """The console's files, last: they answer for every path that is nobody else's."""
+    app.mount("/", StaticFiles(directory=STATIC, html=True))
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def served(app: FastAPI, service: FakeService, port: int | None = None) -> Iterator[str]:
+    """The app on a loopback port; yields its address."""
+    port = port or free_port()
+    service.stopping = False
+    config = uvicorn.Config(app, host="127.0.0.1", port=port, log_level="error", timeout_graceful_shutdown=1)
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    try:
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        service.stopping = True
+        server.should_exit = True
+        thread.join(10)

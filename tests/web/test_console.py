@@ -1,0 +1,145 @@
+"""The operator's console in a real browser, before a stand-in for the service."""
+
+import re
+import shutil
+from collections.abc import Iterator
+
+import pytest
+
+from tests.web.fake_api import TOKEN, FakeService, add_console, create_app, free_port, served
+
+playwright = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Browser, Page, expect, sync_playwright  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine"),
+]
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-sync",
+]
+HOSTILE = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def service() -> FakeService:
+    return FakeService()
+
+
+@pytest.fixture
+def page(browser: Browser, service: FakeService) -> Iterator[Page]:
+    app = create_app(service)
+    add_console(app)
+    with served(app, service) as address:
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
+        complaints: list[str] = []
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda line: complaints.append(line.text) if "Policy" in line.text else None)
+        page.goto(f"{address}/?token={TOKEN}")
+        expect(page.get_by_test_id("live-badge")).to_have_text("live")
+        yield page
+        page.close()
+        assert complaints == []
+
+
+def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeService) -> None:
+    page.get_by_test_id("goal-text").fill("move sample_1 to bay_1")
+    page.get_by_test_id("goal-submit").click()
+    expect(page.get_by_test_id("plan")).to_contain_text("8 actions, 41 s")
+    expect(page.get_by_test_id("plan")).to_contain_text("yard_1 drives up to sample_1 at door_1")
+    expect(page.get_by_test_id("causal-links")).to_contain_text("Causal links (9)")
+    page.get_by_test_id("plan-comment").fill("go on")
+    page.get_by_test_id("plan-approve").click()
+    expect(page.get_by_test_id("mission-state")).to_have_text("running")
+    assert service.decisions == [("plan-1", "approve", "go on")]
+    service.complete("mission-1")
+    expect(page.get_by_test_id("mission-state")).to_have_text("completed")
+    expect(page.get_by_test_id("mission")).to_contain_text("39 s of 41 s estimated")
+    expect(page.get_by_test_id("mission").locator("[data-state=finished]")).to_have_count(8)
+
+
+def test_a_rejection_needs_a_comment_and_carries_it(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    page.get_by_test_id("plan-reject").click()
+    expect(page.get_by_test_id("plan")).to_contain_text("Say in the comment why")
+    assert service.decisions == []
+    page.get_by_test_id("plan-comment").fill("use the other door")
+    page.get_by_test_id("plan-reject").click()
+    expect(page.get_by_test_id("plan-state")).to_have_text("rejected")
+    expect(page.get_by_test_id("plan-approve")).to_have_count(0)
+    assert service.decisions == [("plan-1", "reject", "use the other door")]
+
+
+def test_an_error_of_the_service_is_shown_with_its_choices(page: Page, service: FakeService) -> None:
+    page.get_by_test_id("goal-text").fill("move sample_9 to bay_1")
+    page.get_by_test_id("goal-submit").click()
+    expect(page.get_by_test_id("goal-problem")).to_contain_text("There is no sample_9 in sample_store")
+    page.get_by_test_id("goal-problem").get_by_role("button", name="sample_2").click()
+    expect(page.get_by_test_id("goal-text")).to_have_value("move sample_2 to bay_1")
+    assert service.goals == {}
+
+
+def test_text_from_elsewhere_is_never_read_as_markup(page: Page, service: FakeService) -> None:
+    service.propose(HOSTILE, reason=HOSTILE)
+    plan = service.plans["plan-1"]
+    plan |= {"comment": HOSTILE, "engine": HOSTILE, "recruitment": {HOSTILE: HOSTILE}}
+    plan["actions"] = [plan["actions"][0] | {"tag": HOSTILE, "description": HOSTILE, "agents": [HOSTILE]}]
+    service.approve("plan-1")
+    service.missions["mission-1"] |= {"reason": HOSTILE, "failure": HOSTILE}
+    service.publish("mission.failed", "mission-1")
+    expect(page.get_by_test_id("goal-item")).to_contain_text(HOSTILE)
+    expect(page.get_by_test_id("plan")).to_contain_text(HOSTILE)
+    expect(page.get_by_test_id("mission")).to_contain_text(HOSTILE)
+    assert page.locator("img").count() == 0
+    assert page.title() == "Macta"
+
+
+def test_a_running_mission_is_paused_resumed_and_cancelled(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    for control, state in (("pause", "paused"), ("resume", "running"), ("cancel", "cancelled")):
+        page.get_by_test_id(f"mission-{control}").click()
+        expect(page.get_by_test_id("mission-state")).to_have_text(state)
+    expect(page.get_by_test_id("mission-cancel")).to_have_count(0)
+
+
+def test_a_comment_being_written_survives_other_news(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    page.get_by_test_id("plan-comment").fill("not yet done writ")
+    service.propose("move sample_2 to bay_3")
+    expect(page.get_by_test_id("goal-item")).to_have_count(2)
+    expect(page.get_by_test_id("plan-comment")).to_have_value("not yet done writ")
+
+
+def test_the_page_holds_no_token_in_its_address(page: Page) -> None:
+    expect(page).to_have_url(re.compile(r"^http://127\.0\.0\.1:\d+/$"))
+
+
+def test_the_badge_says_when_the_page_is_not_live_and_live_again(
+    browser: Browser, service: FakeService
+) -> None:
+    app, port = create_app(service), free_port()
+    add_console(app)
+    page = browser.new_page()
+    with served(app, service, port) as address:
+        page.goto(f"{address}/?token={TOKEN}")
+        expect(page.get_by_test_id("live-badge")).to_have_text("live")
+    expect(page.get_by_test_id("live-badge")).to_have_text("not live")
+    with served(app, service, port):
+        service.propose("move sample_1 to bay_1")
+        expect(page.get_by_test_id("live-badge")).to_have_text("live", timeout=15_000)
+        expect(page.get_by_test_id("goal-item")).to_have_count(1)
+    page.close()

@@ -1,0 +1,56 @@
+// The service's public HTTP API, as any client sees it. The session cookie says who asks.
+
+export class Problem extends Error {
+  constructor({ title, detail, status, choices }) {
+    super(detail || title || "The service did not say why");
+    this.title = title ?? "";
+    this.status = status ?? 0;
+    this.choices = choices ?? [];
+  }
+}
+
+export async function get(path) {
+  return answer(await reach(path, { headers: { accept: "application/json" } }));
+}
+
+export async function post(path, body = {}) {
+  const headers = {
+    "content-type": "application/json",
+    accept: "application/json",
+    "idempotency-key": key(),
+  };
+  return answer(await reach(path, { method: "POST", headers, body: JSON.stringify(body) }));
+}
+
+// The items of a list, all its pages.
+export async function list(path) {
+  const items = [];
+  let next = null;
+  do {
+    const page = await get(next === null ? path : `${path}?next=${encodeURIComponent(next)}`);
+    items.push(...page.items);
+    next = page.next ?? null;
+  } while (next !== null);
+  return items;
+}
+
+export const id = encodeURIComponent;
+
+async function reach(path, options) {
+  try {
+    return await fetch(path, { credentials: "same-origin", ...options });
+  } catch {
+    throw new Problem({ title: "The service cannot be reached" });
+  }
+}
+
+async function answer(response) {
+  const body = await response.json().catch(() => null);
+  if (response.ok) return body;
+  throw new Problem({ status: response.status, title: response.statusText, ...(body ?? {}) });
+}
+
+function key() {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

@@ -1,0 +1,33 @@
+// Words for what the service says.
+
+export function fact({ predicate, args }) {
+  return `${predicate}(${(args ?? []).join(", ")})`;
+}
+
+export function facts(list) {
+  return (list ?? []).map(fact).join(", ");
+}
+
+export function seconds(value) {
+  if (typeof value !== "number" || !Number.isFinite(value)) return "–";
+  const rounded = Math.max(0, value);
+  if (rounded < 60) return `${rounded.toFixed(rounded < 10 ? 1 : 0)} s`;
+  const whole = Math.round(rounded);
+  return `${Math.floor(whole / 60)} min ${String(whole % 60).padStart(2, "0")} s`;
+}
+
+export function words(identifier) {
+  return String(identifier ?? "").replaceAll("_", " ");
+}
+
+// One of: good, bad, busy, idle: the colour of a badge.
+const TONES = {
+  good: ["completed", "finished", "approved", "online", "true"],
+  bad: ["failed", "unsolvable", "rejected", "cancelled", "expired", "partially_completed", "connection_broken"],
+  busy: ["running", "planning", "dispatching", "recovering", "initializing", "committed", "retriable"],
+  warn: ["unknown", "paused", "planned", "proposed", "offline", "hibernating"],
+};
+
+export function tone(state) {
+  return Object.keys(TONES).find((name) => TONES[name].includes(state)) ?? "idle";
+}

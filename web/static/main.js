@@ -1,0 +1,91 @@
+// The composition of the page: fetches, follows the events, and lets the parts draw.
+
+import { get, id, list } from "./api.js";
+import { el, show } from "./dom.js";
+import { seconds } from "./format.js";
+import { mountGoals } from "./goals.js";
+import { follow } from "./live.js";
+import { mountMission } from "./mission.js";
+import { mountPlan } from "./plan.js";
+import { createState, gathered } from "./state.js";
+import { mountWorld } from "./world.js";
+
+const CLOCK_MS = 1000;
+
+const store = createState({
+  world: null,
+  worlds: [],
+  worldTimes: {},
+  goals: [],
+  missions: [],
+  robots: [],
+  selected: null,
+  plan: null,
+  mission: null,
+});
+
+// The token in the address has become a cookie by now; it should not stay where shoulders and histories see it.
+if (new URLSearchParams(location.search).has("token")) history.replaceState(null, "", location.pathname);
+
+const refresh = gathered(() => load().catch((problem) => badge(false, problem.message)));
+const select = (goalId) => {
+  store.update({ selected: goalId, plan: null, mission: null });
+  refresh();
+};
+
+async function load() {
+  const [goals, missions, robots] = await Promise.all([list("/v1/goals"), list("/v1/missions"), list("/v1/robots")]);
+  const selected = store.get().selected ?? newest(goals)?.id ?? null;
+  const goal = goals.find((candidate) => candidate.id === selected);
+  // A mission of the same goal may be followed by another after a replan: the latest counts.
+  const missionId = goal?.mission_id ?? newest(missions.filter((mission) => mission.goal_id === selected))?.id;
+  const [plan, mission] = await Promise.all([
+    goal?.plan_id ? get(`/v1/plans/${id(goal.plan_id)}`) : null,
+    missionId ? get(`/v1/missions/${id(missionId)}`) : null,
+  ]);
+  if ((store.get().selected ?? selected) !== selected) return; // another goal was chosen meanwhile
+  store.update({ goals, missions, robots, selected, plan, mission });
+}
+
+function newest(items) {
+  return items.reduce((best, item) => (best === null || String(item.created_at ?? "") >= String(best.created_at ?? "") ? item : best), null);
+}
+
+async function loadWorlds() {
+  const worlds = await list("/v1/worlds");
+  const worldTimes = Object.fromEntries(worlds.map((world) => [world.id, world.time_s]));
+  store.update({ worlds, worldTimes, world: store.get().world ?? worlds[0]?.id ?? null });
+}
+
+function badge(live, reason = "") {
+  const node = document.getElementById("live");
+  node.textContent = live ? "live" : "not live";
+  node.className = live ? "badge good" : "badge bad";
+  node.title = live ? "Changes are shown as they happen" : reason || "The connection to the service is lost; trying again";
+}
+
+function mountWorldChoice() {
+  const choice = document.getElementById("world");
+  choice.addEventListener("change", () => store.update({ world: choice.value }));
+  store.subscribe((state) => {
+    show(choice, state.worlds.map((world) => el("option", { value: world.id }, world.title || world.name)));
+    if (state.world !== null) choice.value = state.world;
+    document.getElementById("world-time").textContent = seconds(state.worldTimes[state.world]);
+  });
+}
+
+mountWorldChoice();
+mountGoals(store, { select, refresh });
+mountPlan(store, { refresh });
+mountMission(store, { refresh });
+mountWorld(store);
+follow("/v1/events", {
+  onEvent: refresh,
+  onState: (live) => {
+    badge(live);
+    if (live) refresh();
+  },
+});
+const tick = () => document.hidden || loadWorlds().catch((problem) => badge(false, problem.message));
+tick();
+setInterval(tick, CLOCK_MS);
