@@ -1,0 +1,116 @@
+"""The behavioural agent: the software of one robot, driven by calling `tick()` at the control rate, 20 Hz."""
+
+from robots.body import Body
+from robots.clock import Clock
+from robots.errors import SensorFault
+from robots.executive import Executive
+from robots.link import Link
+from robots.mailbox import Mailbox
+from robots.perception import Perception
+from robots.percepts import Percepts
+from robots.profile import BeaconSpec, RobotProfile
+from robots.repertoire import Repertoire, load_repertoire
+from robots.synthesis import Motion
+from robots.telemetry import telemetry
+from robots.wire import (
+    Acknowledgement,
+    Control,
+    Message,
+    Performative,
+    Refusal,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    StatusQuery,
+)
+
+__all__ = ["BeaconSpec", "BehaviouralAgent", "RobotProfile"]
+
+TELEMETRY_S = 0.1
+FAULT_S = 1.0
+"""Sensors may fail for this long, the robot standing still, before the script is given up."""
+
+
+class BehaviouralAgent:
+    """Receives scripts, senses, runs the executive, commands the body, reports."""
+
+    def __init__(
+        self,
+        *,
+        profile: RobotProfile,
+        body: Body,
+        link: Link,
+        clock: Clock,
+        repertoire: Repertoire | None = None,
+    ) -> None:
+        self.profile = profile
+        self._body = body
+        self._clock = clock
+        self._mailbox = Mailbox(profile.name, link)
+        self._perception = Perception(profile)
+        self._executive = Executive(profile, repertoire if repertoire is not None else load_repertoire())
+        self._verdicts: dict[str, str | None] = {}
+        self._percepts: Percepts | None = None
+        self._last_s: float | None = None
+        self._fault_s = 0.0
+        self._told_s = float("-inf")
+
+    def tick(self) -> None:
+        """One turn: letters in, sense, act, letters out."""
+        now_s = self._clock.now_s()
+        step_s = now_s - self._last_s if self._last_s is not None else 0.0
+        self._last_s = now_s
+        percepts = self._sense(now_s, step_s)
+        for message in self._mailbox.collect():
+            self._attend(message, now_s)
+        self._command(self._executive.step(percepts, step_s) if percepts else Motion())
+        self._report(now_s)
+        if percepts and now_s - self._told_s >= TELEMETRY_S - 1e-6:
+            self._told_s = now_s
+            self._mailbox.post(telemetry(percepts, self._executive), now_s)
+
+    def _sense(self, now_s: float, step_s: float) -> Percepts | None:
+        """The percepts of this instant; None while a sensor cannot be relied on."""
+        try:
+            percepts = self._perception.perceive(self._body.sense(), self._body.get_position(), now_s)
+        except (SensorFault, OSError, ValueError) as fault:
+            self._fault_s += step_s
+            if self._fault_s > FAULT_S:
+                self._executive.fault(str(fault), now_s)
+            return None
+        self._fault_s = 0.0
+        self._percepts = percepts
+        return percepts
+
+    def _command(self, motion: Motion) -> None:
+        self._body.set_velocity(motion.linear_m_s, motion.angular_rad_s)
+        if motion.close_gripper is not None:
+            self._body.set_gripper(closed=motion.close_gripper)
+
+    def _attend(self, message: Message, now_s: float) -> None:
+        body = message.body
+        if isinstance(body, ScriptRequest):
+            script = body.script
+            if script.id not in self._verdicts:
+                self._verdicts[script.id] = self._executive.accept(script)
+            self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
+        elif isinstance(body, Control):
+            why_not = self._executive.control(body.script_id, body.verb, self._percepts, now_s)
+            self._agree_or_refuse(message, body.script_id, why_not, now_s)
+        elif isinstance(body, StatusQuery):
+            status = self._executive.status(body.script_id, self._percepts, now_s)
+            self._mailbox.answer(message, Performative.INFORM, status, now_s)
+
+    def _agree_or_refuse(self, request: Message, script_id: str, why_not: str | None, now_s: float) -> None:
+        if why_not is None:
+            agreed = Acknowledgement(script_id=script_id)
+            self._mailbox.answer(request, Performative.AGREE, agreed, now_s)
+        else:
+            refused = Refusal(script_id=script_id, reason=why_not)
+            self._mailbox.answer(request, Performative.REFUSE, refused, now_s)
+
+    def _report(self, now_s: float) -> None:
+        for report in self._executive.take_reports():
+            ended_badly = isinstance(report, ScriptReport) and report.state is not ScriptState.FINISHED
+            self._mailbox.report(Performative.FAILURE if ended_badly else Performative.INFORM, report, now_s)
+        self._mailbox.resend(now_s)

@@ -1,0 +1,91 @@
+"""Courses: which way to head for a point when things lie in between, and how to come to stand near a place."""
+
+from cmath import phase, rect
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import asin, cos, pi, radians
+
+from robots.body import RADIUS_M
+from robots.geometry import clip, wrap
+from robots.percepts import Obstacle, Percepts
+
+LOOK_AHEAD_M = 1.2
+LOOK_AHEAD_ROBOT_M = 2.0
+MARGIN_M = 0.07
+MARGIN_ROBOT_M = 0.15
+KEEP_RIGHT_RAD = radians(25)
+"""How much wider a robot is taken to be on its left: two that meet head-on both pass on the right."""
+STEP_RAD = radians(5)
+CLOSE_M = 0.3
+"""Within this distance of the approach point the robot turns from going there to facing the beacon."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Blocked:
+    low: float
+    high: float
+
+    def holds(self, angle: float) -> bool:
+        return (angle - self.low) % (2 * pi) < self.high - self.low
+
+
+def clear_course(target: complex, obstacles: Iterable[Obstacle]) -> float | None:
+    """The free direction closest to a target's, radians in the robot's frame; None if every way is blocked.
+
+    Our choice: the paper's robots only turn away from what is near. Every disc between robot and target
+    blocks the directions in which the hull would touch it; of the free ones the one nearest to the target's
+    direction and, less, to the present heading is taken.
+    """
+    blocked = [_shadow(one) for one in obstacles if _matters(one, abs(target))]
+    straight = phase(target)
+    choices = [straight] + [wrap(straight + k * STEP_RAD) for k in range(1, round(2 * pi / STEP_RAD))]
+    free = [angle for angle in choices if not any(one.holds(angle) for one in blocked)]
+    if not free:
+        return None
+    return min(
+        free, key=lambda angle: abs(wrap(angle - straight)) + 0.2 * abs(angle) + (0.01 if angle > 0 else 0)
+    )
+
+
+def _matters(obstacle: Obstacle, distance_m: float) -> bool:
+    reach_m = LOOK_AHEAD_ROBOT_M if obstacle.is_robot else LOOK_AHEAD_M
+    return abs(obstacle.at) - obstacle.radius_m < min(reach_m, distance_m + RADIUS_M)
+
+
+def _shadow(obstacle: Obstacle) -> _Blocked:
+    margin_m = MARGIN_ROBOT_M if obstacle.is_robot else MARGIN_M
+    away_m = abs(obstacle.at)
+    half = asin(clip((obstacle.radius_m + RADIUS_M + margin_m) / max(away_m, 1e-6)))
+    middle = phase(obstacle.at)
+    return _Blocked(middle - half, middle + half + (KEEP_RIGHT_RAD if obstacle.is_robot else 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guidance:
+    """How to reach an approach pose: which way to turn (radians) and how far to go on (metres, negative
+    back).
+    """
+
+    turn_rad: float
+    advance_m: float
+
+
+def guide(percepts: Percepts, place: str) -> Guidance | None:
+    """Virtual steering target for coming to stand `near` a place; None if it is unknown or every way is
+    blocked.
+
+    Far off it is the clear course to the approach point; the closer the robot, the more it is the beacon
+    itself, until at the approach point it only faces the beacon and corrects along its own axis.
+    """
+    point, beacon = percepts.approach_point(place), percepts.locate(place)
+    if point is None or beacon is None:
+        return None
+    distance_m = abs(point)
+    if distance_m <= CLOSE_M:
+        share = distance_m / CLOSE_M
+        turn_rad = phase(share * rect(1, phase(point)) + (1 - share) * rect(1, phase(beacon)))
+        return Guidance(turn_rad=turn_rad, advance_m=point.real)
+    course = clear_course(point, percepts.obstacles)
+    if course is None:
+        return None
+    return Guidance(turn_rad=course, advance_m=distance_m * max(0.0, cos(course)) ** 2)

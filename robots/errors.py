@@ -1,0 +1,13 @@
+"""The errors of on-robot software."""
+
+
+class RobotError(Exception):
+    """Root of what on-robot software raises."""
+
+
+class RepertoireError(RobotError):
+    """Raised when a repertoire's data are malformed, or a packet does not fit them."""
+
+
+class SensorFault(RobotError):
+    """Raised when a reading is missing, not a number, or out of its possible range."""

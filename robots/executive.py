@@ -1,0 +1,193 @@
+"""The executive: carries out one behaviour script, packet after packet, without a link (MACTA §3, fig. 3)."""
+
+from collections.abc import Sequence
+
+from robots.errors import RepertoireError
+from robots.facts import perceived
+from robots.packet_run import Outcome, PacketRun
+from robots.patterns import Responses
+from robots.percepts import Percepts
+from robots.profile import RobotProfile
+from robots.repertoire import Repertoire
+from robots.synthesis import Motion
+from robots.wire import (
+    BehaviourScript,
+    ControlVerb,
+    FailureCategory,
+    PacketReport,
+    PacketState,
+    ScriptReport,
+    ScriptState,
+    StatusReport,
+)
+
+Report = PacketReport | ScriptReport
+ENDED = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
+
+
+class Executive:
+    """Runs at most one script at a time and remembers how the earlier ones ended."""
+
+    def __init__(self, profile: RobotProfile, repertoire: Repertoire) -> None:
+        self._profile = profile
+        self._repertoire = repertoire
+        self._script: BehaviourScript | None = None
+        self._runs: list[PacketRun] = []
+        self._index = 0
+        self._states: dict[str, ScriptState] = {}
+        self._reports: list[Report] = []
+        self.responses = Responses()
+
+    @property
+    def script_id(self) -> str | None:
+        """The script under way, or the last one."""
+        return self._script.id if self._script else None
+
+    @property
+    def state(self) -> ScriptState | None:
+        return self._states[self._script.id] if self._script else None
+
+    @property
+    def _under_way(self) -> BehaviourScript:
+        """Only asked for where there is one."""
+        assert self._script is not None
+        return self._script
+
+    @property
+    def active(self) -> bool:
+        return self.state is not None and self.state not in ENDED
+
+    @property
+    def current(self) -> PacketRun | None:
+        """The packet under way."""
+        return self._runs[self._index] if self.active else None
+
+    def accept(self, script: BehaviourScript) -> str | None:
+        """Take on a script, or say why not: busy, not mine, or a packet that does not fit the repertoire."""
+        if script.robot != self._profile.name:
+            return f"script {script.id} is for {script.robot}, this is {self._profile.name}"
+        if self._script is not None and self.active:
+            return f"{self._profile.name} is busy with script {self._script.id}"
+        try:
+            runs = [
+                PacketRun(p, self._repertoire.bind(p, self._profile), self._profile) for p in script.packets
+            ]
+        except RepertoireError as error:
+            return str(error)
+        self._script, self._runs, self._index = script, runs, 0
+        self._states[script.id] = ScriptState.ACCEPTED
+        return None
+
+    def control(
+        self, script_id: str, verb: ControlVerb, percepts: Percepts | None, now_s: float
+    ) -> str | None:
+        """Cancel, pause or resume the script under way, or say why not. The gripper stays as it is."""
+        if self._script is None or script_id != self._script.id or not self.active:
+            known = self._states.get(script_id)
+            return f"script {script_id} has ended: {known}" if known else f"no script {script_id} here"
+        if verb is ControlVerb.CANCEL:
+            self._end(
+                ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, "cancelled on request"
+            )
+        elif verb is ControlVerb.PAUSE and self.state is not ScriptState.PAUSED:
+            self._pause(ScriptState.PAUSED, percepts, now_s)
+        elif verb is ControlVerb.RESUME and self.state is ScriptState.PAUSED:
+            self._pause(ScriptState.RUNNING, percepts, now_s)
+        return None
+
+    def step(self, percepts: Percepts, step_s: float) -> Motion:
+        """Advance the script by one tick; no motion without a script that runs."""
+        self.responses = Responses()
+        run = self.current
+        if run is None or self.state is ScriptState.PAUSED:
+            return Motion()
+        self._states[self._under_way.id] = ScriptState.RUNNING
+        outcome = run.step(percepts, step_s)
+        self.responses = outcome.responses
+        self._follow(run, outcome, percepts)
+        return outcome.motion
+
+    def fault(self, why: str, now_s: float) -> None:
+        """A sensor cannot be relied on: the script fails."""
+        run = self.current
+        if run is not None:
+            self._follow(run, run.fail(FailureCategory.ROBOT, f"broke off: {why}"), None, now_s)
+
+    def status(self, script_id: str, percepts: Percepts | None, now_s: float) -> StatusReport:
+        """How a script stands; state None for one that is not known."""
+        run = self.current if script_id == self.script_id else None
+        return StatusReport(
+            script_id=script_id,
+            state=self._states.get(script_id),
+            at_s=now_s,
+            packet_id=run.packet.id if run else None,
+            packet_state=self.packet_state if run else None,
+            perceived=perceived(percepts) if percepts else (),
+        )
+
+    @property
+    def packet_state(self) -> PacketState | None:
+        run = self.current
+        if run is None:
+            return None
+        return PacketState.PAUSED if self.state is ScriptState.PAUSED else run.state
+
+    def take_reports(self) -> Sequence[Report]:
+        """The reports made since they were last taken, oldest first."""
+        reports, self._reports = self._reports, []
+        return reports
+
+    def _follow(
+        self, run: PacketRun, outcome: Outcome, percepts: Percepts | None, now_s: float = 0.0
+    ) -> None:
+        change = outcome.change
+        if change is None:
+            return
+        at_s = percepts.time_s if percepts else now_s
+        self._report_packet(run, change.state, percepts, at_s, change.detail)
+        if change.state is PacketState.FAILED:
+            self._end(ScriptState.FAILED, percepts, at_s, change.category, change.detail)
+        elif change.state is PacketState.FINISHED and run is self._runs[-1]:
+            self._end(ScriptState.FINISHED, percepts, at_s)
+        elif change.state is PacketState.FINISHED:
+            self._index += 1
+
+    def _pause(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
+        self._states[self._under_way.id] = state
+        run = self.current
+        if run is not None:
+            self._report_packet(run, self.packet_state or run.state, percepts, now_s, "")
+
+    def _report_packet(
+        self, run: PacketRun, state: PacketState, percepts: Percepts | None, at_s: float, detail: str
+    ) -> None:
+        report = PacketReport(
+            script_id=self._under_way.id,
+            packet_id=run.packet.id,
+            state=state,
+            at_s=at_s,
+            perceived=perceived(percepts) if percepts else (),
+            detail=detail,
+        )
+        self._reports.append(report)
+
+    def _end(
+        self,
+        state: ScriptState,
+        percepts: Percepts | None,
+        at_s: float,
+        category: FailureCategory | None = None,
+        detail: str = "",
+    ) -> None:
+        script = self._under_way
+        report = ScriptReport(
+            script_id=script.id,
+            state=state,
+            at_s=at_s,
+            packet_id=self._runs[self._index].packet.id,
+            category=category,
+            perceived=perceived(percepts) if percepts else (),
+            detail=detail,
+        )
+        self._states[script.id] = state
+        self._reports.append(report)

@@ -1,0 +1,60 @@
+"""What a robot perceives, as symbolic facts in rel/ref form, for its reports."""
+
+from math import isfinite
+
+from robots.body import GRIPPER_REACH_M
+from robots.conditions import Beside, LiesAt
+from robots.percepts import Percepts
+from robots.wire import SymbolicFact
+
+NEAR_M = 0.2
+AT_M = 0.12
+TRUSTED_M = 3.0
+"""A tag farther off than this is not said to lie anywhere: its bearing is too coarse."""
+
+
+def perceived(percepts: Percepts) -> tuple[SymbolicFact, ...]:
+    """The facts that hold as far as the robot can sense right now: its gripper, its place, samples at
+    locations.
+
+    Places are those of the map that have a beacon, or the robot's own spot.
+    """
+    me, holding = percepts.me, percepts.holding
+    facts = [_fact("robot_attribute", me, "gripper", "full" if holding else "empty")]
+    if holding:
+        facts.append(_fact("in", holding, me))
+    for place in percepts.profile.places:
+        relation = _relation(percepts, place)
+        if relation:
+            facts.append(_fact(relation, me, place))
+    for tag in sorted(percepts.tags):
+        facts.extend(_whereabouts(percepts, tag))
+    return tuple(facts)
+
+
+def _relation(percepts: Percepts, place: str) -> str | None:
+    beacon, point = percepts.locate(place), percepts.approach_point(place)
+    if beacon is None or point is None:
+        return None
+    if abs(beacon - GRIPPER_REACH_M) < AT_M:
+        return "at"
+    return "near" if abs(point) < NEAR_M else None
+
+
+def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
+    at = percepts.locate(tag)
+    if at is None or not isfinite(abs(at)) or abs(at) > TRUSTED_M:
+        return []
+    holders = [
+        name
+        for name in percepts.profile.others
+        if Beside(target=tag, other=name, m=0.45).check(percepts).holds
+    ]
+    places = [
+        name for name in percepts.profile.beacons if LiesAt(object=tag, place=name).check(percepts).holds
+    ]
+    return [_fact("in", tag, name) for name in (holders or places)[:1]]
+
+
+def _fact(predicate: str, *args: str) -> SymbolicFact:
+    return SymbolicFact(predicate=predicate, args=args)

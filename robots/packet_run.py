@@ -1,0 +1,117 @@
+"""One behaviour packet's run: wait for its sensor pre-conditions, let its patterns act, stop at its post-
+conditions.
+"""
+
+from dataclasses import dataclass, field
+
+from robots.conditions import unmet
+from robots.patterns import BehaviourPattern, Responses, respond
+from robots.percepts import Percepts
+from robots.profile import RobotProfile
+from robots.repertoire import BoundPacket
+from robots.stall import RETRIES, StallGuard
+from robots.synthesis import Motion, synthesise
+from robots.wire import BehaviourPacket, FailureCategory, PacketState
+
+LOST_S = 1.0
+"""A maintained condition may flicker for this long before its loss is believed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """A packet's new state, or news within a state, with words for the operator."""
+
+    state: PacketState
+    detail: str = ""
+    category: FailureCategory | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What one tick of a packet asks for, and what changed."""
+
+    motion: Motion = field(default_factory=Motion)
+    responses: Responses = field(default_factory=Responses)
+    change: Change | None = None
+
+
+class PacketRun:
+    """The state machine of one packet. `step_s` is the time since the last tick; paused ticks are not given
+    to it.
+    """
+
+    def __init__(self, packet: BehaviourPacket, bound: BoundPacket, profile: RobotProfile) -> None:
+        self.packet = packet
+        self.state = PacketState.WAITING
+        self._bound = bound
+        self._profile = profile
+        self._waited_s = 0.0
+        self._ran_s = 0.0
+        self._lost_s = 0.0
+        self._guard = StallGuard(bound.goal)
+
+    @property
+    def over(self) -> bool:
+        return self.state in (PacketState.FINISHED, PacketState.FAILED)
+
+    def step(self, percepts: Percepts, step_s: float) -> Outcome:
+        """Advance by one tick."""
+        if self.state is PacketState.WAITING:
+            self.state = PacketState.INITIALIZING
+            return Outcome(change=Change(state=self.state))
+        if self.state is PacketState.INITIALIZING:
+            return self._wait(percepts, step_s)
+        if self.state is PacketState.RUNNING:
+            return self._run(percepts, step_s)
+        return Outcome()
+
+    def fail(self, category: FailureCategory, why: str) -> Outcome:
+        self.state = PacketState.FAILED
+        return Outcome(change=Change(state=self.state, category=category, detail=f"{self.packet.tag} {why}"))
+
+    def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
+        missing = unmet(self._bound.before, percepts)
+        if not missing:
+            self.state = PacketState.RUNNING
+            return Outcome(change=Change(state=self.state))
+        self._waited_s += step_s
+        if self._waited_s > self.packet.wait_timeout_s:
+            why = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {'; '.join(missing)}"
+            return self.fail(FailureCategory.WORLD_CHANGED, why)
+        return self._act(self._bound.waiting, percepts)
+
+    def _run(self, percepts: Percepts, step_s: float) -> Outcome:
+        missing = unmet(self._bound.after, percepts)
+        if not missing:
+            self.state = PacketState.FINISHED
+            return Outcome(change=Change(state=self.state))
+        self._ran_s += step_s
+        lost = unmet(self._bound.maintain, percepts)
+        self._lost_s = self._lost_s + step_s if lost else 0.0
+        if self._lost_s > LOST_S:
+            return self.fail(FailureCategory.WORLD_CHANGED, f"broke off: the robot {'; '.join(lost)}")
+        if self._ran_s > self.packet.timeout_s:
+            why = f"did not end within {self.packet.timeout_s:.0f} s: the robot {'; '.join(missing)}"
+            return self.fail(FailureCategory.DEADLINE, why)
+        return self._move(percepts, step_s, missing)
+
+    def _move(self, percepts: Percepts, step_s: float, missing: list[str]) -> Outcome:
+        profile, guard = self._profile, self._guard
+        motion = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
+        if motion is not None:
+            return Outcome(motion=motion)
+        guard.watch(percepts, step_s)
+        if guard.spent:
+            why = f"made no progress after {RETRIES} retries: the robot {'; '.join(missing)}"
+            return self.fail(FailureCategory.ROBOT, why)
+        if guard.stalled:
+            guard.begin_manoeuvre()
+            detail = f"no progress, backs off and tries again ({guard.retries} of {RETRIES})"
+            return Outcome(change=Change(state=self.state, detail=detail))
+        return self._act(self._bound.patterns, percepts)
+
+    def _act(self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Outcome:
+        responses = respond(patterns, percepts)
+        profile = self._profile
+        motion = synthesise(responses.competing(), speed_m_s=profile.speed_m_s, turn_rad_s=profile.turn_rad_s)
+        return Outcome(motion=motion, responses=responses)

@@ -1,0 +1,124 @@
+"""What a robot perceives at one instant: readings, pose estimate, and a short memory of what it saw."""
+
+from cmath import phase, rect
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import pi
+
+from robots.body import RADIUS_M, Pose, Readings, Sighting
+from robots.geometry import to_robot, to_world, wrap
+from robots.profile import STAND_OFF_M, RobotProfile
+
+REMEMBERED_S = 5.0
+"""How long a tag that went out of sight is still believed to lie where it was."""
+FRESH_S = 1.0
+"""How long another robot is still believed to stand where it was seen."""
+SAMPLE_RADIUS_M = 0.06
+WHISKER_RADIUS_M = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Track:
+    """Something that moves, as last seen. World frame; times on the robot's clock, seconds."""
+
+    at: complex
+    seen_s: float
+    in_view_since_s: float
+    anchor: complex
+    still_since_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """Something in the way: a disc in the robot's frame, metres."""
+
+    at: complex
+    radius_m: float
+    is_robot: bool = False
+
+    @property
+    def gap_m(self) -> float:
+        """Free space between its edge and the robot's hull."""
+        return max(0.0, abs(self.at) - self.radius_m - RADIUS_M)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Percepts:
+    """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres."""
+
+    profile: RobotProfile
+    time_s: float
+    pose: Pose
+    readings: Readings
+    sightings: Mapping[str, Sighting]
+    tracks: Mapping[str, Track]
+    obstacles: tuple[Obstacle, ...]
+
+    @property
+    def me(self) -> str:
+        return self.profile.name
+
+    @property
+    def holding(self) -> str | None:
+        return self.readings.gripper.holding
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Samples in view, without the one held."""
+        return tuple(name for name in self.sightings if self.profile.is_tag(name) and name != self.holding)
+
+    def sees(self, identity: str) -> bool:
+        return identity in self.sightings
+
+    def locate(self, identity: str) -> complex | None:
+        """Where something is: as sighted, else remembered, else as on the map; None if it is not known."""
+        sighting = self.sightings.get(identity)
+        if sighting is not None:
+            return rect(sighting.range_m, sighting.bearing_rad)
+        place = self.profile.places.get(identity)
+        if place is not None:
+            return to_robot(self.pose, place.point)
+        track = self.tracks.get(identity)
+        if track is None:
+            return None
+        patience_s = FRESH_S if identity in self.profile.others else REMEMBERED_S
+        return to_robot(self.pose, track.at) if self.time_s - track.seen_s <= patience_s else None
+
+    def axis(self, place: str) -> float | None:
+        """Direction in which a place's beacon emits on my side, radians in the robot's frame; None if not
+        known.
+        """
+        sighting = self.sightings.get(place)
+        if sighting is not None:
+            return wrap(sighting.bearing_rad + pi - sighting.aspect_rad)
+        spec, beacon = self.profile.places.get(place), self.locate(place)
+        if spec is None or beacon is None:
+            return None
+        mine = phase(-beacon)
+        axes = [wrap(angle - self.pose.heading_rad) for angle in spec.approach_rad]
+        return min(axes, key=lambda angle: abs(wrap(angle - mine)))
+
+    def approach_point(self, place: str) -> complex | None:
+        """The point `near` a place: on the emitting axis, the stand-off away from the beacon."""
+        beacon, axis = self.locate(place), self.axis(place)
+        return None if beacon is None or axis is None else beacon + rect(STAND_OFF_M, axis)
+
+    def robots_in_view(self) -> Iterator[tuple[str, complex]]:
+        """Other robots and where they are, seen now or a moment ago."""
+        for name in self.profile.others:
+            at = self.locate(name)
+            if at is not None:
+                yield name, at
+
+    def in_view_for_s(self, identity: str) -> float:
+        """How long something has been in view without a break; 0 if it is not in view."""
+        track = self.tracks.get(identity)
+        return self.time_s - track.in_view_since_s if track is not None and self.sees(identity) else 0.0
+
+    def still_for_s(self, identity: str) -> float:
+        """How long something in view has not moved."""
+        track = self.tracks.get(identity)
+        return self.time_s - track.still_since_s if track is not None and self.sees(identity) else 0.0
+
+    def to_world(self, point: complex) -> complex:
+        return to_world(self.pose, point)

@@ -1,0 +1,10 @@
+"""A robot's behavioural repertoire: the content of its packets, as data, and how a packet on the wire becomes
+one.
+
+Only on-robot software looks in here: the reflective agent knows packets by tag (MACTA §4).
+"""
+
+from robots.repertoire.load import Repertoire, load_repertoire
+from robots.repertoire.schema import BoundPacket, PacketSpec
+
+__all__ = ["BoundPacket", "PacketSpec", "Repertoire", "load_repertoire"]

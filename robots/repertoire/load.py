@@ -1,0 +1,78 @@
+"""Loads packets' contents and fits packets on the wire to them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from importlib import resources
+
+import yaml
+from pydantic import ValidationError
+
+from robots.awaits import condition_for
+from robots.errors import RepertoireError
+from robots.profile import RobotProfile
+from robots.repertoire.schema import BoundPacket, PacketSpec
+from robots.wire import BehaviourPacket
+
+
+@dataclass(frozen=True, slots=True)
+class Repertoire:
+    """The packets that on-robot software knows; which of them a robot may use its profile says."""
+
+    specs: Mapping[str, PacketSpec]
+
+    def bind(self, packet: BehaviourPacket, profile: RobotProfile) -> BoundPacket:
+        """A packet on the wire as the triplet this robot runs; what it awaits is added to the pre-conditions.
+
+        :raises RepertoireError: naming the tag, argument or fact that does not fit.
+        """
+        spec = self.specs.get(packet.tag)
+        if spec is None:
+            raise RepertoireError(f"unknown packet {packet.tag}; known: {', '.join(sorted(self.specs))}")
+        if packet.tag not in profile.repertoire:
+            raise RepertoireError(f"{packet.tag} is not in the repertoire of {profile.name}")
+        _check_arguments(packet, spec, profile)
+        bound = spec.bind({**packet.arguments, "me": profile.name})
+        awaited = tuple(condition_for(fact, profile) for fact in packet.awaits)
+        return replace(bound, before=(*bound.before, *(one for one in awaited if one not in bound.before)))
+
+
+def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotProfile) -> None:
+    missing = [name for name in spec.arguments if name not in packet.arguments]
+    if missing:
+        raise RepertoireError(f"{packet.tag} lacks the argument {', '.join(missing)}")
+    for name in spec.places:
+        place = packet.arguments[name]
+        if place not in profile.places:
+            known = ", ".join(sorted(profile.beacons))
+            raise RepertoireError(
+                f"{packet.tag}: {name} = {place} is no place {profile.name} knows; known: {known}"
+            )
+    for name in spec.robots:
+        robot = packet.arguments[name]
+        if robot not in (*profile.others, profile.name):
+            raise RepertoireError(f"{packet.tag}: {name} = {robot} is no robot {profile.name} knows")
+
+
+def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoire:
+    """Read and check packets' contents.
+
+    :param texts: pairs of a name and its YAML text; None reads the ones shipped here.
+    :raises RepertoireError: naming the text and what is wrong with it.
+    """
+    specs: dict[str, PacketSpec] = {}
+    for origin, text in texts if texts is not None else _shipped():
+        try:
+            spec = PacketSpec.model_validate(yaml.safe_load(text))
+            spec.bind({})
+        except (yaml.YAMLError, ValidationError) as error:
+            raise RepertoireError(f"{origin} is no packet: {error}") from error
+        if spec.tag in specs:
+            raise RepertoireError(f"{origin} defines {spec.tag} a second time")
+        specs[spec.tag] = spec
+    return Repertoire(specs)
+
+
+def _shipped() -> list[tuple[str, str]]:
+    folder = resources.files("robots.repertoire")
+    files = [entry for entry in folder.iterdir() if entry.name.endswith(".yaml")]
+    return sorted((entry.name, entry.read_text(encoding="utf-8")) for entry in files)

@@ -1,0 +1,91 @@
+"""The functions f_r and f_u of a stimulus (MACTA eq. 1, table 2), as data names them. All are normalised."""
+
+from dataclasses import dataclass
+from math import copysign, sqrt
+from typing import Annotated, ClassVar, Literal, Protocol
+
+from pydantic import ConfigDict, Field
+
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class Response(Protocol):
+    """f_r or f_u."""
+
+    def at(self, s: float) -> float: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Constant:
+    """The same whatever is sensed: table 2's `translate`."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    form: Literal["constant"] = "constant"
+    value: float
+
+    def at(self, s: float) -> float:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linear:
+    """gain * s + offset, and no more than `limit` either way."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    form: Literal["linear"] = "linear"
+    gain: float = 1.0
+    offset: float = 0.0
+    limit: float = 1.0
+
+    def at(self, s: float) -> float:
+        return max(-self.limit, min(self.limit, self.gain * s + self.offset))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Size:
+    """|s|: a utility that grows with the stimulus on either side."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    form: Literal["size"] = "size"
+    gain: float = 1.0
+
+    def at(self, s: float) -> float:
+        return min(1.0, self.gain * abs(s))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quick:
+    """sign(s) * sqrt|s|, or sqrt|s| as a utility: table 2's "under-damped", steep from the first."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    form: Literal["quick"] = "quick"
+    signed: bool = True
+
+    def at(self, s: float) -> float:
+        root = sqrt(min(1.0, abs(s)))
+        return copysign(root, s) if self.signed else root
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slow:
+    """sign(s) * (1 - sqrt(1 - |s|)): our reading of table 2's "over-damped", flat at first."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    form: Literal["slow"] = "slow"
+
+    def at(self, s: float) -> float:
+        return copysign(1 - sqrt(1 - min(1.0, abs(s))), s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Full:
+    """sign(s): all of it, at once (our reading of table 2's `s1 + 1`, which no proximity keeps below 1)."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    form: Literal["full"] = "full"
+
+    def at(self, s: float) -> float:
+        return copysign(1.0, s) if s else 0.0
+
+
+AnyResponse = Annotated[Constant | Linear | Size | Quick | Slow | Full, Field(discriminator="form")]

@@ -1,0 +1,169 @@
+"""Stimuli: what a behaviour pattern reacts to, one normalised number s in [-1, 1]; None when it is not
+sensed.
+
+Some are sensors as they are (whiskers, capture head, light barrier), some virtual: a direction computed from
+sightings.
+"""
+
+from cmath import phase
+from dataclasses import dataclass
+from math import cos
+from typing import Annotated, ClassVar, Literal, Protocol
+
+from pydantic import ConfigDict, Field
+
+from robots.course import guide
+from robots.geometry import clip
+from robots.percepts import Obstacle, Percepts
+from robots.responses import STRICT
+
+
+class Stimulus(Protocol):
+    """One sensory stimulus (MACTA eq. 1)."""
+
+    def read(self, percepts: Percepts) -> float | None: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Always:
+    """No sensor at all: 1."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["always"] = "always"
+
+    def read(self, percepts: Percepts) -> float | None:
+        return 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WayOn:
+    """How far there is to go to stand near a place; 1 at `full_m` or more, negative: back."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["way_on"] = "way_on"
+    place: str
+    full_m: float = 0.6
+
+    def read(self, percepts: Percepts) -> float | None:
+        guidance = guide(percepts, self.place)
+        return None if guidance is None else clip(guidance.advance_m / self.full_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WayRound:
+    """How much to turn to come to stand near a place; 1 at `full_rad` to the left."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["way_round"] = "way_round"
+    place: str
+    full_rad: float = 0.8
+
+    def read(self, percepts: Percepts) -> float | None:
+        guidance = guide(percepts, self.place)
+        return None if guidance is None else clip(guidance.turn_rad / self.full_rad)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ahead:
+    """How far something is ahead of a point `short_of_m` before the robot's centre; 1 at `full_m`.
+
+    Off to the side it shrinks with the bearing's cosine, so that the robot turns first.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["ahead"] = "ahead"
+    target: str
+    short_of_m: float = 0.0
+    full_m: float = 0.4
+
+    def read(self, percepts: Percepts) -> float | None:
+        at = percepts.locate(self.target)
+        if at is None:
+            return None
+        facing = max(0.0, cos(phase(at))) ** 4
+        return clip((abs(at) - self.short_of_m) * facing / self.full_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bearing:
+    """The direction of something; 1 at `full_rad` to the left."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["bearing"] = "bearing"
+    target: str
+    full_rad: float = 0.6
+
+    def read(self, percepts: Percepts) -> float | None:
+        at = percepts.locate(self.target)
+        return None if at is None else clip(phase(at) / self.full_rad)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proximity:
+    """s1 of table 2: the nearest thing within a sector ahead; 0 at `reach_m` from the hull, 1 at touch.
+
+    `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead
+    counts as left (keep right). `robots`: only other robots.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["proximity"] = "proximity"
+    reach_m: float = Field(default=0.3, gt=0)
+    sector_rad: float = 0.8
+    side: bool = False
+    robots: bool = False
+
+    def read(self, percepts: Percepts) -> float | None:
+        within = [one for one in percepts.obstacles if self._counts(one)]
+        if not within:
+            return 0.0
+        nearest = min(within, key=lambda one: one.gap_m)
+        s = clip(1 - nearest.gap_m / self.reach_m, 0.0)
+        return s if not self.side or phase(nearest.at) < 0 else -s
+
+    def _counts(self, obstacle: Obstacle) -> bool:
+        return abs(phase(obstacle.at)) <= self.sector_rad and (obstacle.is_robot or not self.robots)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaptureHead:
+    """s2 of table 2: how far the object is off the capture head's middle; 1 at `full_m` ahead or left."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["capture_head"] = "capture_head"
+    axis: Literal["x", "y"]
+    full_m: float = Field(default=0.05, gt=0)
+
+    def read(self, percepts: Percepts) -> float | None:
+        x, y = percepts.readings.capture_head_m
+        return clip((x if self.axis == "x" else y) / self.full_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Barrier:
+    """The jaws' light barrier: 1 while the object stands between the jaws, -1 otherwise."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["barrier"] = "barrier"
+    object: str
+
+    def read(self, percepts: Percepts) -> float | None:
+        return 1.0 if percepts.readings.gripper.between_jaws == self.object else -1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LowBattery:
+    """0 while the battery holds `enough` or more, 1 when it is empty."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["low_battery"] = "low_battery"
+    enough: float = Field(default=0.2, gt=0)
+
+    def read(self, percepts: Percepts) -> float | None:
+        return clip(1 - percepts.readings.battery / self.enough, 0.0)
+
+
+AnyStimulus = Annotated[
+    Always | WayOn | WayRound | Ahead | Bearing | Proximity | CaptureHead | Barrier | LowBattery,
+    Field(discriminator="sense"),
+]
