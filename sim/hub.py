@@ -1,4 +1,4 @@
-"""One link of many robots, sorted by receiver to each robot's own end. Telemetry is thinned, reports are not."""
+"""One link of many robots, sorted by receiver to each robot's own end. Telemetry alone is thinned."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence

@@ -21,7 +21,7 @@ _TRIES = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartPlaces:
-    """Draws start poses: within `jitter_m` of the world file's, in the rover's area, clear of all, any heading.
+    """Draws start poses: within `jitter_m` of the world file's, in its area, clear of all, any heading.
 
     Without jitter, or where no clear place is found, the world file's own start.
     """

@@ -122,7 +122,8 @@ class Scene:
 
     def _rover_shape(self) -> int:
         """A round body with its jaws ahead, which pass over standing samples but not through walls."""
-        inside, tip = RADIUS_M - 0.04, GRIPPER_REACH_M + SAMPLE_RADIUS_M / 2
+        # NOTE: jaws end short of their grip's middle, so that two rovers' jaws can meet at one sample.
+        inside, tip = RADIUS_M - 0.04, GRIPPER_REACH_M - SAMPLE_RADIUS_M / 2
         jaws = [(tip - inside) / 2, SAMPLE_RADIUS_M, 0.05]
         shape: int = pybullet.createCollisionShapeArray(
             shapeTypes=[pybullet.GEOM_CYLINDER, pybullet.GEOM_BOX],
