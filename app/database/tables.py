@@ -117,6 +117,7 @@ class ScriptRow(Base):
     body: Mapped[dict[str, Any]]
     delivery: Mapped[str] = mapped_column(index=True)
     control: Mapped[str | None]
+    orders: Mapped[int] = mapped_column(default=0)
     stopping: Mapped[bool] = mapped_column(default=False)
     state: Mapped[str | None]
     packets: Mapped[dict[str, Any]]

@@ -125,7 +125,8 @@ class MissionLife:
     ) -> None:
         for script in scripts:
             if script.robot in verdict.cancel:
-                script.control, script.stopping = "cancel:1", True
+                script.orders += 1
+                script.control, script.stopping = f"cancel:{script.orders}", True
             if script.robot in verdict.ask:
                 script.question = f"{script.id}:status:{mission.enquire_at_s or 0:.3f}"
         if verdict.ask or verdict.cancel:

@@ -1,0 +1,85 @@
+"""The application: routes, streams, problems, the console and the door in front of all of it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fastapi import FastAPI
+from fastapi.responses import JSONResponse
+from fastapi.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from app.api import problems
+from app.api.auth import Door, TokenCheck
+from app.api.bodies import GoalBody, MissionBody, plan_body
+from app.api.goals import goals_router
+from app.api.missions import missions_router
+from app.api.streams import streams_router
+from app.api.viewer_proxy import viewer_router
+from app.api.worlds import worlds_router
+
+if TYPE_CHECKING:
+    from app.composition import Service
+
+MAX_BODY_BYTES = 1_000_000
+
+
+def build_api(service: "Service", *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
+    check = TokenCheck(service.token)
+    api = FastAPI(
+        title="Macta",
+        description="Plans goals for teams of robots, has them approved, and sees them carried out.",
+        version="0.1.0",
+        max_body_size=MAX_BODY_BYTES,
+        docs_url=None,
+        redoc_url=None,
+    )
+    problems.install(api)
+    api.include_router(goals_router(service.goals, service.plans))
+    api.include_router(missions_router(service.missions))
+    api.include_router(worlds_router(service.worlds))
+    api.include_router(
+        streams_router(
+            events=service.events,
+            board=service.board,
+            clocks=service.clocks,
+            snapshot=lambda: _snapshot(service),
+        )
+    )
+    api.include_router(viewer_router(viewer, check.admits))
+    _add_health(api, service)
+    api.mount("/", StaticFiles(directory=static, html=True), name="console")
+    api.add_middleware(_door(check))  # type: ignore[arg-type]
+    return api
+
+
+def _door(check: TokenCheck) -> Callable[[ASGIApp], Door]:
+    return lambda app: Door(app, check)
+
+
+def _add_health(api: FastAPI, service: "Service") -> None:
+    @api.get("/healthz", tags=["health"])
+    def healthz() -> dict[str, str]:
+        """The process is alive."""
+        return {"status": "alive"}
+
+    @api.get("/readyz", tags=["health"])
+    def readyz() -> JSONResponse:
+        """The record can be read and every world is reachable."""
+        try:
+            service.events.last()
+        except Exception:
+            return problems.problem(503, "not-ready", "the database does not answer")
+        return JSONResponse({"status": "ready"})
+
+
+def _snapshot(service: "Service") -> list[tuple[str, str, dict[str, Any]]]:
+    """The newest hundred of everything, oldest first, for a client that begins."""
+    goals, _ = service.goals.list(limit=100)
+    plans, _ = service.plans.list(limit=100, state="proposed")
+    missions, _ = service.missions.list(limit=100)
+    return [
+        *(("goal.state", g.id, GoalBody.of(g).model_dump(mode="json")) for g in reversed(goals)),
+        *(("plan.state", p.id, plan_body(p).model_dump(mode="json")) for p in reversed(plans)),
+        *(("mission.state", m[0].id, MissionBody.of(*m).model_dump(mode="json")) for m in reversed(missions)),
+    ]

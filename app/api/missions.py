@@ -1,0 +1,51 @@
+"""Missions: watch them, cancel, pause and resume them, read the scripts that the robots were given."""
+
+from collections.abc import Callable
+
+from fastapi import APIRouter
+
+from app.api.bodies import Decision, MissionBody, Page, ScriptBody
+from app.api.goals import ACTOR, Limit
+from app.missions.desk import Mission, MissionDesk
+from robots.wire import BehaviourScript
+
+
+def missions_router(missions: MissionDesk) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=["missions"])
+
+    @router.get("/missions")
+    def list_missions(
+        world: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
+    ) -> Page[MissionBody]:
+        found, token = missions.list(world=world, state=state, limit=limit, after=after)
+        return Page(items=[MissionBody.of(*mission) for mission in found], next=token)
+
+    @router.get("/missions/{mission_id}")
+    def get_mission(mission_id: str) -> MissionBody:
+        return MissionBody.of(*missions.get(mission_id))
+
+    @router.get("/missions/{mission_id}/scripts")
+    def get_scripts(mission_id: str) -> Page[ScriptBody]:
+        """What each robot was given."""
+        _, scripts = missions.get(mission_id)
+        return Page(
+            items=[
+                ScriptBody(
+                    robot=row.robot,
+                    delivery=row.delivery,
+                    state=row.state,
+                    script=BehaviourScript.model_validate(row.body),
+                )
+                for row in scripts
+            ]
+        )
+
+    def order(verb: str, carry_out: Callable[[str, str, str], Mission]) -> None:
+        @router.post(f"/missions/{{mission_id}}:{verb}", status_code=202, operation_id=f"{verb}_mission")
+        def ordered(mission_id: str, body: Decision | None = None) -> MissionBody:
+            return MissionBody.of(*carry_out(mission_id, ACTOR, body.comment if body else ""))
+
+    order("cancel", missions.cancel)
+    order("pause", missions.pause)
+    order("resume", missions.resume)
+    return router

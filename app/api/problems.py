@@ -1,0 +1,55 @@
+"""Errors as problem details (RFC 9457): the one place where domain errors meet HTTP."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from app.errors import Conflict, Invalid, MactaError, NotFound, Unavailable
+
+STATUS: dict[type[MactaError], int] = {Invalid: 422, NotFound: 404, Conflict: 409, Unavailable: 503}
+
+
+def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **more: Any) -> JSONResponse:
+    """A problem body: `type` is a stable code, `detail` names the thing, `choices` what would work."""
+    body: dict[str, Any] = {
+        "type": f"urn:macta:problem:{code}",
+        "title": code.replace("-", " ").capitalize(),
+        "status": status,
+        "detail": detail,
+        **more,
+    }
+    if choices:
+        body["choices"] = list(choices)
+    return JSONResponse(body, status_code=status, media_type="application/problem+json")
+
+
+def install(app: FastAPI) -> None:
+    """Make the app answer every error with a problem."""
+    app.add_exception_handler(MactaError, _domain)
+    app.add_exception_handler(RequestValidationError, _malformed)
+    app.add_exception_handler(HTTPException, _http)
+
+
+async def _domain(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, MactaError)
+    return problem(STATUS.get(type(error), 400), error.code, error.detail, error.choices)
+
+
+async def _malformed(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    slots = [{"slot": ".".join(str(part) for part in e["loc"]), "message": e["msg"]} for e in error.errors()]
+    detail = "; ".join(f"{slot['slot']}: {slot['message']}" for slot in slots)
+    return problem(422, "malformed-request", detail, errors=slots)
+
+
+async def _http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    code = {404: "not-found", 405: "method-not-allowed", 413: "too-large"}.get(error.status_code, "http-error")
+    detail = f"{request.method} {request.url.path}: {error.detail}"
+    answer = problem(error.status_code, code, detail)
+    answer.headers.update(error.headers or {})
+    return answer

@@ -1,0 +1,109 @@
+"""Worlds, their facts, and the robots in them."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Response
+
+from app.api.bodies import (
+    CorrectFacts,
+    FactBody,
+    FactsBody,
+    Page,
+    PoseBody,
+    RobotBody,
+    WorldBody,
+    WorldItem,
+)
+from app.api.goals import ACTOR
+from app.errors import Invalid
+from app.world_model.desk import RobotReport, WorldDesk
+
+
+def worlds_router(worlds: WorldDesk) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=["worlds and robots"])
+
+    @router.get("/worlds")
+    def list_worlds() -> Page[WorldItem]:
+        return Page(items=[WorldItem.model_validate(world, from_attributes=True) for world in worlds.list()])
+
+    @router.get("/worlds/{world_id}")
+    def get_world(world_id: str) -> WorldBody:
+        return WorldBody.model_validate(worlds.get(world_id), from_attributes=True)
+
+    @router.get("/worlds/{world_id}/facts")
+    def get_facts(world_id: str, response: Response) -> FactsBody:
+        """Every fact that holds, with who said so and when (world's clock)."""
+        return _facts(worlds, world_id, response)
+
+    @router.put("/worlds/{world_id}/facts")
+    def correct_facts(
+        world_id: str,
+        body: CorrectFacts,
+        response: Response,
+        if_match: Annotated[str | None, Header(description="the version the correction was made from")] = None,
+    ) -> FactsBody:
+        """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412)."""
+        worlds.correct(
+            world_id,
+            [(fact.predicate, fact.args, fact.value) for fact in body.facts],
+            actor=ACTOR,
+            comment=body.comment,
+            expected_version=_version(if_match),
+        )
+        return _facts(worlds, world_id, response)
+
+    @router.get("/robots")
+    def list_robots(world: str | None = None) -> Page[RobotBody]:
+        return Page(items=[_robot(report) for report in worlds.robots(world)])
+
+    @router.get("/robots/{name}")
+    def get_robot(name: str) -> RobotBody:
+        return _robot(worlds.robot(name))
+
+    return router
+
+
+def _facts(worlds: WorldDesk, world_id: str, response: Response) -> FactsBody:
+    rows, version = worlds.facts(world_id)
+    response.headers["etag"] = f'"{version}"'
+    items = [
+        FactBody(predicate=predicate, args=args, source=row.source, at_s=row.at_s, recorded_at=row.recorded_at)
+        for (predicate, args), row in rows
+    ]
+    return FactsBody(items=items, version=version)
+
+
+def _version(if_match: str | None) -> int | None:
+    if if_match is None:
+        return None
+    tag = if_match.strip().removeprefix("W/").strip('"')
+    if not tag.isdigit():
+        raise Invalid(f"If-Match: {if_match!r} is no version of the facts; use the ETag of GET", code="bad-if-match")
+    return int(tag)
+
+
+def _robot(report: RobotReport) -> RobotBody:
+    said = report.view.telemetry
+    live = (
+        {}
+        if said is None
+        else {
+            "pose": PoseBody(x_m=said.x_m, y_m=said.y_m, heading_rad=said.heading_rad),
+            "battery": said.battery,
+            "holding": said.holding,
+            "packet": said.packet_tag,
+            "packet_state": said.packet_state,
+            "script_id": said.script_id,
+        }
+    )
+    return RobotBody(
+        id=report.view.name,
+        name=report.view.name,
+        world=report.view.world,
+        connection=report.connection,
+        last_heard_s=report.last_heard_s,
+        repertoire=list(report.repertoire),
+        reach=list(report.reach),
+        mission_id=report.mission_id,
+        **live,
+    )

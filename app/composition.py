@@ -1,0 +1,208 @@
+"""The composition root: wires the concrete parts into a service. Nothing is made at import."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fastapi import FastAPI
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from app.agents import AgentModels, RobotBoard
+from app.api.app import build_api
+from app.database import Database, FactRow, GoalRow, MissionRow, PlanRow, WorldRow
+from app.database.migrate import migrate
+from app.durable import Workflows
+from app.events import EventLog
+from app.goals.desk import GoalDesk
+from app.missions.desk import MissionDesk
+from app.missions.life import WORKFLOW as MISSION_LIFE
+from app.missions.life import MissionLife, WorldTime
+from app.missions.reports import ReportBook
+from app.organiser import Margin, load_library
+from app.plans.desk import AUTOMATIC, PlanDesk
+from app.plans.planning import WORKFLOW as PLAN_GOAL
+from app.plans.planning import Planning
+from app.plans.worker import PlanningWorker
+from app.settings import Settings
+from app.states import ENDED, GoalState, MissionState
+from app.world_model import initial_facts, initial_spots, spot_of
+from app.world_model.desk import WorldDesk
+from app.world_model.store import FactStore
+from planner import FastDownwardEngine, PlanningEngine, load_knowledge_base
+from robots.clock import Clock
+from robots.link import Link
+from robots.world import WorldFile
+
+WEB = Path(__file__).parent.parent / "web" / "static"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunningWorld:
+    """A world whose robots can be reached: over `link`, in the time of `clock`.
+
+    :param rate: world seconds a wall-clock second, None flat out.
+    """
+
+    file: WorldFile
+    link: Link
+    clock: Clock
+    rate: float | None = 1.0
+
+
+def make_engine() -> PlanningEngine:
+    """The planning engine, warm. Called inside the planning process."""
+    engine = FastDownwardEngine(load_knowledge_base())
+    engine.warm_up()
+    return engine
+
+
+class Service:
+    """Everything that runs in the service's process. `start` before use, `close` at the end."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        worlds: Sequence[RunningWorld],
+        *,
+        viewer: Callable[[], str | None] = lambda: None,
+    ) -> None:
+        """:param viewer: the address of the view of the world, None while there is none."""
+        settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.settings, self.token = settings, settings.resolved_token()
+        self._worlds = {world.file.name: world for world in worlds}
+        self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
+        self.database = Database(settings.resolved_database_url())
+        migrate(self.database)
+        self.workflows = Workflows(settings.resolved_database_url())
+        self.events = EventLog(self.database)
+        self.board = RobotBoard((robot.name, w.name) for w in self._files.values() for robot in w.robots)
+        self._knowledge_base = load_knowledge_base()
+        self._facts = FactStore(self.events)
+        self._worker = PlanningWorker(make_engine)
+        self._wire_desks()
+        self._agents = [self._agents_of(world) for world in worlds]
+        self.api: FastAPI = build_api(self, viewer=viewer, static=WEB)
+
+    def start(self) -> None:
+        """Begin: the worlds as their files say, the workflows that were left, the links to the robots."""
+        ready = self._worker.warm_up()
+        for world in self._files.values():
+            self._begin_afresh(world)
+        self.workflows.register(PLAN_GOAL, self._planning.run)
+        self.workflows.register(MISSION_LIFE, self._life.run)
+        self.workflows.launch()
+        for agents in self._agents:
+            agents.start()
+        with self.database.write() as session:
+            for name in self._files:
+                self._planning.enqueue_waiting(session, name)
+        ready.result(timeout=60)
+
+    def close(self) -> None:
+        for agents in self._agents:
+            agents.close()
+        self.workflows.close()
+        self._worker.close()
+        self.database.close()
+
+    def __enter__(self) -> "Service":
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _wire_desks(self) -> None:
+        parts = {"database": self.database, "events": self.events}
+        clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
+        self.clocks = clocks
+        margin = Margin(relative=self.settings.margin_relative, absolute_s=self.settings.margin_s)
+        reasoning = {"facts": self._facts, "knowledge_base": self._knowledge_base}
+        self.worlds = WorldDesk(**parts, **reasoning, worlds=self._files, clocks=clocks, board=self.board)
+        self.missions = MissionDesk(**parts, workflows=self.workflows)
+        self.plans = PlanDesk(
+            **parts,
+            **reasoning,
+            workflows=self.workflows,
+            clocks=clocks,
+            margin=margin,
+            replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),
+        )
+        self._planning = Planning(
+            **parts,
+            **reasoning,
+            workflows=self.workflows,
+            worlds=self._files,
+            spots=self._spots,
+            worker=self._worker,
+            time_limit_s=self.settings.planning_time_limit_s,
+            approve=lambda session, plan, goal: self.plans.approve_in(
+                session, plan, goal, actor=AUTOMATIC, comment=""
+            ),
+        )
+        self.goals = GoalDesk(**parts, **reasoning, world=self.worlds.world, enqueue=self._planning.enqueue)
+        self._reports = ReportBook(**parts, **reasoning, workflows=self.workflows, worlds=self._files)
+        self._life = MissionLife(
+            **parts,
+            knowledge_base=self._knowledge_base,
+            library=load_library(),
+            repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
+            times={n: WorldTime(clock=w.clock, rate=w.rate) for n, w in self._worlds.items()},
+            patience_s=self.settings.answer_patience_s,
+            freed=self._planning.enqueue_waiting,
+        )
+
+    def _agents_of(self, world: RunningWorld) -> AgentModels:
+        return AgentModels(
+            robots=[robot.name for robot in world.file.robots],
+            link=world.link,
+            clock=world.clock,
+            database=self.database,
+            reports=self._reports,
+            board=self.board,
+            world=world.file.name,
+        )
+
+    def _spots(self, world: str) -> Mapping[str, tuple[float, float]]:
+        """Where robots stand that stand at no named place: as they last said, else as the world file says."""
+        said = {
+            spot_of(name): (view.telemetry.x_m, view.telemetry.y_m)
+            for name, view in self.board.views(world).items()
+            if view.telemetry is not None
+        }
+        return {**initial_spots(self._files[world]), **said}
+
+    def _begin_afresh(self, world: WorldFile) -> None:
+        """The embedded simulation starts from the world file: so do the facts, and old missions are over."""
+        with self.database.write() as session:
+            layout = world.model_dump(mode="json")
+            row = session.get(WorldRow, world.name)
+            if row is None:
+                row = WorldRow(id=world.name, title=world.title or world.name, layout=layout, version=0)
+                session.add(row)
+                session.flush()
+            row.layout = layout
+            _end_old_missions(session, world.name, self.events)
+            session.execute(delete(FactRow).where(FactRow.world == world.name))
+            facts = initial_facts(world, self._knowledge_base)
+            self._facts.change(session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0)
+
+
+def _end_old_missions(session: Session, world: str, events: EventLog) -> None:
+    reason = "the simulated world was started afresh"
+    query = select(MissionRow).where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+    for mission in session.scalars(query).all():
+        mission.state, mission.reason, mission.failure = MissionState.FAILED, reason, "world_changed"
+        goal = session.get_one(GoalRow, mission.goal_id)
+        goal.state, goal.outcome, goal.reason = GoalState.FINISHED, MissionState.FAILED, reason
+        events.append(session, "mission.failed", mission.id, goal=goal.id, reason=reason)
+    unplanned = select(GoalRow).where(
+        GoalRow.world == world, GoalRow.state.in_((GoalState.PLANNED, GoalState.SUBMITTED, GoalState.PLANNING))
+    )
+    for goal in session.scalars(unplanned).all():
+        goal.state, goal.reason = GoalState.SUBMITTED, reason
+        if goal.plan_id is not None:
+            plan = session.get_one(PlanRow, goal.plan_id)
+            if plan.state == "proposed":
+                plan.state, plan.reason = "expired", reason

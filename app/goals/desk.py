@@ -1,0 +1,129 @@
+"""Where goals come in: understood, checked against the world, recorded and sent to the planner in one transaction."""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.database import Database, GoalRow
+from app.database.paging import page
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventLog
+from app.goals.check import GoalIssue, blocking, check_goals
+from app.goals.grammar import Clarification, parse_goal
+from app.ids import new_id
+from app.states import GoalState
+from app.world_model.store import FactStore
+from planner import KnowledgeBase
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalRequest:
+    """What an operator asked for: `text` or `goal`, not both; `deadline_s` from now, in the world's clock."""
+
+    world: str | None
+    text: str | None = None
+    goal: Sequence[SymbolicFact] | None = None
+    priority: int = 0
+    deadline_s: float | None = None
+    auto_approve: bool = False
+
+
+class GoalDesk:
+    """Takes goals and answers what became of them."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        events: EventLog,
+        facts: FactStore,
+        knowledge_base: KnowledgeBase,
+        world: Callable[[str | None], WorldFile],
+        enqueue: Callable[[Session, GoalRow], None],
+    ) -> None:
+        """
+        :param world: the running world of a name, or the only one; raises NotFound.
+        :param enqueue: has a goal planned if the transaction commits.
+        """
+        self._database, self._events, self._facts = database, events, facts
+        self._knowledge_base, self._world, self._enqueue = knowledge_base, world, enqueue
+
+    def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
+        """Record a goal and have it planned. The same idempotency key answers the same goal again.
+
+        :raises Invalid: if it is not understood or can never be achieved, naming the thing and the choices.
+        :raises Conflict: if the world stands against it now, likewise; nothing is recorded then.
+        """
+        world = self._world(request.world)
+        goal_id = new_id("goal") if key is None else f"goal-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
+        with self._database.write() as session:
+            known = session.get(GoalRow, goal_id)
+            if known is not None:
+                return _same(known, request, world)
+            goals = list(request.goal) if request.goal is not None else self._understood(request.text or "", world)
+            facts = self._facts.facts(session, world.name)
+            _refuse(blocking(check_goals(goals, world, facts, self._knowledge_base)))
+            row = GoalRow(
+                id=goal_id,
+                world=world.name,
+                text=request.text or " and ".join(str(goal) for goal in goals),
+                goal=[goal.model_dump(mode="json") for goal in goals],
+                priority=request.priority,
+                deadline_s=request.deadline_s,
+                auto_approve=request.auto_approve,
+                state=GoalState.SUBMITTED,
+                reason="",
+                attempts=0,
+                created_by=actor,
+            )
+            session.add(row)
+            session.flush()
+            self._events.append(session, "goal.submitted", row.id, actor=actor, text=row.text)
+            self._enqueue(session, row)
+            return row
+
+    def get(self, goal_id: str) -> GoalRow:
+        with self._database.read() as session:
+            row = session.get(GoalRow, goal_id)
+        if row is None:
+            raise NotFound(f"no goal {goal_id!r}", code="unknown-goal")
+        return row
+
+    def list(
+        self, *, world: str | None = None, state: str | None = None, limit: int = 100, after: str | None = None
+    ) -> tuple[Sequence[GoalRow], str | None]:
+        with self._database.read() as session:
+            query = select(GoalRow)
+            if world is not None:
+                query = query.where(GoalRow.world == world)
+            if state is not None:
+                query = query.where(GoalRow.state == state)
+            return page(session, query, GoalRow, limit=limit, after=after)
+
+    def _understood(self, text: str, world: WorldFile) -> list[SymbolicFact]:
+        parsed = parse_goal(text, world)
+        if isinstance(parsed, Clarification):
+            raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
+        return list(parsed)
+
+
+def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
+    """The goal that an idempotency key was used for, if the request is the same."""
+    goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
+    same_wish = row.text == request.text if request.text is not None else row.goal == goal
+    if row.world != world.name or not same_wish:
+        raise Conflict("this idempotency key was used for another goal", code="idempotency-key-reused")
+    return row
+
+
+def _refuse(issues: Sequence[GoalIssue]) -> None:
+    if not issues:
+        return
+    detail = "; ".join(issue.detail for issue in issues)
+    error = Conflict if all(issue.kind == "conflict" for issue in issues) else Invalid
+    raise error(detail, code=issues[0].code, choices=issues[0].choices)

@@ -1,0 +1,104 @@
+"""What operators ask of missions: to see them, and to cancel, pause or resume them."""
+
+from collections.abc import Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.database import Database, MissionRow, ScriptRow
+from app.database.paging import page
+from app.durable import Workflows
+from app.errors import Conflict, NotFound
+from app.events import EventLog
+from app.missions.reports import TERMINAL_SCRIPTS
+from app.states import MissionState
+from robots.wire import ControlVerb
+
+Mission = tuple[MissionRow, list[ScriptRow]]
+
+
+class MissionDesk:
+    """Reads missions and takes operators' orders on them."""
+
+    def __init__(self, *, database: Database, events: EventLog, workflows: Workflows) -> None:
+        self._database, self._events, self._workflows = database, events, workflows
+
+    def get(self, mission_id: str) -> Mission:
+        with self._database.read() as session:
+            return _with_scripts(session, _mission(session, mission_id))
+
+    def list(
+        self, *, world: str | None = None, state: str | None = None, limit: int = 100, after: str | None = None
+    ) -> tuple[Sequence[Mission], str | None]:
+        with self._database.read() as session:
+            query = select(MissionRow)
+            if world is not None:
+                query = query.where(MissionRow.world == world)
+            if state is not None:
+                query = query.where(MissionRow.state == state)
+            rows, token = page(session, query, MissionRow, limit=limit, after=after)
+            return [_with_scripts(session, row) for row in rows], token
+
+    def cancel(self, mission_id: str, actor: str, comment: str) -> Mission:
+        """Have every robot stop its script. The mission is cancelled once they have answered."""
+        with self._database.write() as session:
+            mission = _mission(session, mission_id, to_change=True)
+            if mission.cancel_requested:
+                return _with_scripts(session, mission)
+            self._refuse_ended(mission, "cancelled")
+            mission.cancel_requested = True
+            self._events.append(
+                session, "mission.cancel_requested", mission.id, actor=actor, comment=comment
+            )
+            self._workflows.wake(session, mission.id, f"cancel:{mission.id}")
+            return _with_scripts(session, mission)
+
+    def pause(self, mission_id: str, actor: str, comment: str) -> Mission:
+        """Have every robot that is still at work stand still and keep its place in its script."""
+        with self._database.write() as session:
+            mission = _mission(session, mission_id, to_change=True)
+            self._refuse_ended(mission, "paused")
+            if mission.state != MissionState.PAUSED:
+                mission.resume_to, mission.state = mission.state, MissionState.PAUSED
+                self._order(session, mission, ControlVerb.PAUSE, actor, comment)
+            return _with_scripts(session, mission)
+
+    def resume(self, mission_id: str, actor: str, comment: str) -> Mission:
+        with self._database.write() as session:
+            mission = _mission(session, mission_id, to_change=True)
+            if mission.state != MissionState.PAUSED:
+                raise Conflict(f"mission {mission.id} is {mission.state}, not paused", code="not-paused")
+            mission.state, mission.resume_to = mission.resume_to or MissionState.RUNNING, None
+            self._order(session, mission, ControlVerb.RESUME, actor, comment)
+            return _with_scripts(session, mission)
+
+    def _order(
+        self, session: Session, mission: MissionRow, verb: ControlVerb, actor: str, comment: str
+    ) -> None:
+        self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
+        for script in _scripts(session, mission.id):
+            if script.state not in TERMINAL_SCRIPTS and script.delivery != "refused":
+                script.orders += 1
+                script.control = f"{verb.value}:{script.orders}"
+
+    def _refuse_ended(self, mission: MissionRow, verb: str) -> None:
+        if MissionState(mission.state).ended:
+            raise Conflict(
+                f"mission {mission.id} is {mission.state}: it cannot be {verb} any more", code="mission-ended"
+            )
+
+
+def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> MissionRow:
+    row = session.get(MissionRow, mission_id, with_for_update=to_change)
+    if row is None:
+        raise NotFound(f"no mission {mission_id!r}", code="unknown-mission")
+    return row
+
+
+def _scripts(session: Session, mission_id: str) -> Sequence[ScriptRow]:
+    query = select(ScriptRow).where(ScriptRow.mission_id == mission_id).order_by(ScriptRow.robot)
+    return session.scalars(query).all()
+
+
+def _with_scripts(session: Session, mission: MissionRow) -> Mission:
+    return mission, list(_scripts(session, mission.id))

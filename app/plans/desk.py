@@ -1,0 +1,158 @@
+"""Operators' decisions on plans: approve or reject. A plan that the world has overtaken expires instead."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.database import Database, GoalRow, MissionRow, PlanRow
+from app.database.paging import page
+from app.database.tables import utc_now
+from app.durable import MISSIONS, Workflows
+from app.errors import Conflict, NotFound
+from app.events import EventLog
+from app.ids import new_id
+from app.missions.life import WORKFLOW as MISSION_LIFE
+from app.organiser import Margin
+from app.plan_body import PlanBody
+from app.plans.active import held_by_missions
+from app.states import GoalState, MissionState, PlanState
+from app.vocabulary import symbolic
+from app.world_model import broken, reservation_of
+from app.world_model.store import FactStore
+from planner import KnowledgeBase
+from robots.clock import Clock
+
+AUTOMATIC = "auto_approve"
+"""Who decided on a plan whose goal was submitted with `auto_approve`."""
+
+
+class PlanDesk:
+    """Reads plans and takes decisions on them."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        events: EventLog,
+        workflows: Workflows,
+        facts: FactStore,
+        knowledge_base: KnowledgeBase,
+        clocks: Mapping[str, Clock],
+        margin: Margin,
+        replan: Callable[[Session, GoalRow, str], None],
+    ) -> None:
+        """:param replan: has a goal planned afresh, with the reason why."""
+        self._database, self._events, self._workflows, self._facts = database, events, workflows, facts
+        self._knowledge_base, self._clocks, self._margin, self._replan = knowledge_base, clocks, margin, replan
+
+    def get(self, plan_id: str) -> PlanRow:
+        with self._database.read() as session:
+            return _plan(session, plan_id)
+
+    def list(
+        self,
+        *,
+        goal_id: str | None = None,
+        state: str | None = None,
+        limit: int = 100,
+        after: str | None = None,
+    ) -> tuple[Sequence[PlanRow], str | None]:
+        with self._database.read() as session:
+            query = select(PlanRow)
+            if goal_id is not None:
+                query = query.where(PlanRow.goal_id == goal_id)
+            if state is not None:
+                query = query.where(PlanRow.state == state)
+            return page(session, query, PlanRow, limit=limit, after=after)
+
+    def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
+        """Approve a plan and start its mission; once approved, approving again answers the same mission.
+
+        :raises Conflict: if it was decided otherwise, or the world has changed under it; then a fresh plan is made.
+        """
+        with self._database.write() as session:
+            plan = _plan(session, plan_id, to_change=True)
+            if plan.state == PlanState.APPROVED:
+                return plan, _mission_of(session, plan)
+            _refuse_decided(plan)
+            goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
+            stale = self._stale(session, plan)
+            if not stale:
+                return plan, self.approve_in(session, plan, goal, actor=actor, comment=comment)
+            plan.state, plan.reason = PlanState.EXPIRED, stale
+            self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
+            self._replan(session, goal, f"the plan was overtaken: {stale}")
+        raise Conflict(f"the world has changed since the plan was made: {stale}; planning afresh", code="plan-stale")
+
+    def approve_in(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
+        """Approve inside the caller's transaction; answers the mission's id."""
+        self._decide(session, plan, PlanState.APPROVED, actor, comment)
+        body = PlanBody.model_validate(plan.body)
+        now_s = self._clocks[plan.world].now_s()
+        mission = MissionRow(
+            id=new_id("mission"),
+            goal_id=goal.id,
+            plan_id=plan.id,
+            world=plan.world,
+            state=MissionState.PENDING,
+            estimate_s=body.makespan_s,
+            original_estimate_s=body.makespan_s,
+            margin_s=self._margin.of(body.makespan_s),
+            deadline_s=None if goal.deadline_s is None else now_s + goal.deadline_s,
+        )
+        session.add(mission)
+        goal.state, goal.mission_id = GoalState.COMMITTED, mission.id
+        self._events.append(
+            session, "mission.pending", mission.id, goal=goal.id, plan=plan.id, robots=list(body.robots)
+        )
+        self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.id, mission.id)
+        return mission.id
+
+    def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
+        """Reject a plan; its goal is withdrawn. Rejecting again changes nothing."""
+        with self._database.write() as session:
+            plan = _plan(session, plan_id, to_change=True)
+            if plan.state == PlanState.REJECTED:
+                return plan
+            _refuse_decided(plan)
+            goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
+            self._decide(session, plan, PlanState.REJECTED, actor, comment)
+            goal.state, goal.outcome = GoalState.WITHDRAWN, "plan_rejected"
+            goal.reason = f"plan rejected: {comment}" if comment else "plan rejected"
+            self._events.append(session, "goal.withdrawn", goal.id, reason=goal.reason)
+            return plan
+
+    def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
+        plan.state, plan.comment, plan.decided_by, plan.decided_at = state, comment, actor, utc_now()
+        self._events.append(
+            session, f"plan.{state.value}", plan.id, goal=plan.goal_id, actor=actor, comment=comment
+        )
+
+    def _stale(self, session: Session, plan: PlanRow) -> str:
+        """What of the plan does not hold any more, in words; empty if all of it does."""
+        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        facts = self._facts.facts(session, plan.world)
+        gone = [f"{symbolic(fact, self._knowledge_base)} is no longer true" for fact in broken(net, facts)]
+        mine = reservation_of(net)
+        for held in held_by_missions(session, plan.world, self._knowledge_base):
+            if mine.overlaps(held.reservation):
+                gone.append(f"{', '.join(mine.shared(held.reservation))} now belong to mission {held.mission_id}")
+        return "; ".join(gone)
+
+
+def _plan(session: Session, plan_id: str, *, to_change: bool = False) -> PlanRow:
+    row = session.get(PlanRow, plan_id, with_for_update=to_change)
+    if row is None:
+        raise NotFound(f"no plan {plan_id!r}", code="unknown-plan")
+    return row
+
+
+def _mission_of(session: Session, plan: PlanRow) -> str:
+    return session.scalars(select(MissionRow.id).where(MissionRow.plan_id == plan.id)).one()
+
+
+def _refuse_decided(plan: PlanRow) -> None:
+    if plan.state != PlanState.PROPOSED:
+        why = f": {plan.reason}" if plan.reason else ""
+        raise Conflict(f"plan {plan.id} is {plan.state}, not proposed{why}", code="plan-decided")

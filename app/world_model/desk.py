@@ -1,0 +1,172 @@
+"""What clients ask of worlds and robots: to see them, and to correct the facts."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import select
+
+from app.agents import RobotBoard, RobotView
+from app.database import Database, FactRow, MissionRow, ScriptRow, WorldRow
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventLog
+from app.states import ENDED, Connection
+from app.world_model.problem import objects_of
+from app.world_model.store import FactStore
+from planner import Fact, KnowledgeBase, KnowledgeBaseError
+from robots.clock import Clock
+from robots.world import WorldFile
+
+Relation = tuple[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldReport:
+    id: str
+    name: str
+    title: str
+    time_s: float
+    version: int
+    layout: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotReport:
+    """A robot as known; `mission_id` is the mission that it is reserved for."""
+
+    view: RobotView
+    connection: Connection
+    last_heard_s: float | None
+    repertoire: Sequence[str]
+    reach: Sequence[str]
+    mission_id: str | None
+
+
+class WorldDesk:
+    """Reads worlds, facts and robots; takes operators' corrections."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        events: EventLog,
+        facts: FactStore,
+        knowledge_base: KnowledgeBase,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+        board: RobotBoard,
+    ) -> None:
+        self._database, self._events, self._facts = database, events, facts
+        self._knowledge_base, self._worlds, self._clocks, self._board = knowledge_base, worlds, clocks, board
+
+    def list(self) -> list[WorldReport]:
+        with self._database.read() as session:
+            rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)).order_by(WorldRow.id))
+            return [self._report(row) for row in rows]
+
+    def get(self, world: str) -> WorldReport:
+        self.world(world)
+        with self._database.read() as session:
+            return self._report(session.get_one(WorldRow, world))
+
+    def world(self, name: str | None) -> WorldFile:
+        """The world of that name; with None, the only one there is.
+
+        :raises NotFound: if there is none, naming the worlds that run.
+        """
+        if name is None and len(self._worlds) == 1:
+            return next(iter(self._worlds.values()))
+        if name is None:
+            raise Invalid("several worlds run: name one", code="world-needed", choices=sorted(self._worlds))
+        if name not in self._worlds:
+            raise NotFound(f"unknown world {name!r}", code="unknown-world", choices=sorted(self._worlds))
+        return self._worlds[name]
+
+    def facts(self, world: str) -> tuple[Sequence[tuple[Relation, FactRow]], int]:
+        """Every fact in rel/ref form with its row, and the version they are of."""
+        self.world(world)
+        with self._database.read() as session:
+            rows = self._facts.rows(session, world)
+            version = self._facts.version(session, world)
+        form = self._knowledge_base.to_relation
+        return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
+
+    def correct(
+        self,
+        world: str,
+        changes: Sequence[tuple[str, Sequence[str], bool]],
+        *,
+        actor: str,
+        comment: str,
+        expected_version: int | None,
+    ) -> None:
+        """Make facts true or false on an operator's word.
+
+        :raises Invalid: if a fact does not fit the vocabulary; then none is changed.
+        :raises Conflict: if the facts have changed since `expected_version`.
+        """
+        objects = objects_of(self.world(world))
+        try:
+            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in changes]
+        except KnowledgeBaseError as error:
+            raise Invalid(str(error), code="malformed-fact") from error
+        with self._database.write() as session:
+            version = self._facts.version(session, world)
+            if expected_version not in (None, version):
+                detail = f"the facts of {world} are at version {version}, the correction was made from"
+                raise Conflict(f"{detail} {expected_version}", code="facts-changed")
+            self._facts.change(
+                session,
+                world,
+                add=[fact for fact, value in parsed if value],
+                remove=[fact for fact, value in parsed if not value],
+                source=f"operator {actor}",
+                at_s=self._clocks[world].now_s(),
+            )
+            self._events.append(session, "world.corrected", world, actor=actor, comment=comment)
+
+    def robots(self, world: str | None = None) -> list[RobotReport]:
+        if world is not None:
+            self.world(world)
+        missions = self._missions_by_robot()
+        views = self._board.views(world)
+        return [self._robot(view, missions.get((view.world, name))) for name, view in sorted(views.items())]
+
+    def robot(self, name: str) -> RobotReport:
+        reports = {report.view.name: report for report in self.robots()}
+        if name not in reports:
+            raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
+        return reports[name]
+
+    def _robot(self, view: RobotView, mission_id: str | None) -> RobotReport:
+        now = time.time()
+        world = self._worlds[view.world]
+        spec = world.robot(view.name)
+        return RobotReport(
+            view=view,
+            connection=view.connection(now),
+            last_heard_s=None if view.heard_at is None else round(now - view.heard_at, 3),
+            repertoire=spec.repertoire,
+            reach=[place.name for place in world.reach_of(spec)],
+            mission_id=mission_id,
+        )
+
+    def _missions_by_robot(self) -> Mapping[tuple[str, str], str]:
+        query = (
+            select(MissionRow.world, ScriptRow.robot, MissionRow.id)
+            .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
+            .where(MissionRow.state.not_in(ENDED))
+        )
+        with self._database.read() as session:
+            return {(world, robot): mission for world, robot, mission in session.execute(query)}
+
+    def _report(self, row: WorldRow) -> WorldReport:
+        return WorldReport(
+            id=row.id,
+            name=row.id,
+            title=row.title,
+            time_s=self._clocks[row.id].now_s(),
+            version=row.version,
+            layout=row.layout,
+        )
