@@ -1,14 +1,14 @@
-"""Beliefs about a world as a set of facts, and how news revises them so that they stay consistent.
+"""Beliefs about a world: facts in the planner's form, and how news revises them so that they stay consistent.
 
-A robot stands in one place, an object lies in one place, an attribute has one value: news about one of them replaces
-what was believed. `vacant` and `clear` follow from where objects lie and robots stand, and are derived, never told.
+A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object:
+news about one of them replaces what was believed. `vacant` and `clear` follow from where objects lie and robots
+stand.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 
-from planner.fact import Fact
-from robots.world import WorldFile
+from planner import Fact
 
 Facts = frozenset[Fact]
 
@@ -30,11 +30,10 @@ FULL = "full"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """What to add to the facts and what to remove from them; `spots` are new open-floor places (x, y in metres)."""
+    """What to add to the facts and what to remove from them; `notes` say in words what had to be given up."""
 
     add: Facts = frozenset()
     remove: Facts = frozenset()
-    spots: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     def apply(self, facts: Facts) -> Facts:
@@ -60,61 +59,77 @@ def occupants(place: str, facts: Iterable[Fact]) -> tuple[str, ...]:
     return tuple(sorted(f.args[0] for f in facts if f.predicate == OBJECT_POSITION and f.args[2] == place))
 
 
-def revised(world: WorldFile, facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Facts:
-    """The facts after `news` became known and `gone` proved false, consistent again.
+def robots_in(facts: Iterable[Fact]) -> frozenset[str]:
+    return frozenset(f.args[0] for f in facts if f.predicate in {IN_AREA, ROBOT_ATTRIBUTE, ROBOT_POSITION})
 
-    News wins over older belief about the same robot, object, attribute or single-sample place. What is derived
-    (`vacant`, `clear`, the gripper of a robot in whose gripper something is known to be) is worked out anew.
+
+def revision(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Change:
+    """What changes when `news` become known and `gone` prove false; the facts are consistent after it."""
+    after = revised(facts, news, gone)
+    return Change(add=after - facts, remove=facts - after)
+
+
+def revised(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Facts:
+    """The facts after `news` became known and `gone` proved false.
+
+    News wins over older belief. `vacant(l)` as news means that nothing lies there any more; `clear` is always
+    derived.
     """
-    news = tuple(news)
     kept = set(facts) - set(gone)
+    news = [fact for fact in news if fact.predicate != CLEAR]
     for fact in news:
-        kept -= _replaced(world, fact, kept)
-        kept.add(fact)
-    return derived(world, _with_grippers(world, frozenset(kept), news))
+        kept = {old for old in kept if not _contradicts(fact, old)} | {fact}
+    places = _storing(facts | frozenset(news), robots_in(kept))
+    return _with_derived(_with_grippers(frozenset(kept), news), places)
 
 
-def derived(world: WorldFile, facts: Facts) -> Facts:
+def _contradicts(new: Fact, old: Fact) -> bool:
+    """True if the two cannot both hold."""
+    match new.predicate, new.args, old.predicate, old.args:
+        case "robot_position", (robot, *_), "robot_position", (other, *_):
+            return robot == other
+        case "robot_attribute", (robot, attribute, _), "robot_attribute", (other, same, _):
+            return (robot, attribute) == (other, same)
+        case "robot_attribute", (robot, "gripper", "empty"), "object_position", (_, _, ref):
+            return robot == ref
+        case "object_position", (item, _, ref), "object_position", (other, _, place):
+            return item == other or ref == place
+        case "vacant", (location,), "object_position", (_, _, ref):
+            return location == ref
+        case _:
+            return False
+
+
+def _storing(facts: Facts, robots: frozenset[str]) -> frozenset[str]:
+    """The locations that hold samples: those known to be vacant or filled."""
+    vacant = {f.args[0] for f in facts if f.predicate == VACANT}
+    filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION and f.args[2] not in robots}
+    return frozenset(vacant | filled)
+
+
+def _with_derived(facts: Facts, places: frozenset[str]) -> Facts:
     """The facts with `vacant` and `clear` worked out from where objects lie and robots stand."""
     areas = {f.args[0]: f.args[1] for f in facts if f.predicate == IN_AREA}
     filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION}
     stands = {(f.args[2], areas.get(f.args[0])) for f in facts if f.predicate == ROBOT_POSITION}
     reached = {(f.args[1], areas[f.args[0]]) for f in facts if f.predicate == REACHES and f.args[0] in areas}
-    vacant = {Fact(VACANT, (p.name,)) for p in world.locations if p.capacity > 0 and p.name not in filled}
+    vacant = {Fact(VACANT, (place,)) for place in places - filled}
     clear = {Fact(CLEAR, pair) for pair in reached if pair not in stands}
     return frozenset({f for f in facts if f.predicate not in {VACANT, CLEAR}} | vacant | clear)
 
 
-def _replaced(world: WorldFile, fact: Fact, facts: Iterable[Fact]) -> set[Fact]:
-    """The older facts that cannot hold beside `fact`."""
-    robots = {robot.name for robot in world.robots}
-    match fact.predicate, fact.args:
-        case "robot_position", (robot, _, _):
-            return {f for f in facts if f.predicate == ROBOT_POSITION and f.args[0] == robot}
-        case "robot_attribute", (robot, attribute, value):
-            same = {f for f in facts if f.predicate == ROBOT_ATTRIBUTE and f.args[:2] == (robot, attribute)}
-            dropped = value == EMPTY and attribute == GRIPPER
-            return same | (_inside(robot, facts) if dropped else set())
-        case "object_position", (item, _, ref):
-            same = {f for f in facts if f.predicate == OBJECT_POSITION and f.args[0] == item}
-            single = ref in robots or any(p.name == ref and p.capacity == 1 for p in world.locations)
-            return same | (_inside(ref, facts) if single else set())
-        case _:
-            return set()
+def _with_grippers(facts: Facts, news: Iterable[Fact]) -> Facts:
+    """A gripper in which something is known to be is full; one whose object is elsewhere is empty.
 
-
-def _inside(ref: str, facts: Iterable[Fact]) -> set[Fact]:
-    return {f for f in facts if f.predicate == OBJECT_POSITION and f.args[2] == ref}
-
-
-def _with_grippers(world: WorldFile, facts: Facts, news: Iterable[Fact]) -> Facts:
-    """A gripper in which something is known to be is full; one whose object is known elsewhere is empty."""
+    NOTE: a robot may say that its gripper is full without knowing of what, so what it tells stands.
+    """
     told = {f.args[0] for f in news if f.predicate == ROBOT_ATTRIBUTE and f.args[1] == GRIPPER}
+    holders = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION}
     result = set(facts)
-    for robot in world.robots:
-        full, empty = (Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, value)) for value in (FULL, EMPTY))
-        if _inside(robot.name, facts):
+    for robot in robots_in(facts):
+        full, empty = (Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, value)) for value in (FULL, EMPTY))
+        if robot in holders:
             result = (result - {empty}) | {full}
-        elif robot.name not in told and full in result:
+        elif robot not in told and full in result:
             result = (result - {full}) | {empty}
     return frozenset(result)

@@ -1,9 +1,9 @@
-"""The initial facts of a world, from its world file (MACTA §4: the world model describes the initial state)."""
+"""The initial facts of a world, from its world file (MACTA §4, fig. 4: the world model)."""
 
 from collections.abc import Iterator
 from math import dist
 
-from app.vocabulary import Vocabulary, planner_fact
+from app.vocabulary import planner_fact
 from app.world_model.beliefs import (
     CAN,
     EMPTY,
@@ -15,30 +15,21 @@ from app.world_model.beliefs import (
     REACHES,
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
+    VACANT,
     Facts,
-    derived,
     revised,
     spot_of,
 )
-from planner.fact import Fact
+from app.world_model.problem import objects_of
+from planner import Fact, KnowledgeBase
 from robots.wire import SymbolicFact
 from robots.world import RobotSpec, WorldFile
 
-ROBOT, OBJECT, LOCATION, AREA = "robot", "object", "location", "area"
 HOME_RADIUS_M = 1.5
-"""A robot that starts no farther from its home's beacon than this is believed to be near home (our choice)."""
+"""A robot that starts no farther from its home's beacon is believed to be near home (our choice)."""
 
 
-def objects_of(world: WorldFile) -> dict[str, str]:
-    """Every object of the world and its type; a robot's open-floor spot is a location."""
-    named = {place.name: LOCATION for place in world.locations}
-    named |= {sample.name: OBJECT for sample in world.samples}
-    for robot in world.robots:
-        named |= {robot.name: ROBOT, spot_of(robot.name): LOCATION, world.area_of(robot).name: AREA}
-    return named
-
-
-def initial_facts(world: WorldFile, vocabulary: Vocabulary) -> Facts:
+def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     """The facts that hold at the start, in the planner's form.
 
     The file's extra facts win over what the layout says of the same robot or object.
@@ -46,12 +37,14 @@ def initial_facts(world: WorldFile, vocabulary: Vocabulary) -> Facts:
     :raises planner.KnowledgeBaseError: if an extra fact is not of the vocabulary.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
-    layout |= {Fact(OBJECT_POSITION, (sample.name, IN, sample.at)) for sample in world.samples}
+    layout |= {Fact(VACANT, (place.name,)) for place in world.locations if place.capacity > 0}
+    lie = [Fact(OBJECT_POSITION, (sample.name, IN, sample.at)) for sample in world.samples]
     objects = objects_of(world)
     extra = [
-        planner_fact(SymbolicFact(predicate=f.predicate, args=f.args), vocabulary, objects) for f in world.facts
+        planner_fact(SymbolicFact(predicate=f.predicate, args=f.args), knowledge_base, objects)
+        for f in world.facts
     ]
-    return revised(world, derived(world, frozenset(layout)), extra)
+    return revised(frozenset(layout), [*lie, *extra])
 
 
 def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
@@ -62,12 +55,12 @@ def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
 
 
 def _of_robot(world: WorldFile, robot: RobotSpec) -> Iterator[Fact]:
-    home = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
-    yield Fact(ROBOT_POSITION, (robot.name, NEAR, home))
+    place = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
+    yield Fact(ROBOT_POSITION, (robot.name, NEAR, place))
     yield Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, EMPTY))
     yield Fact(IN_AREA, (robot.name, world.area_of(robot).name))
-    for place in world.reach_of(robot):
-        yield Fact(REACHES, (robot.name, place.name))
+    for location in world.reach_of(robot):
+        yield Fact(REACHES, (robot.name, location.name))
     for tag in robot.repertoire:
         yield Fact(CAN, (robot.name, tag))
 

@@ -1,0 +1,74 @@
+"""What to believe when a script ended before its time: what the robot perceives, not what it had begun."""
+
+from collections.abc import Sequence
+
+from app.vocabulary import planner_fact, symbolic, types_in
+from app.world_model.beliefs import (
+    EMPTY,
+    GRIPPER,
+    NEAR,
+    OBJECT_POSITION,
+    ROBOT_ATTRIBUTE,
+    ROBOT_POSITION,
+    TRANSPORTED,
+    Change,
+    Facts,
+    occupants,
+    place_of,
+    revised,
+    spot_of,
+)
+from app.world_model.problem import OBJECT
+from planner import Fact, KnowledgeBase, KnowledgeBaseError
+from robots.wire import SymbolicFact
+
+
+def reconciled(
+    facts: Facts, robot: str, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
+) -> Change:
+    """How the facts change by what `robot` perceives after it failed or was stopped.
+
+    A robot that names no place it is at stands on the open floor, at its own spot. An object it was believed to
+    hold and does not hold is lost unless it is perceived where it lies. `transported` of the robot is given up: its
+    next transport starts from where it stands. Our choice: a robot that says nothing of its gripper holds what it
+    was believed to hold.
+    """
+    known, misfits = _understood(facts, perceived, knowledge_base)
+    news = list(known)
+    if not any(f.predicate == ROBOT_POSITION and f.args[0] == robot for f in news):
+        news.insert(0, Fact(ROBOT_POSITION, (robot, NEAR, spot_of(robot))))
+    if Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news:
+        # What it dropped may be perceived too, so that the empty gripper comes first.
+        news.sort(key=lambda f: f.predicate == OBJECT_POSITION)
+    gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot}
+    after = revised(facts, news, gone)
+    lost = [
+        f"{item} is lost: {robot} does not hold it any more"
+        for item in occupants(robot, facts)
+        if place_of(item, after) is None
+    ]
+    missing = [
+        f"{f.args[0]} is lost: it is no longer in {f.args[2]}"
+        for f in sorted(facts)
+        if f.predicate == OBJECT_POSITION and f.args[2] != robot and place_of(f.args[0], after) is None
+    ]
+    return Change(add=after - facts, remove=facts - after, notes=(*lost, *missing, *misfits))
+
+
+def _understood(
+    facts: Facts, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
+) -> tuple[list[Fact], list[str]]:
+    """The percepts in the planner's form, and in words those that are not of the vocabulary."""
+    objects = types_in(facts, knowledge_base)
+    understood, misfits = [], []
+    for percept in perceived:
+        # NOTE: a lost sample is in no fact any more; the robot that finds it names it again.
+        unknown = {name: OBJECT for name in percept.args[:1] if name not in objects}
+        try:
+            fact = planner_fact(percept, knowledge_base, {**objects, **unknown})
+        except KnowledgeBaseError as error:
+            misfits.append(f"not understood: {percept} ({error})")
+            continue
+        if symbolic(fact, knowledge_base) == percept:
+            understood.append(fact)
+    return understood, misfits
