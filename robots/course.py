@@ -1,6 +1,6 @@
-"""Courses: which way to head for a point when things lie in between, and how to come to stand near a place."""
+"""Courses: which way to head for a point with things in between, and how to come to stand near a place."""
 
-from cmath import phase, rect
+from cmath import phase
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import asin, cos, pi, radians
@@ -17,7 +17,9 @@ KEEP_RIGHT_RAD = radians(25)
 """How much wider a robot is taken to be on its left: two that meet head-on both pass on the right."""
 STEP_RAD = radians(5)
 CLOSE_M = 0.3
-"""Within this distance of the approach point the robot turns from going there to facing the beacon."""
+"""Within this distance of the approach point the robot goes there straight, ahead or back."""
+ARRIVED_M = 0.08
+"""Within this distance it turns to the beacon and corrects along its own axis only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,17 +76,19 @@ def guide(percepts: Percepts, place: str) -> Guidance | None:
     """Virtual steering target for coming to stand `near` a place; None if it is unknown or every way is
     blocked.
 
-    Far off it is the clear course to the approach point; the closer the robot, the more it is the beacon
-    itself, until at the approach point it only faces the beacon and corrects along its own axis.
+    Far off it is the clear course to the approach point, close to it straight ahead or back, whichever is
+    nearer; at the approach point the robot only faces the beacon.
     """
     point, beacon = percepts.approach_point(place), percepts.locate(place)
     if point is None or beacon is None:
         return None
     distance_m = abs(point)
+    if distance_m <= ARRIVED_M:
+        return Guidance(turn_rad=phase(beacon), advance_m=point.real)
     if distance_m <= CLOSE_M:
-        share = distance_m / CLOSE_M
-        turn_rad = phase(share * rect(1, phase(point)) + (1 - share) * rect(1, phase(beacon)))
-        return Guidance(turn_rad=turn_rad, advance_m=point.real)
+        way = 1 if point.real >= 0 else -1
+        turn_rad = phase(way * point)
+        return Guidance(turn_rad=turn_rad, advance_m=way * distance_m * cos(turn_rad) ** 2)
     course = clear_course(point, percepts.obstacles)
     if course is None:
         return None
