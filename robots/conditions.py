@@ -44,7 +44,7 @@ class Near:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["near"] = "near"
     place: str
-    within_m: float = 0.1
+    within_m: float = 0.12
     facing_rad: float = 0.16
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -143,7 +143,7 @@ class JawsAt:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["jaws_at"] = "jaws_at"
     place: str
-    within_m: float = 0.05
+    within_m: float = 0.03
 
     def check(self, percepts: Percepts) -> Verdict:
         at = percepts.locate(self.place)

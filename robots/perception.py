@@ -58,7 +58,7 @@ class Perception:
         )
 
     def _obstacles(self, readings: Readings) -> tuple[Obstacle, ...]:
-        """Discs around every whisker's hit (ranges count from the hull), other robot, and sample lying about."""
+        """Discs around every whisker's hit (from the hull), other robot, and sample that lies about."""
         found = []
         for sighting in readings.sightings:
             at = rect(sighting.range_m, sighting.bearing_rad)
