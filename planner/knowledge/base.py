@@ -93,7 +93,7 @@ class KnowledgeBase:
         if action not in self.actions:
             raise KnowledgeBaseError(f"unknown action {action!r}; choices: {', '.join(sorted(self.actions))}")
         for op in self.operators:
-            binding = _binding(op, arguments) if op.spec.name == action else None
+            binding = binding_of(op, arguments) if op.spec.name == action else None
             if binding is None:
                 continue
             for name, kind in op.parameters.items():
@@ -141,7 +141,7 @@ class KnowledgeBase:
         return f"{relation}({', '.join(args)}) does not fit; choices: {', '.join(sorted(set(forms)))}{detail}"
 
 
-def _binding(op: Operator, arguments: Mapping[str, str]) -> Mapping[str, str] | None:
+def binding_of(op: Operator, arguments: Mapping[str, str]) -> Mapping[str, str] | None:
     """The operator's binding for these arguments; None if it is another variant."""
     if any(arguments.get(name) != value for name, value in op.chosen.items()):
         return None

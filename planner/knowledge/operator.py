@@ -74,7 +74,7 @@ class Operator:
         """Longest over the members; None where a function has no value."""
         spans = []
         for member in self.members:
-            alias = {**binding, **{name: binding[one] for name, one in member.items()}}
+            alias = {**binding, **{name: binding[one] for name, one in member.items() if one in binding}}
             seconds = self.duration.seconds(alias, functions)
             if seconds is None:
                 return None
