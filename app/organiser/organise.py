@@ -1,0 +1,108 @@
+"""The mission organiser: from an approved plan-net to one behaviour script a robot (MACTA §4)."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from app.organiser.coupling import Awaits, awaits_of, unkept_ordering, unsensed
+from app.organiser.library import Library
+from app.organiser.matching import Found, find_packet, linking_goals
+from app.vocabulary import symbolic_all
+from planner import KnowledgeBase, PlanNet, PlanNetAction
+from robots.wire import BehaviourPacket, BehaviourScript
+
+SHORTEST_TIMEOUT_S = 30.0
+TIMEOUT_FACTOR = 4.0
+"""A packet may run this many times its expected duration before it has failed (our choice)."""
+SHORTEST_WAIT_S = 60.0
+WAIT_FACTOR = 3.0
+"""A packet may wait this many times the whole plan's span for its pre-conditions (our choice)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Organised:
+    """The scripts, in alphabetical order of robots, and for each action why its packet was chosen."""
+
+    scripts: tuple[BehaviourScript, ...]
+    reasons: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrganiserFailure:
+    """The plan-net cannot be turned into scripts; `reason` names the action and what is missing."""
+
+    reason: str
+
+
+def organise(
+    plan_net: PlanNet,
+    library: Library,
+    repertoires: Mapping[str, Sequence[str]],
+    mission_id: str,
+    knowledge_base: KnowledgeBase,
+    script_ids: Callable[[str], str] | None = None,
+) -> Organised | OrganiserFailure:
+    """Match each action's linking goals against the library's index and write the scripts.
+
+    :param repertoires: robot → tags of the packets it can carry out.
+    :param script_ids: robot → script id; by default mission and robot.
+    """
+    trouble = unsensed(plan_net, knowledge_base) or unkept_ordering(plan_net)
+    if trouble is not None:
+        return OrganiserFailure(reason=trouble)
+    found: dict[tuple[str, str], Found] = {}
+    for action in plan_net.actions:
+        for agent in action.agents:
+            packet = find_packet(plan_net, action, agent, library, repertoires, knowledge_base)
+            if isinstance(packet, str):
+                return OrganiserFailure(reason=packet)
+            found[action.id, agent] = packet
+    name = script_ids or (lambda robot: f"{mission_id}-{robot}")
+    write = _Writer(plan_net, knowledge_base, found, awaits_of(plan_net))
+    return Organised(
+        scripts=tuple(
+            BehaviourScript(
+                id=name(robot), mission_id=mission_id, robot=robot, packets=tuple(write.packets(robot))
+            )
+            for robot in plan_net.robots
+        ),
+        reasons={
+            action.id: "; ".join(found[action.id, agent].reason for agent in action.agents)
+            for action in plan_net.actions
+        },
+    )
+
+
+class _Writer:
+    """Writes packets with their symbolic conditions and times."""
+
+    def __init__(
+        self,
+        plan_net: PlanNet,
+        knowledge_base: KnowledgeBase,
+        found: Mapping[tuple[str, str], Found],
+        awaits: Awaits,
+    ) -> None:
+        self._plan_net, self._knowledge_base = plan_net, knowledge_base
+        self._found, self._awaits = found, awaits
+
+    def packets(self, robot: str) -> list[BehaviourPacket]:
+        return [self._packet(action, robot) for action in self._plan_net.of_robot(robot)]
+
+    def _packet(self, action: PlanNetAction, robot: str) -> BehaviourPacket:
+        found = self._found[action.id, robot]
+        awaited = self._awaits.get((action.id, robot), ())
+        required = tuple(f for f in action.preconditions if f in found.requires or f in awaited)
+        base = self._knowledge_base
+        return BehaviourPacket(
+            id=action.id,
+            tag=found.tag,
+            arguments=dict(action.arguments),
+            requires=symbolic_all(required, base),
+            awaits=symbolic_all(awaited, base),
+            achieves=symbolic_all(linking_goals(self._plan_net, action), base),
+            expected_start_s=action.earliest_start_s,
+            expected_duration_s=action.duration_s,
+            timeout_s=max(SHORTEST_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
+            wait_timeout_s=max(SHORTEST_WAIT_S, WAIT_FACTOR * self._plan_net.makespan_s),
+            description=action.description,
+        )
