@@ -58,7 +58,7 @@ def page(browser: Browser, service: FakeService) -> Iterator[Page]:
 def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeService) -> None:
     page.get_by_test_id("goal-text").fill("move sample_1 to bay_1")
     page.get_by_test_id("goal-submit").click()
-    expect(page.get_by_test_id("plan")).to_contain_text("8 actions, 41 s")
+    expect(page.get_by_test_id("plan")).to_contain_text("8 actions, 40.9 s")
     expect(page.get_by_test_id("plan")).to_contain_text("yard_1 drives up to sample_1 at door_1")
     expect(page.get_by_test_id("causal-links")).to_contain_text("Causal links (9)")
     page.get_by_test_id("plan-comment").fill("go on")
@@ -67,7 +67,7 @@ def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeS
     assert service.decisions == [("plan-1", "approve", "go on")]
     service.complete("mission-1")
     expect(page.get_by_test_id("mission-state")).to_have_text("completed")
-    expect(page.get_by_test_id("mission")).to_contain_text("39 s of 41 s estimated")
+    expect(page.get_by_test_id("mission")).to_contain_text("39.0 s of 40.9 s estimated")
     expect(page.get_by_test_id("mission").locator("[data-state=finished]")).to_have_count(8)
 
 

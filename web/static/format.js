@@ -11,7 +11,7 @@ export function facts(list) {
 export function seconds(value) {
   if (typeof value !== "number" || !Number.isFinite(value)) return "–";
   const rounded = Math.max(0, value);
-  if (rounded < 60) return `${rounded.toFixed(rounded < 10 ? 1 : 0)} s`;
+  if (rounded < 60) return `${rounded.toFixed(1)} s`;
   const whole = Math.round(rounded);
   return `${Math.floor(whole / 60)} min ${String(whole % 60).padStart(2, "0")} s`;
 }
@@ -22,7 +22,7 @@ export function words(identifier) {
 
 // One of: good, bad, busy, idle: the colour of a badge.
 const TONES = {
-  good: ["completed", "finished", "approved", "online", "true"],
+  good: ["completed", "finished", "approved", "online"],
   bad: ["failed", "unsolvable", "rejected", "cancelled", "expired", "partially_completed", "connection_broken"],
   busy: ["running", "planning", "dispatching", "recovering", "initializing", "committed", "retriable"],
   warn: ["unknown", "paused", "planned", "proposed", "offline", "hibernating"],

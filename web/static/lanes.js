@@ -57,7 +57,7 @@ function handovers(plan, x, y) {
     if (!from || !to || from.agents.some((robot) => to.agents.includes(robot))) return [];
     const [x1, x2] = [x(from.earliest_start_s + from.duration_s), x(to.earliest_start_s)];
     const [y1, y2] = [y(from.agents[0]) + BAR / 2, y(to.agents[0]) + BAR / 2];
-    const bend = Math.max(12, Math.abs(x2 - x1) / 2);
+    const bend = Math.abs(x2 - x1) / 2;
     return [svg("path", { d: `M${x1},${y1} C${x1 + bend},${y1} ${x2 - bend},${y2} ${x2},${y2}`, class: "handover" })];
   });
 }

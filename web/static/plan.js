@@ -7,14 +7,15 @@ import { lanes } from "./lanes.js";
 import { problemBox } from "./problem.js";
 
 export function mountPlan(store, { refresh }) {
-  const container = document.getElementById("plan");
+  const [head, body] = [document.getElementById("goal"), document.getElementById("plan")];
   let drawn = null;
   store.subscribe((state) => {
     const goal = state.goals.find((candidate) => candidate.id === state.selected);
     const key = JSON.stringify([goal, state.plan]);
     if (key === drawn) return; // a comment being written survives other news
     drawn = key;
-    replace(container, goal ? content(goal, state.plan, refresh) : invitation());
+    replace(head, goal ? goalHead(goal) : invitation());
+    replace(body, state.plan ? planCard(state.plan, refresh) : null);
   });
 }
 
@@ -22,7 +23,7 @@ function invitation() {
   return el("p", { class: "quiet empty" }, "State a goal, or choose one, to see its plan here.");
 }
 
-function content(goal, plan, refresh) {
+function goalHead(goal) {
   return [
     el(
       "div",
@@ -33,7 +34,6 @@ function content(goal, plan, refresh) {
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
     goal.reason ? el("p", { class: "note" }, goal.reason) : null,
     outcome(goal.outcome),
-    plan ? planCard(plan, refresh) : null,
   ];
 }
 

@@ -5,13 +5,23 @@ import { tone, words } from "./format.js";
 
 const VIEWER = "/viewer/";
 const AGAIN_MS = 1500;
+// Narrower than this, viser's page takes itself for a telephone's and covers the world with its panel.
+const NARROWEST_PX = 600;
 
 export function mountWorld(store) {
   store.subscribe((state) => {
     const mine = state.robots.filter((robot) => !robot.world || robot.world === state.world);
     show(document.getElementById("robots"), mine.map(robotLine));
   });
-  openStage();
+  const stage = document.getElementById("stage");
+  new ResizeObserver(([entry]) => fit(stage, entry.contentRect)).observe(stage.parentElement);
+  openStage(stage);
+}
+
+function fit(frame, { width }) {
+  const scale = Math.min(1, width / NARROWEST_PX) || 1;
+  const whole = `${100 / scale}%`;
+  Object.assign(frame.style, { width: whole, height: whole, transform: scale < 1 ? `scale(${scale})` : "" });
 }
 
 function robotLine(robot) {
@@ -31,8 +41,7 @@ function packetName(packet) {
 }
 
 // The view is a process of its own and may come later than the page, or be started anew.
-async function openStage() {
-  const frame = document.getElementById("stage");
+async function openStage(frame) {
   const note = document.getElementById("stage-note");
   frame.addEventListener("load", () => stayConnected(frame));
   while (!(await answers())) {

@@ -1,0 +1,139 @@
+"""Where the view puts things, without a browser."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from web.layout import Fact, Layout, RobotTelemetry, Wall
+from web.scene import palette
+from web.scene.geometry import Mesh, box, cylinder, merged, turned
+from web.scene.robots import RADIUS_M, label_text, whiskers
+from web.scene.samples import LIFTED_M, SamplePlaces
+from web.scene.store import wall_pieces
+
+LAYOUT = Layout.model_validate(
+    {
+        "compartments": [{"name": "yard", "x": [0, 8], "y": [0, 3]}],
+        "locations": [
+            {"name": "door_1", "kind": "door", "at": [2, 0.4]},
+            {"name": "bay_1", "kind": "bay", "at": [0.5, 2]},
+        ],
+        "samples": [{"name": "sample_1", "at": "door_1"}],
+    }
+)
+AT_DOOR, IN_BAY, IN_ROBOT = (
+    Fact(predicate="in", args=("sample_1", ref)) for ref in ("door_1", "bay_1", "yard_1")
+)
+
+
+def told(**changes: object) -> RobotTelemetry:
+    return RobotTelemetry.model_validate({"x_m": 1.0, "y_m": 1.0, "heading_rad": 0.0} | changes)
+
+
+def place(places: SamplePlaces, fact: Fact, **changes: object) -> tuple[float, float, float] | None:
+    return places.update([fact], {"yard_1": told(**changes)}).get("sample_1")
+
+
+def test_a_sample_lies_where_the_facts_say() -> None:
+    assert place(SamplePlaces(LAYOUT), AT_DOOR) == (2.0, 0.4, 0.0)
+
+
+def test_a_sample_that_a_robot_says_it_holds_is_at_its_jaws_whatever_the_facts_say() -> None:
+    assert place(SamplePlaces(LAYOUT), AT_DOOR, holding="sample_1") == pytest.approx((1.34, 1.0, LIFTED_M))
+
+
+def test_a_sample_just_let_go_stays_there_until_the_facts_change() -> None:
+    places = SamplePlaces(LAYOUT)
+    place(places, AT_DOOR, holding="sample_1")
+    assert place(places, AT_DOOR, x_m=0.2) == pytest.approx((1.34, 1.0, 0.0))
+    assert place(places, IN_BAY) == (0.5, 2.0, 0.0)
+
+
+def test_facts_that_know_of_the_release_before_the_telemetry_are_believed() -> None:
+    places = SamplePlaces(LAYOUT)
+    place(places, AT_DOOR, holding="sample_1")
+    place(places, IN_ROBOT, holding="sample_1")
+    place(places, IN_BAY, holding="sample_1")
+    assert place(places, IN_BAY) == (0.5, 2.0, 0.0)
+
+
+def test_a_sample_that_is_with_a_robot_which_does_not_hold_it_lies_where_its_tag_was_seen() -> None:
+    seen = {"sample_1": (3.0, 2.0)}
+    assert place(SamplePlaces(LAYOUT), IN_ROBOT, tags=seen) == (3.0, 2.0, 0.0)
+
+
+def test_a_sample_of_which_nothing_is_known_is_not_drawn() -> None:
+    assert SamplePlaces(LAYOUT).update([], {}) == {}
+
+
+def test_a_wall_is_cut_at_its_openings() -> None:
+    wall = Wall.model_validate(
+        {
+            "start": [0, 0],
+            "end": [8, 0],
+            "openings": [
+                {"kind": "door", "at_m": 2, "width_m": 1},
+                {"kind": "gap", "at_m": 7.5, "width_m": 1},
+            ],
+        }
+    )
+    assert wall_pieces(wall) == [
+        ("wall", 0.0, 1.5),
+        ("door", 1.5, 2.5),
+        ("wall", 2.5, 7.0),
+        ("gap", 7.0, 8.0),
+    ]
+
+
+def test_the_second_of_four_whiskers_points_to_the_left() -> None:
+    points, colours = whiskers([told(heading_rad=pi / 2, ranges_m=[None, 1.5, None, None])])
+    left = points[2]  # after the one that keeps the node from being empty
+    np.testing.assert_allclose(left[:, :2], [[1 - RADIUS_M, 1], [1 - 1.5, 1]], atol=1e-6)
+    assert tuple(colours[2][1]) == palette.WHISKER_HIT
+    assert points.shape == colours.shape == (5, 2, 3)
+
+
+def test_the_whiskers_keep_their_count_whatever_they_meet() -> None:
+    free, hit = ([told(ranges_m=ranges)] for ranges in ([None] * 16, [0.5] * 16))
+    assert whiskers(free)[0].shape == whiskers(hit)[0].shape
+
+
+def test_a_label_tells_the_active_packet_or_that_the_robot_is_not_heard() -> None:
+    assert label_text("yard_1", told(at_s=10.0), 10.1) == "yard_1"
+    assert label_text("yard_1", told(at_s=10.0, packet_tag="DOCK"), 10.1) == "yard_1: DOCK"
+    assert label_text("yard_1", told(at_s=10.0, packet_tag="DOCK"), 16.0) == "yard_1 (not heard)"
+
+
+@pytest.mark.parametrize(
+    "mesh", [box((1, 2, 3)), cylinder(0.5, 0.0, 1.0), cylinder(0.5, 0.0, 1.0, top_radius_m=0.2)]
+)
+def test_meshes_are_closed_and_face_outwards(mesh: Mesh) -> None:
+    vertices, faces = mesh
+    corners = vertices[faces].astype(np.float64)
+    edges = {(a, b) for face in faces.tolist() for a, b in zip(face, face[1:] + face[:1], strict=True)}
+    assert all((b, a) in edges for a, b in edges)
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    assert volume > 0
+
+
+def test_merged_meshes_keep_their_own_faces() -> None:
+    one, other = box(), box(centre=(5.0, 0.0, 0.0))
+    vertices, faces = merged([one, other])
+    assert len(vertices) == 16
+    assert vertices[faces[12:]].min(axis=(0, 1))[0] == pytest.approx(4.5)
+
+
+@given(st.floats(-10, 10))
+def test_a_turn_takes_the_eastward_axis_to_the_heading(heading_rad: float) -> None:
+    w, x, y, z = turned([heading_rad])[0].astype(float)
+    assert (x, y) == (0, 0)
+    np.testing.assert_allclose(
+        [w * w - z * z, 2 * w * z], [np.cos(heading_rad), np.sin(heading_rad)], atol=1e-5
+    )
+
+
+def test_instances_get_the_linear_light_of_their_colour() -> None:
+    assert palette.batched([(0, 128, 255)]).tolist() == [[0, 55, 255]]

@@ -1,0 +1,141 @@
+"""The view as a client of the service: a real viser server before a stand-in for the API."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+
+from tests.web.fake_api import TOKEN, WORLD, FakeService, create_app, free_port, served
+from web.feed import WorldFeed
+from web.viewer import Viewer
+
+
+def until(rule: Callable[[], bool], timeout_s: float = 15.0) -> None:
+    deadline = time.monotonic() + timeout_s
+    while not rule():
+        assert time.monotonic() < deadline, "did not come true in time"
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def service() -> FakeService:
+    return FakeService()
+
+
+@pytest.fixture
+def port(service: FakeService) -> int:
+    return free_port()
+
+
+@pytest.fixture
+def viewer(port: int) -> Iterator[Viewer]:
+    feed = WorldFeed(
+        api=f"http://127.0.0.1:{port}", token=TOKEN, world=WORLD, facts_every_s=0.05, again_s=0.05
+    )
+    viewer = Viewer(feed=feed, port=free_port())
+    thread = threading.Thread(target=viewer.run)
+    thread.start()
+    yield viewer
+    viewer.stop()
+    thread.join(10)
+    assert not thread.is_alive()
+
+
+def node(viewer: Viewer, name: str) -> Any:
+    return viewer.server.scene.get_handle_by_name(name)
+
+
+def label(viewer: Viewer, robot: str) -> str | None:
+    handle = node(viewer, f"/robots/{robot}/label")
+    return None if handle is None or not handle.visible else handle.text
+
+
+def test_the_scene_is_drawn_from_the_layout(viewer: Viewer, service: FakeService, port: int) -> None:
+    with served(create_app(service), service, port):
+        until(lambda: label(viewer, "store_2") == "store_2")
+        for name in ("/yard/floor", "/store/aisle_2", "/walls", "/beacons", "/places/bay/bay_12"):
+            assert node(viewer, name) is not None, name
+        assert len(node(viewer, "/places/bay").batched_positions) == 12
+        assert len(node(viewer, "/samples").batched_positions) == len(service.world.samples)
+        _, camera_y, camera_z = viewer.server.initial_camera.position
+        assert camera_y < 0 < camera_z
+
+
+def test_the_scene_follows_telemetry_and_facts(viewer: Viewer, service: FakeService, port: int) -> None:
+    with served(create_app(service), service, port):
+        until(lambda: label(viewer, "yard_1") == "yard_1")
+        service.telemetry["yard_1"] |= {
+            "x_m": 3.0,
+            "y_m": 1.5,
+            "heading_rad": 0.0,
+            "packet_tag": "TRANSPORT",
+            "holding": "sample_1",
+        }
+        until(lambda: label(viewer, "yard_1") == "yard_1: TRANSPORT")
+        assert node(viewer, "/robots/hull").batched_positions[0].tolist() == [3.0, 1.5, 0.0]
+        until(lambda: node(viewer, "/samples").batched_positions[0][0] == pytest.approx(3.34))
+        service.facts[0] = {"predicate": "in", "args": ["sample_1", "bay_1"]}
+        service.telemetry["yard_1"]["holding"] = None
+        bay = service.world.location("bay_1").at
+        until(lambda: node(viewer, "/samples").batched_positions[0][:2].tolist() == pytest.approx(bay))
+
+
+def test_a_robot_never_heard_of_is_not_drawn_and_the_others_keep_their_colours(
+    viewer: Viewer, service: FakeService, port: int
+) -> None:
+    del service.telemetry["yard_1"]
+    with served(create_app(service), service, port):
+        until(lambda: label(viewer, "yard_2") == "yard_2")
+        assert label(viewer, "yard_1") is None
+        hulls = node(viewer, "/robots/hull").batched_positions
+        assert hulls[0][2] < 0
+        assert hulls[1][:2].tolist() == pytest.approx(service.world.robot("yard_2").start[:2])
+
+
+def test_the_view_goes_on_after_the_service_was_away(viewer: Viewer, service: FakeService, port: int) -> None:
+    with served(create_app(service), service, port):
+        until(lambda: label(viewer, "yard_1") == "yard_1")
+    service.telemetry["yard_1"]["packet_tag"] = "DOCK"
+    with served(create_app(service), service, port):
+        until(lambda: label(viewer, "yard_1") == "yard_1: DOCK")
+
+
+def test_a_wrong_token_leaves_the_scene_empty(service: FakeService, port: int) -> None:
+    feed = WorldFeed(api=f"http://127.0.0.1:{port}", token="wrong", world=WORLD, again_s=0.05)
+    with served(create_app(service), service, port):
+        feed.start()
+        assert feed.latest(after=0, timeout_s=0.5).layout is None
+        feed.stop()
+
+
+def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, port: int) -> None:
+    view_port = free_port()
+    command = [sys.executable, "-m", "web.viewer", "--port", str(view_port), "--world", WORLD]
+    with served(create_app(service), service, port) as api:
+        view = subprocess.Popen(
+            [*command, "--api", api],
+            env={**os.environ, "MACTA_TOKEN": TOKEN},
+            cwd=Path(__file__).parents[2],
+            stdout=subprocess.DEVNULL,
+        )
+        try:
+            until(lambda: _answers(view_port))
+            view.send_signal(signal.SIGTERM)
+            assert view.wait(10) == 0
+        finally:
+            view.kill()
+
+
+def _answers(port: int) -> bool:
+    try:
+        return httpx2.get(f"http://127.0.0.1:{port}/", trust_env=False).status_code == 200
+    except httpx2.TransportError:
+        return False

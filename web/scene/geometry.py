@@ -1,0 +1,62 @@
+"""Small meshes and turns, so that many bodies of one shape are one batched node.
+
+A mesh is (vertices: shape (V, 3), metres; faces: shape (F, 3), counter-clockwise seen from outside).
+"""
+
+from collections.abc import Sequence
+from math import cos, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float32]
+Mesh = tuple[Floats, NDArray[np.uint32]]
+Centre = tuple[float, float, float]
+
+_CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+_BOX_FACES = [
+    *[(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7), (0, 1, 5), (0, 5, 4)],
+    *[(1, 2, 6), (1, 6, 5), (2, 3, 7), (2, 7, 6), (3, 0, 4), (3, 4, 7)],
+]
+
+
+def box(size: Centre = (1.0, 1.0, 1.0), centre: Centre = (0.0, 0.0, 0.0)) -> Mesh:
+    """A box of full edge lengths `size`."""
+    corners = np.array([(x, y, z) for z in (-1, 1) for x, y in _CORNERS], dtype=np.float32)
+    vertices = corners * np.array(size) / 2 + np.array(centre)
+    return vertices.astype(np.float32), np.array(_BOX_FACES, dtype=np.uint32)
+
+
+def cylinder(
+    radius_m: float, bottom_m: float, top_m: float, *, top_radius_m: float | None = None, sides: int = 28
+) -> Mesh:
+    """An upright cylinder or, with another radius at its top, a cone's stump."""
+    top_radius = radius_m if top_radius_m is None else top_radius_m
+    turns = [2 * pi * index / sides for index in range(sides)]
+    lower = [(radius_m * cos(turn), radius_m * sin(turn), bottom_m) for turn in turns]
+    upper = [(top_radius * cos(turn), top_radius * sin(turn), top_m) for turn in turns]
+    centres = [(0.0, 0.0, bottom_m), (0.0, 0.0, top_m)]
+    faces = []
+    for i in range(sides):
+        j = (i + 1) % sides
+        faces += [
+            (i, j, sides + j),
+            (i, sides + j, sides + i),
+            (2 * sides, j, i),
+            (2 * sides + 1, sides + i, sides + j),
+        ]
+    return np.array(lower + upper + centres, dtype=np.float32), np.array(faces, dtype=np.uint32)
+
+
+def merged(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    offsets = np.cumsum([0, *[len(vertices) for vertices, _ in meshes]])[:-1]
+    faces = [faces + np.uint32(offset) for (_, faces), offset in zip(meshes, offsets, strict=True)]
+    return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces).astype(np.uint32)
+
+
+def turned(headings_rad: Sequence[float] | NDArray[np.float64]) -> Floats:
+    """Quaternions (w, x, y, z), shape (N, 4), of turns about the vertical."""
+    half = np.asarray(headings_rad, dtype=np.float64) / 2
+    nought = np.zeros_like(half)
+    return np.stack([np.cos(half), nought, nought, np.sin(half)], axis=-1).astype(np.float32)

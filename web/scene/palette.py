@@ -1,0 +1,44 @@
+"""The view's colours, red, green, blue of 255: quiet for the building, strong for what moves."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Colour = tuple[int, int, int]
+
+FLOORS: tuple[Colour, ...] = ((206, 211, 205), (194, 203, 208))
+AISLES: tuple[Colour, ...] = ((205, 208, 196), (192, 204, 205))
+WALL: Colour = (120, 128, 126)
+OPENINGS: dict[str, Colour] = {"door": (198, 143, 62), "hatch": (86, 145, 140), "gap": (150, 158, 156)}
+PLACES: dict[str, Colour] = {
+    "door": (222, 160, 66),
+    "interchange": (70, 155, 145),
+    "bay": (104, 134, 176),
+    "home": (160, 160, 158),
+    "lander": (150, 110, 170),
+    "place": (140, 150, 120),
+}
+BEACON: Colour = (190, 60, 60)
+BEAM: Colour = (214, 120, 110)
+ROBOTS: tuple[Colour, ...] = (
+    (31, 111, 139),
+    (52, 152, 110),
+    (196, 88, 62),
+    (128, 92, 168),
+    (170, 130, 30),
+    (70, 90, 110),
+)
+TRIM: Colour = (46, 52, 54)
+NOSE: Colour = (240, 240, 232)
+SAMPLE: Colour = (228, 186, 40)
+WHISKER_HIT: Colour = (206, 92, 60)
+WHISKER_FREE: Colour = (168, 182, 184)
+
+
+def batched(colours: Sequence[Colour]) -> NDArray[np.uint8]:
+    """The colours of a batched node's instances, shape (N, 3): viser's page takes those for linear light."""
+    display = np.array(colours, dtype=np.float64) / 255
+    linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
+    instances: NDArray[np.uint8] = np.rint(linear * 255).astype(np.uint8)
+    return instances

@@ -1,0 +1,109 @@
+"""The samples: where the service's facts put them, unless a robot says that it holds them."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import viser
+
+from web.layout import Fact, Layout, Point, RobotTelemetry
+from web.scene import palette
+from web.scene.geometry import cylinder, turned
+
+RADIUS_M, HEIGHT_M = 0.06, 0.15
+LIFTED_M = 0.16
+"""Bottom of a held sample above the floor: above the whiskers' plane."""
+UNSEEN = (0.0, 0.0, -10.0)
+
+Place = tuple[float, float, float]
+
+
+class SamplePlaces:
+    """Works out where the samples are.
+
+    Held, says a robot: at its jaws. Just let go: there, until the facts change. Else where the facts say; a
+    sample that the facts leave with a robot that does not hold it lies where its tag was last seen.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._locations = {place.name: place.at for place in layout.locations}
+        self._names = tuple(sample.name for sample in layout.samples)
+        self._dropped: dict[str, tuple[Point, str | None]] = {}
+        self._held: dict[str, tuple[Point, str | None]] = {}
+
+    def update(self, facts: Sequence[Fact], robots: Mapping[str, RobotTelemetry]) -> dict[str, Place]:
+        """Each known sample's place, metres, the bottom of the cylinder."""
+        told = {
+            fact.args[0]: fact.args[1] for fact in facts if fact.predicate == "in" and len(fact.args) == 2
+        }
+        held = {robot.holding: robot.jaws for robot in robots.values() if robot.holding}
+        for sample in self._held.keys() - held.keys():
+            # Facts that changed while it was held to a new location know of the release already.
+            jaws, gripped_at = self._held[sample]
+            if told.get(sample) == gripped_at or told.get(sample) not in self._locations:
+                self._dropped[sample] = (jaws, told.get(sample))
+        began = {sample: at for sample, (_, at) in self._held.items()}
+        self._held = {sample: (jaws, began.get(sample, told.get(sample))) for sample, jaws in held.items()}
+        places = {}
+        for sample in self._names:
+            place = self._place(sample, told.get(sample), robots)
+            if place is not None:
+                places[sample] = place
+        return places
+
+    def _place(self, sample: str, told: str | None, robots: Mapping[str, RobotTelemetry]) -> Place | None:
+        if sample in self._held:
+            self._dropped.pop(sample, None)
+            return (*self._held[sample][0], LIFTED_M)
+        if sample in self._dropped:
+            at, told_then = self._dropped[sample]
+            if told == told_then:
+                return (*at, 0.0)
+            del self._dropped[sample]
+        if told is not None and told in self._locations:
+            return (*self._locations[told], 0.0)
+        seen = next((robot.tags[sample] for robot in robots.values() if sample in robot.tags), None)
+        if seen is None and told is not None and told in robots:
+            seen = robots[told].jaws
+        return None if seen is None else (*seen, 0.0)
+
+
+class SamplesView:
+    """Draws the samples: one batched node and a label each."""
+
+    def __init__(self, server: viser.ViserServer, layout: Layout) -> None:
+        self._places = SamplePlaces(layout)
+        self._names = tuple(sample.name for sample in layout.samples)
+        self._last: dict[str, Place] = {}
+        self._bodies = (
+            server.scene.add_batched_meshes_simple(
+                "/samples",
+                *cylinder(RADIUS_M, 0.0, HEIGHT_M, sides=20),
+                batched_wxyzs=turned([0.0] * len(self._names)),
+                batched_positions=np.array([UNSEEN] * len(self._names), dtype=np.float32),
+                batched_colors=palette.batched([palette.SAMPLE] * len(self._names)),
+                lod="off",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            if self._names
+            else None
+        )
+        self._labels = {
+            name: server.scene.add_label(
+                f"/samples/{name}", name, anchor="bottom-center", font_screen_scale=0.75, visible=False
+            )
+            for name in self._names
+        }
+
+    def update(self, facts: Sequence[Fact], robots: Mapping[str, RobotTelemetry]) -> None:
+        """Move the samples to where they are now."""
+        places = self._places.update(facts, robots)
+        if self._bodies is None or places == self._last:
+            return
+        self._last = places
+        points = [places.get(name, UNSEEN) for name in self._names]
+        self._bodies.batched_positions = np.array(points, dtype=np.float32)
+        for name, label in self._labels.items():
+            label.visible = name in places
+            x_m, y_m, bottom_m = places.get(name, UNSEEN)
+            label.position = (x_m, y_m, bottom_m + HEIGHT_M + 0.05)
