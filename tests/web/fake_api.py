@@ -134,7 +134,8 @@ class FakeService:
             "estimate_s": 40.9,
             "original_estimate_s": 40.9,
             "started_at_s": self.time_s,
-            "deadline_s": self.time_s + 81.4,
+            "deadline_s": None,
+            "enquire_at_s": self.time_s + 81.4,
             "ended_at_s": None,
             "progress": [self._progress("yard_1", "running"), self._progress("store_1", "waiting")],
             "created_at": goal["created_at"],
@@ -146,7 +147,7 @@ class FakeService:
         mission = self.missions[mission_id]
         mission |= {"state": "completed", "ended_at_s": self.time_s + 39.0}
         mission["progress"] = [self._progress("yard_1", "finished"), self._progress("store_1", "finished")]
-        self.goals[mission["goal_id"]] |= {"state": "finished", "outcome": "achieved: in(sample_1, bay_1)"}
+        self.goals[mission["goal_id"]] |= {"state": "finished", "outcome": "completed"}
         self.publish("mission.completed", mission_id)
 
     def robots(self) -> list[dict[str, Any]]:

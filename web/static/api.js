@@ -22,16 +22,9 @@ export async function post(path, body = {}) {
   return answer(await reach(path, { method: "POST", headers, body: JSON.stringify(body) }));
 }
 
-// The items of a list, all its pages.
+// The newest items of a list: its first page. What is older is history, not the operator's present.
 export async function list(path) {
-  const items = [];
-  let next = null;
-  do {
-    const page = await get(next === null ? path : `${path}?next=${encodeURIComponent(next)}`);
-    items.push(...page.items);
-    next = page.next ?? null;
-  } while (next !== null);
-  return items;
+  return (await get(path)).items;
 }
 
 export const id = encodeURIComponent;

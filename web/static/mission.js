@@ -43,15 +43,11 @@ function card(mission, clock, problem, refresh) {
       controls(mission, problem, refresh),
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
-    mission.failure ? el("p", { class: "note" }, `Failure: ${words(failure(mission.failure))}`) : null,
+    mission.failure ? el("p", { class: "note" }, `Failure: ${words(mission.failure)}`) : null,
     problem,
     clock,
     (mission.progress ?? []).map(robotProgress),
   );
-}
-
-function failure(value) {
-  return typeof value === "string" ? value : [value.category, value.detail].filter(Boolean).join(": ") || JSON.stringify(value);
 }
 
 function controls(mission, problem, refresh) {
@@ -83,6 +79,7 @@ function progress(mission, worldTime) {
   const spent = elapsed(mission, worldTime);
   const estimate = mission.estimate_s;
   const share = spent === null || !estimate ? 0 : spent / estimate;
+  const asked = mission.enquire_at_s ?? mission.deadline_s;
   const changed = typeof mission.original_estimate_s === "number" && Math.abs(mission.original_estimate_s - estimate) > 0.05;
   return [
     el("progress", { max: 1, value: Math.min(1, share), class: share > 1 ? "late" : null }),
@@ -91,8 +88,8 @@ function progress(mission, worldTime) {
       { class: "small" },
       `${seconds(spent)} of ${seconds(estimate)} estimated`,
       changed ? ` (at first ${seconds(mission.original_estimate_s)})` : "",
-      typeof mission.deadline_s === "number" && spent !== null && !ENDED.includes(mission.state)
-        ? `; robots are asked after ${seconds(mission.deadline_s - mission.started_at_s)}`
+      typeof asked === "number" && spent !== null && !ENDED.includes(mission.state)
+        ? `; robots are asked after ${seconds(asked - mission.started_at_s)}`
         : "",
     ),
   ];
@@ -102,7 +99,7 @@ function robotProgress(script) {
   return el(
     "div",
     { class: "script" },
-    el("div", { class: "script-head" }, el("b", {}, script.robot), el("span", { class: `badge ${tone(script.state)}` }, words(script.state))),
+    el("div", { class: "script-head" }, el("b", {}, script.robot), el("span", { class: `badge ${tone(script.state)}` }, words(script.state ?? script.delivery ?? "waiting"))),
     el("ol", { class: "packets" }, (script.packets ?? []).map((packet) => el(
       "li",
       { class: `packet ${tone(packet.state)}`, title: packet.description ?? "", "data-state": packet.state },

@@ -33,20 +33,8 @@ function goalHead(goal) {
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
     goal.reason ? el("p", { class: "note" }, goal.reason) : null,
-    outcome(goal.outcome),
+    goal.outcome ? el("p", { class: "note", "data-testid": "goal-outcome" }, `Outcome: ${words(goal.outcome)}`) : null,
   ];
-}
-
-function outcome(value) {
-  if (!value) return null;
-  const text = typeof value === "string" ? value : Object.entries(value).map(([name, part]) => `${words(name)}: ${readable(part)}`).join("; ");
-  return el("p", { class: "note", "data-testid": "goal-outcome" }, words(text));
-}
-
-function readable(part) {
-  if (Array.isArray(part)) return part.map(readable).join(", ") || "nothing";
-  if (part && typeof part === "object") return part.predicate ? fact(part) : JSON.stringify(part);
-  return String(part);
 }
 
 function planCard(plan, refresh) {
