@@ -1,4 +1,4 @@
-"""A plan as the API and `macta plan --json` show it: facts in rel/ref form, times in seconds from the plan's start."""
+"""A plan as the API and `macta plan --json` show it: facts in rel/ref form, seconds from the plan's start."""
 
 from collections.abc import Iterable, Mapping
 from typing import Self
@@ -46,7 +46,7 @@ class ActionBody(PlanPart):
 
 
 class CausalLinkBody(PlanPart):
-    """`producer` brings about what `consumer` needs; `initial` and `goal` stand for the two ends of the plan."""
+    """`producer` brings about what `consumer` needs; `initial` and `goal` are the two ends of the plan."""
 
     producer: str
     fact: SymbolicFact
@@ -88,7 +88,7 @@ class PlanBody(PlanPart):
 
     @classmethod
     def of_plan_net(cls, net: PlanNet, knowledge_base: KnowledgeBase, **particulars: object) -> Self:
-        """The body of a plan-net; `particulars` are the fields that the plan-net does not hold (id, world …)."""
+        """The body of a plan-net; `particulars` are the fields that it does not hold (id, world …)."""
         form = _Form(knowledge_base)
         return cls.model_validate(
             {

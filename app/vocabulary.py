@@ -1,7 +1,7 @@
 """The two forms of a fact, and the types of the names in facts.
 
-The planner's form names the relation as an argument, `object_position(sample_1, in, bay_7)`; the wire and the API
-use the rel/ref form, `in(sample_1, bay_7)` (MACTA §5: "rel1, ref1 … relationship-reference pairs").
+The planner's form names the relation as an argument, `object_position(sample_1, in, bay_7)`; the wire and the
+API use the rel/ref form, `in(sample_1, bay_7)` (MACTA §5, "relationship-reference pairs").
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,7 @@
-"""How robots stay in step: awaits are sensed, and every ordering follows from awaits and the robots' own order.
+"""How robots stay in step: awaits are sensed, and orderings follow from awaits and each robot's own order.
 
-Robots do not talk to each other: what one brings about, the next perceives (MACTA §3, "the pre-condition for the
-next is encountered"; §5, no need for robots to communicate directly).
+Robots do not talk to each other: what one brings about, the next perceives (MACTA §3, "the pre-condition for
+the next is encountered"; §5, no need for robots to communicate directly).
 """
 
 from collections import defaultdict

@@ -16,7 +16,7 @@ from planner import Fact, KnowledgeBase, PlanNetAction
 
 
 class LibraryError(MactaError):
-    """Raised when a behaviours library does not fit its schema or the knowledge base; names the packet and slot."""
+    """Raised when a behaviours library does not fit; names the packet and the slot."""
 
     code = "behaviours-library"
 
@@ -47,7 +47,7 @@ class LibraryFile(_Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """A packet: what it requires of the plan and what it achieves. `agent` is the variable of the robot itself."""
+    """A packet: what it requires of the plan and what it achieves; `agent` is the robot's own variable."""
 
     tag: str
     agent: str
@@ -59,10 +59,7 @@ class Entry:
 
         Every linking goal must be one that it achieves, every requirement a pre-condition of the action.
         """
-        named = {
-            f"?{name}": value for name, value in action.arguments.items() if f"?{name}" in self._variables
-        }
-        start = {**named, self.agent: agent}
+        start = {f"?{name}": value for name, value in action.arguments.items()} | {self.agent: agent}
         for found in matches(self.requires, action.preconditions, start):
             widened = self._achieving(linking_goals, found)
             if widened is not None:
@@ -79,10 +76,6 @@ class Entry:
             if widened is not None:
                 return widened
         return None
-
-    @property
-    def _variables(self) -> frozenset[str]:
-        return frozenset().union(*(template.variables for template in (*self.requires, *self.achieves)))
 
 
 class Library:
@@ -151,6 +144,5 @@ def _check(entry: Entry, knowledge_base: KnowledgeBase, origin: str) -> None:
                 if not term.startswith("?") and term not in knowledge_base.constants:
                     choices = ", ".join(sorted(knowledge_base.constants))
                     raise LibraryError(f"{where}: unknown name {term!r}; choices: {choices}")
-    if all(entry.agent not in template.variables for template in entry.achieves):
-        if all(entry.agent not in template.variables for template in entry.requires):
-            raise LibraryError(f"{origin}: {entry.tag}.agent: {entry.agent} is in none of its templates")
+    if all(entry.agent not in template.terms for template in (*entry.requires, *entry.achieves)):
+        raise LibraryError(f"{origin}: {entry.tag}.agent: {entry.agent} is in none of its templates")

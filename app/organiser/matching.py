@@ -1,4 +1,4 @@
-"""Which packet of the behaviours library carries out a plan-net action: found by the action's linking goals."""
+"""Which packet of the behaviours library carries out an action: found by its linking goals (MACTA §4)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from planner import Fact, KnowledgeBase, PlanNet, PlanNetAction
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """The packet for a robot's part in an action, the pre-conditions that it requires there, and why it was chosen."""
+    """The packet for a robot's part in an action, the pre-conditions it requires there, and why this one."""
 
     tag: str
     requires: tuple[Fact, ...]
@@ -27,6 +27,7 @@ def find_packet(
     plan_net: PlanNet,
     action: PlanNetAction,
     agent: str,
+    *,
     library: Library,
     repertoires: Mapping[str, Sequence[str]],
     knowledge_base: KnowledgeBase,
@@ -61,7 +62,7 @@ def find_packet(
 
 
 def _share(plan_net: PlanNet, action: PlanNetAction, agent: str) -> tuple[Fact, ...]:
-    """The intended effects a packet of `agent` is sought by: the linked ones that name no other agent of the action."""
+    """The intended effects a packet of `agent` is sought by: linked, naming no other agent of the action."""
     others = set(action.agents) - {agent}
     mine = [fact for fact in action.intended_effects if not others & set(fact.args)]
     linked = set(linking_goals(plan_net, action))

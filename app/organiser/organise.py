@@ -39,6 +39,7 @@ def organise(
     repertoires: Mapping[str, Sequence[str]],
     mission_id: str,
     knowledge_base: KnowledgeBase,
+    *,
     script_ids: Callable[[str], str] | None = None,
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
@@ -52,7 +53,14 @@ def organise(
     found: dict[tuple[str, str], Found] = {}
     for action in plan_net.actions:
         for agent in action.agents:
-            packet = find_packet(plan_net, action, agent, library, repertoires, knowledge_base)
+            packet = find_packet(
+                plan_net,
+                action,
+                agent,
+                library=library,
+                repertoires=repertoires,
+                knowledge_base=knowledge_base,
+            )
             if isinstance(packet, str):
                 return OrganiserFailure(reason=packet)
             found[action.id, agent] = packet

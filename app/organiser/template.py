@@ -33,10 +33,6 @@ class Template:
             raise ValueError(f"{text!r}: {bad[0]!r} is neither a name nor a ?variable")
         return cls(match[1], terms)
 
-    @property
-    def variables(self) -> frozenset[str]:
-        return frozenset(term for term in self.terms if term.startswith("?"))
-
     def matched(self, fact: Fact, known: Substitution) -> Substitution | None:
         """`known` widened so that the template becomes the fact; None if it cannot."""
         if fact.predicate != self.predicate or len(fact.args) != len(self.terms):

@@ -1,8 +1,8 @@
 """Beliefs about a world: facts in the planner's form, and how news revises them so that they stay consistent.
 
-A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object:
-news about one of them replaces what was believed. `vacant` and `clear` follow from where objects lie and robots
-stand.
+A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one
+object: news of one of them replaces what was believed. `vacant` and `clear` follow from where objects lie and
+robots stand.
 """
 
 from collections.abc import Iterable

@@ -28,10 +28,10 @@ def reconciled(
 ) -> Change:
     """How the facts change by what `robot` perceives after it failed or was stopped.
 
-    A robot that names no place it is at stands on the open floor, at its own spot. An object it was believed to
-    hold and does not hold is lost unless it is perceived where it lies. `transported` of the robot is given up: its
-    next transport starts from where it stands. Our choice: a robot that says nothing of its gripper holds what it
-    was believed to hold.
+    A robot that names no place it is at stands on the open floor, at its own spot. An object that it was
+    believed to hold and does not is lost unless it is perceived where it lies. `transported` of the robot is
+    given up: its next transport starts from where it stands. Our choice: a robot that says nothing of its
+    gripper holds what it was believed to hold.
     """
     known, misfits = _understood(facts, perceived, knowledge_base)
     news = list(known)
