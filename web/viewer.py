@@ -8,7 +8,7 @@ import argparse
 import os
 import signal
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import FrameType
 
 import viser
@@ -32,11 +32,11 @@ class Viewer:
         self._samples: SamplesView | None = None
         self._set_stage()
 
-    def run(self) -> None:
-        """Follow the feed until `stop`."""
+    def run(self, as_long_as: Callable[[], bool] = lambda: True) -> None:
+        """Follow the feed until `stop`, and only `as_long_as` holds."""
         self._feed.start()
         drawn = -1
-        while not self._stopped.is_set():
+        while not self._stopped.is_set() and as_long_as():
             known = self._feed.latest(after=drawn, timeout_s=0.5)
             if known.version != drawn:
                 drawn = known.version
@@ -87,7 +87,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--api", required=True, help="the service's address, e.g. http://127.0.0.1:8000")
     parser.add_argument("--port", required=True, type=int, help="the loopback port to serve the view on")
     parser.add_argument("--world", required=True, help="the world's id")
+    parser.add_argument(
+        "--end-with-parent", action="store_true", help="end when the process that started it is gone"
+    )
     options = parser.parse_args(arguments)
+    parent = os.getppid() if options.end_with_parent else None
     stopped = threading.Event()
 
     def stop(_signal: int, _frame: FrameType | None) -> None:
@@ -97,7 +101,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, stop)
     feed = WorldFeed(api=options.api, token=os.environ.get("MACTA_TOKEN", ""), world=options.world)
-    Viewer(feed=feed, port=options.port, stopped=stopped).run()
+    Viewer(feed=feed, port=options.port, stopped=stopped).run(
+        as_long_as=lambda: parent is None or os.getppid() == parent
+    )
 
 
 if __name__ == "__main__":

@@ -134,6 +134,24 @@ def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, 
             view.kill()
 
 
+def test_the_process_ends_with_the_one_that_started_it(service: FakeService, port: int) -> None:
+    view_port = free_port()
+    with served(create_app(service), service, port) as api:
+        start = (
+            "import subprocess, sys; subprocess.Popen([sys.executable, '-m', 'web.viewer',"
+            " '--end-with-parent',"
+            f" '--api', '{api}', '--port', '{view_port}', '--world', '{WORLD}'], stdout=subprocess.DEVNULL);"
+            " sys.stdin.read()"
+        )
+        parent = subprocess.Popen(
+            [sys.executable, "-c", start], stdin=subprocess.PIPE, cwd=Path(__file__).parents[2]
+        )
+        until(lambda: _answers(view_port))
+        parent.kill()
+        parent.communicate()
+        until(lambda: not _answers(view_port))
+
+
 def _answers(port: int) -> bool:
     try:
         return httpx2.get(f"http://127.0.0.1:{port}/", trust_env=False).status_code == 200

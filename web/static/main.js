@@ -27,11 +27,22 @@ const store = createState({
 // The token in the address has become a cookie by now; it should not stay where shoulders and histories see it.
 if (new URLSearchParams(location.search).has("token")) history.replaceState(null, "", location.pathname);
 
-const refresh = gathered(() => load().catch((problem) => badge(false, problem.message)));
+// Live means both: the stream of events is open, and the last question was answered.
+const health = { stream: false, answers: true };
+const refresh = gathered(() => asked(load));
 const select = (goalId) => {
   store.update({ selected: goalId, plan: null, mission: null });
   refresh();
 };
+
+async function asked(question) {
+  try {
+    await question();
+    badge({ answers: true });
+  } catch (problem) {
+    badge({ answers: false }, problem.message);
+  }
+}
 
 async function load() {
   const [goals, missions, robots] = await Promise.all([list("/v1/goals"), list("/v1/missions"), list("/v1/robots")]);
@@ -57,7 +68,9 @@ async function loadWorlds() {
   store.update({ worlds, worldTimes, world: store.get().world ?? worlds[0]?.id ?? null });
 }
 
-function badge(live, reason = "") {
+function badge(change, reason = "") {
+  Object.assign(health, change);
+  const live = health.stream && health.answers;
   const node = document.getElementById("live");
   node.textContent = live ? "live" : "not live";
   node.className = live ? "badge good" : "badge bad";
@@ -81,11 +94,11 @@ mountMission(store, { refresh });
 mountWorld(store);
 follow("/v1/events", {
   onEvent: refresh,
-  onState: (live) => {
-    badge(live);
-    if (live) refresh();
+  onState: (stream) => {
+    badge({ stream });
+    if (stream) refresh();
   },
 });
-const tick = () => document.hidden || loadWorlds().catch((problem) => badge(false, problem.message));
+const tick = () => document.hidden || asked(loadWorlds);
 tick();
 setInterval(tick, CLOCK_MS);
