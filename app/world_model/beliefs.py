@@ -79,7 +79,7 @@ def revised(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Fa
     news = [fact for fact in news if fact.predicate != CLEAR]
     for fact in news:
         kept = {old for old in kept if not _contradicts(fact, old)} | {fact}
-    places = _storing(facts | frozenset(news), robots_in(kept))
+    places = storing(facts | frozenset(news))
     return _with_derived(_with_grippers(frozenset(kept), news), places)
 
 
@@ -100,8 +100,9 @@ def _contradicts(new: Fact, old: Fact) -> bool:
             return False
 
 
-def _storing(facts: Facts, robots: frozenset[str]) -> frozenset[str]:
-    """The locations that hold samples: those known to be vacant or filled."""
+def storing(facts: Facts) -> frozenset[str]:
+    """The locations that can hold a sample: those known to be vacant or filled."""
+    robots = robots_in(facts)
     vacant = {f.args[0] for f in facts if f.predicate == VACANT}
     filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION and f.args[2] not in robots}
     return frozenset(vacant | filled)

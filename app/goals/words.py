@@ -1,0 +1,46 @@
+"""The words of a sentence, and a world's names in them: `Sample 3` and `sample-3` are `sample_3`."""
+
+import re
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+LONGEST_NAME = 4
+ARTICLES = frozenset({"the", "a", "an"})
+
+
+def words_of(text: str) -> tuple[str, ...]:
+    """Lower-case words without articles and punctuation; a hyphen binds like an underscore."""
+    found = re.findall(r"[a-z0-9_]+(?:-[a-z0-9_]+)*", text.lower())
+    return tuple(word.replace("-", "_") for word in found if word not in ARTICLES)
+
+
+def name_in(words: Sequence[str], names: Iterable[str]) -> str:
+    """The words as one name: that of the world they spell, else joined by underscores as they are."""
+    plain = {_plain(name): name for name in names}
+    joined = "_".join(words)
+    return plain.get(_plain(joined), joined)
+
+
+def suggestions(name: str, names: Iterable[str], *, limit: int = 3) -> tuple[str, ...]:
+    """Near misses, best first."""
+    return tuple(get_close_matches(name, sorted(names), n=limit, cutoff=0.6))
+
+
+def choices_for(name: str, names: Iterable[str]) -> tuple[str, ...]:
+    """All names, near misses first, and numbers in their natural order."""
+    near = suggestions(name, names)
+    return (*near, *sorted(set(names) - set(near), key=natural))
+
+
+def natural(name: str) -> tuple[str | int, ...]:
+    """Orders bay_2 before bay_10."""
+    return tuple(int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name))
+
+
+def listed(names: Sequence[str], *, last: str = "or") -> str:
+    """`a, b or c`."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}" if names else "none"
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", "")
