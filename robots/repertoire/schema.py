@@ -3,6 +3,7 @@
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
@@ -51,8 +52,7 @@ class PacketSpec(Checked):
                 return {key: fill(inner) for key, inner in value.items()}
             return [fill(inner) for inner in value] if isinstance(value, list | tuple) else value
 
-        conditions = TypeAdapter(tuple[AnyCondition, ...])
-        patterns = TypeAdapter(tuple[BehaviourPattern, ...])
+        conditions, patterns = _conditions(), _patterns()
         return BoundPacket(
             tag=self.tag,
             before=conditions.validate_python(fill(self.before)),
@@ -62,6 +62,17 @@ class PacketSpec(Checked):
             after=conditions.validate_python(fill(self.after)),
             goal=fill(self.goal),
         )
+
+
+# NOTE: a checker takes 20 ms to make, longer than half a tick: made at first use, then kept.
+@cache
+def _conditions() -> TypeAdapter[tuple[AnyCondition, ...]]:
+    return TypeAdapter(tuple[AnyCondition, ...])
+
+
+@cache
+def _patterns() -> TypeAdapter[tuple[BehaviourPattern, ...]]:
+    return TypeAdapter(tuple[BehaviourPattern, ...])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
