@@ -157,15 +157,16 @@ class WorldFile(Part):
     @model_validator(mode="after")
     def _check(self) -> Self:
         aisles = [aisle for compartment in self.compartments for aisle in compartment.aisles]
-        _unique([x.name for x in (*self.compartments, *aisles, *self.locations, *self.robots, *self.samples)])
+        parts = (self.compartments, aisles, self.locations, self.robots, self.samples)
+        _unique([part.name for group in parts for part in group])
         places = {place.name: place for place in self.locations}
         for robot in self.robots:
             self._check_robot(robot, places)
         for sample in self.samples:
             _known("location", sample.at, places, f"samples.{sample.name}.at")
-        for place, count in Counter(sample.at for sample in self.samples).items():
-            if count > places[place].capacity:
-                raise ValueError(f"{place} has room for {places[place].capacity} samples, {count} start there")
+        for name, count in Counter(sample.at for sample in self.samples).items():
+            if count > places[name].capacity:
+                raise ValueError(f"{name} has room for {places[name].capacity} samples, {count} start there")
         for place in self.locations:
             if not any(compartment.contains(place.at) for compartment in self.compartments):
                 raise ValueError(f"locations.{place.name} at {place.at} lies in no compartment")
