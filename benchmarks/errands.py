@@ -1,0 +1,251 @@
+"""Errands in the sample store with scripts written by hand: to store a sample, to retrieve one.
+
+Here nothing is planned; the scripts are what the mission organiser would write for these goals.
+"""
+
+from cmath import rect
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import hypot, radians
+
+from robots.body import Pose
+from robots.wire import (
+    BehaviourPacket,
+    BehaviourScript,
+    Message,
+    PacketReport,
+    PacketState,
+    Performative,
+    Receipt,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    SymbolicFact,
+)
+from robots.world import WorldFile
+from sim.agents import behavioural_agent
+from sim.world import Simulation
+
+TIMEOUT_S = 120.0
+WAIT_S = 400.0
+STAND_OFF_M = 0.8
+
+
+def fact(predicate: str, *args: str) -> SymbolicFact:
+    return SymbolicFact(predicate=predicate, args=args)
+
+
+def packet(
+    number: int, tag: str, *, awaits: Sequence[SymbolicFact] = (), **arguments: str
+) -> BehaviourPacket:
+    return BehaviourPacket(
+        id=f"{number}_{tag.lower()}",
+        tag=tag,
+        arguments=arguments,
+        awaits=tuple(awaits),
+        expected_start_s=0.0,
+        expected_duration_s=10.0,
+        timeout_s=TIMEOUT_S,
+        wait_timeout_s=WAIT_S,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leg:
+    """One robot's part: fetch the sample at one place, deposit it at another."""
+
+    robot: str
+    fetch: str
+    deposit: str
+
+
+def script(leg: Leg, sample: str, *, handed_over: bool) -> BehaviourScript:
+    """NAVIGATE, DOCK, TRANSPORT, RELEASE2. `handed_over`: another robot brings the sample to `fetch`."""
+    awaits = [fact("in", sample, leg.fetch)] if handed_over else []
+    me, there = leg.robot, leg.deposit
+    packets = (
+        packet(1, "NAVIGATE", robot=me, rel1="near", ref1=f"{me}_spot", rel2="near", ref2=leg.fetch),
+        packet(2, "DOCK", object=sample, robot=me, rel1="near", ref1=leg.fetch, awaits=awaits),
+        packet(3, "TRANSPORT", object=sample, robot=me, rel1="at", ref1=leg.fetch, rel2="near", ref2=there),
+        packet(4, "RELEASE2", object=sample, robot=me, rel1="at", ref1=leg.fetch, rel2="near", ref2=there),
+    )
+    return BehaviourScript(id=f"{me}_{sample}_{there}", mission_id="errand", robot=me, packets=packets)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Errand:
+    """A sample's way through the store, leg by leg."""
+
+    sample: str
+    legs: tuple[Leg, ...]
+
+    @property
+    def goal(self) -> str:
+        return self.legs[-1].deposit
+
+    def scripts(self) -> list[BehaviourScript]:
+        return [script(leg, self.sample, handed_over=number > 0) for number, leg in enumerate(self.legs)]
+
+
+def to_store(sample: str, door: str, bay: str, yard_robot: str) -> Errand:
+    """From a door over the aisle's interchange to a bay."""
+    aisle = _aisle_of(bay)
+    interchange = f"interchange_{aisle}"
+    legs = (
+        Leg(robot=yard_robot, fetch=door, deposit=interchange),
+        Leg(robot=f"store_{aisle}", fetch=interchange, deposit=bay),
+    )
+    return Errand(sample=sample, legs=legs)
+
+
+def to_retrieve(sample: str, bay: str, door: str, yard_robot: str) -> Errand:
+    """From a bay over the aisle's interchange to a door."""
+    aisle = _aisle_of(bay)
+    interchange = f"interchange_{aisle}"
+    legs = (
+        Leg(robot=f"store_{aisle}", fetch=bay, deposit=interchange),
+        Leg(robot=yard_robot, fetch=interchange, deposit=door),
+    )
+    return Errand(sample=sample, legs=legs)
+
+
+def _aisle_of(bay: str) -> int:
+    return 1 if int(bay.removeprefix("bay_")) <= 6 else 2
+
+
+def with_sample(world: WorldFile, sample: str, at: str, *, vacant: str) -> WorldFile:
+    """The world with a sample at a place, and none at another; the other samples stay."""
+    kept = [s for s in world.samples if s.name != sample and s.at not in (at, vacant)]
+    return world.model_validate(
+        {**world.model_dump(), "samples": [*(s.model_dump() for s in kept), {"name": sample, "at": at}]}
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ran:
+    """One packet that ran to its end."""
+
+    robot: str
+    tag: str
+    distance_m: float
+    waited_s: float
+    ran_s: float
+    finished: bool
+    retries: int
+
+
+@dataclass(slots=True, kw_only=True)
+class Result:
+    """How an errand ended. `succeeded`: in the simulated world itself, and in every script's own report."""
+
+    succeeded: bool
+    took_s: float
+    ran: list[Ran] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+
+
+class Crew:
+    """A simulated world whose robots are given scripts; keeps their reports, confirms them as a service."""
+
+    def __init__(self, world: WorldFile, *, seed: int, jitter_m: float = 0.4) -> None:
+        self.world = world
+        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=jitter_m)
+        self.ended: dict[str, ScriptReport] = {}
+        self.ran: list[Ran] = []
+        self._from: dict[str, tuple[float, Pose]] = {}
+        self._changed_s: dict[str, float] = {}
+        self._retries: dict[str, int] = {}
+        self._packets: dict[tuple[str, str], BehaviourPacket] = {}
+        self._seen: set[str] = set()
+
+    def send(self, scripts: Sequence[BehaviourScript]) -> None:
+        for each in scripts:
+            for step in each.packets:
+                self._packets[each.id, step.id] = step
+            self._say(each.robot, Performative.REQUEST, ScriptRequest(script=each))
+
+    def run(self, scripts: Sequence[BehaviourScript], *, timeout_s: float = 600.0) -> bool:
+        """Hand out scripts and wait until each has ended; True if all did."""
+        self.send(scripts)
+        names = {each.id for each in scripts}
+        return self.simulation.run_until(
+            lambda: self._hear() or names <= set(self.ended), timeout_s=timeout_s
+        )
+
+    def _hear(self) -> bool:
+        for message in self.simulation.link.receive():
+            body = message.body
+            if isinstance(body, PacketReport | ScriptReport):
+                self._say(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
+                if message.id not in self._seen:
+                    self._seen.add(message.id)
+                    self._note(message.sender, body)
+        return False
+
+    def _note(self, robot: str, report: PacketReport | ScriptReport) -> None:
+        if isinstance(report, ScriptReport):
+            self.ended[report.script_id] = report
+            return
+        if report.state is PacketState.INITIALIZING:
+            self._changed_s[robot] = report.at_s
+            self._retries[robot] = 0
+        elif report.state is PacketState.RUNNING and report.detail:
+            self._retries[robot] += 1
+        elif report.state is PacketState.RUNNING:
+            self._from[robot] = (report.at_s, self.simulation.truth().robots[robot])
+        elif report.state in (PacketState.FINISHED, PacketState.FAILED):
+            self.ran.append(self._figure(robot, report))
+
+    def _figure(self, robot: str, report: PacketReport) -> Ran:
+        step = self._packets[report.script_id, report.packet_id]
+        since_s, pose = self._from.get(robot, (report.at_s, self.simulation.truth().robots[robot]))
+        target = step.arguments.get("ref2") or step.arguments["ref1"]
+        return Ran(
+            robot=robot,
+            tag=step.tag,
+            distance_m=self._way_m(pose, robot, target),
+            waited_s=since_s - self._changed_s[robot],
+            ran_s=report.at_s - since_s,
+            finished=report.state is PacketState.FINISHED,
+            retries=self._retries[robot],
+        )
+
+    def _way_m(self, pose: Pose, robot: str, place: str) -> float:
+        """Straight from a pose to the approach point on the robot's side."""
+        spec = self.world.location(place)
+        area = self.world.area_of(self.world.robot(robot))
+        points = [complex(*spec.at) + rect(STAND_OFF_M, radians(axis)) for axis in spec.approach_deg]
+        mine = [point for point in points if area.contains((point.real, point.imag))]
+        return hypot(pose.x_m - mine[0].real, pose.y_m - mine[0].imag)
+
+    def _say(
+        self, robot: str, performative: Performative, body: object, in_reply_to: str | None = None
+    ) -> None:
+        message = Message.model_validate(
+            {
+                "performative": performative,
+                "sender": "service",
+                "receiver": robot,
+                "sent_at_s": self.simulation.clock.now_s(),
+                "in_reply_to": in_reply_to,
+                "body": body,
+            }
+        )
+        self.simulation.link.send(message)
+
+
+def carry_out(world: WorldFile, errand: Errand, *, seed: int, jitter_m: float = 0.4) -> Result:
+    """Run one errand from start to end and look whether the goal became true in the world itself."""
+    crew = Crew(world, seed=seed, jitter_m=jitter_m)
+    try:
+        all_ended = crew.run(errand.scripts())
+        truth = crew.simulation.truth()
+        there = truth.samples[errand.sample].ref == errand.goal
+        reports = list(crew.ended.values())
+        finished = all_ended and all(report.state is ScriptState.FINISHED for report in reports)
+        words = [f"{report.script_id}: {report.state} {report.detail}" for report in reports]
+        if not there:
+            words.append(f"{errand.sample} is in {truth.samples[errand.sample].ref}, not in {errand.goal}")
+        return Result(succeeded=there and finished, took_s=truth.time_s, ran=crew.ran, words=words)
+    finally:
+        crew.simulation.close()
