@@ -102,8 +102,9 @@ class Bearing:
 class Proximity:
     """s1 of table 2: the nearest thing within a sector ahead; 0 at `reach_m` from the hull, 1 at touch.
 
-    `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead
-    counts as left (keep right). `robots`: only other robots.
+    `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead counts
+    as left (keep right). `robots`: only other robots. `until`: what lies farther than that place's approach point
+    is not in the way.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
@@ -112,14 +113,19 @@ class Proximity:
     sector_rad: float = 0.8
     side: bool = False
     robots: bool = False
+    until: str | None = None
 
     def read(self, percepts: Percepts) -> float | None:
         within = [one for one in percepts.obstacles if self._counts(one)]
         if not within:
             return 0.0
         nearest = min(within, key=lambda one: one.gap_m)
-        s = clip(1 - nearest.gap_m / self.reach_m, 0.0)
+        s = clip(1 - nearest.gap_m / self._reach(percepts), 0.0)
         return s if not self.side or phase(nearest.at) < 0 else -s
+
+    def _reach(self, percepts: Percepts) -> float:
+        point = percepts.approach_point(self.until) if self.until is not None else None
+        return self.reach_m if point is None else min(self.reach_m, abs(point) + 0.03)
 
     def _counts(self, obstacle: Obstacle) -> bool:
         return abs(phase(obstacle.at)) <= self.sector_rad and (obstacle.is_robot or not self.robots)
