@@ -66,8 +66,12 @@ class Service:
         worlds: Sequence[RunningWorld],
         *,
         viewer: Callable[[], str | None] = lambda: None,
+        worker: PlanningWorker | None = None,
     ) -> None:
-        """:param viewer: the address of the view of the world, None while there is none."""
+        """
+        :param viewer: the address of the view of the world, None while there is none.
+        :param worker: the planning process; one of its own unless given, then the giver closes it.
+        """
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.settings, self.token = settings, settings.resolved_token()
         self._worlds = {world.file.name: world for world in worlds}
@@ -79,7 +83,8 @@ class Service:
         self.board = RobotBoard((robot.name, w.name) for w in self._files.values() for robot in w.robots)
         self._knowledge_base = load_knowledge_base()
         self._facts = FactStore(self.events)
-        self._worker = PlanningWorker(make_engine)
+        self._own_worker = worker is None
+        self._worker = worker or PlanningWorker(make_engine)
         self._wire_desks()
         self._agents = [self._agents_of(world) for world in worlds]
         self.api: FastAPI = build_api(self, viewer=viewer, static=WEB)
@@ -103,7 +108,8 @@ class Service:
         for agents in self._agents:
             agents.close()
         self.workflows.close()
-        self._worker.close()
+        if self._own_worker:
+            self._worker.close()
         self.database.close()
 
     def __enter__(self) -> "Service":
@@ -142,11 +148,11 @@ class Service:
             ),
         )
         self.goals = GoalDesk(**parts, **reasoning, world=self.worlds.world, enqueue=self._planning.enqueue)
-        self._reports = ReportBook(**parts, **reasoning, workflows=self.workflows, worlds=self._files)
+        self._reports = ReportBook(**parts, **reasoning, workflows=self.workflows)
         self._life = MissionLife(
             **parts,
             knowledge_base=self._knowledge_base,
-            library=load_library(),
+            library=load_library(self._knowledge_base),
             repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
             times={n: WorldTime(clock=w.clock, rate=w.rate) for n, w in self._worlds.items()},
             patience_s=self.settings.answer_patience_s,

@@ -55,7 +55,11 @@ class Workflows:
 
     def register(self, name: str, function: Callable[[str], None]) -> None:
         """Make a workflow known under a name. Every process registers every workflow before `launch`."""
-        DBOS.workflow(name=name)(function)
+
+        def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
+            function(subject)
+
+        DBOS.workflow(name=name)(workflow)
 
     def launch(self) -> None:
         """Start executing: first what an earlier process left undone."""

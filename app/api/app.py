@@ -75,9 +75,9 @@ def _add_health(api: FastAPI, service: "Service") -> None:
 
 def _snapshot(service: "Service") -> list[tuple[str, str, dict[str, Any]]]:
     """The newest hundred of everything, oldest first, for a client that begins."""
-    goals, _ = service.goals.list(limit=100)
-    plans, _ = service.plans.list(limit=100, state="proposed")
-    missions, _ = service.missions.list(limit=100)
+    goals, _ = service.goals.newest(limit=100)
+    plans, _ = service.plans.newest(limit=100, state="proposed")
+    missions, _ = service.missions.newest(limit=100)
     return [
         *(("goal.state", g.id, GoalBody.of(g).model_dump(mode="json")) for g in reversed(goals)),
         *(("plan.state", p.id, plan_body(p).model_dump(mode="json")) for p in reversed(plans)),

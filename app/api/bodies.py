@@ -79,6 +79,7 @@ def plan_body(row: PlanRow) -> PlanBody:
     decision = {
         "state": row.state,
         "reason": row.reason,
+        "created_at": row.created_at,
         "comment": row.comment,
         "decided_by": row.decided_by,
         "decided_at": row.decided_at,

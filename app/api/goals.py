@@ -34,7 +34,7 @@ def goals_router(goals: GoalDesk, plans: PlanDesk) -> APIRouter:
     def list_goals(
         world: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
     ) -> Page[GoalBody]:
-        rows, token = goals.list(world=world, state=state, limit=limit, after=after)
+        rows, token = goals.newest(world=world, state=state, limit=limit, after=after)
         return Page(items=[GoalBody.of(row) for row in rows], next=token)
 
     @router.get("/goals/{goal_id}")
@@ -45,7 +45,7 @@ def goals_router(goals: GoalDesk, plans: PlanDesk) -> APIRouter:
     def list_plans(
         goal_id: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
     ) -> Page[PlanBody]:
-        rows, token = plans.list(goal_id=goal_id, state=state, limit=limit, after=after)
+        rows, token = plans.newest(goal_id=goal_id, state=state, limit=limit, after=after)
         return Page(items=[plan_body(row) for row in rows], next=token)
 
     @router.get("/plans/{plan_id}")

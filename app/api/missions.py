@@ -17,7 +17,7 @@ def missions_router(missions: MissionDesk) -> APIRouter:
     def list_missions(
         world: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
     ) -> Page[MissionBody]:
-        found, token = missions.list(world=world, state=state, limit=limit, after=after)
+        found, token = missions.newest(world=world, state=state, limit=limit, after=after)
         return Page(items=[MissionBody.of(*mission) for mission in found], next=token)
 
     @router.get("/missions/{mission_id}")

@@ -24,7 +24,7 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
 
     @router.get("/worlds")
     def list_worlds() -> Page[WorldItem]:
-        return Page(items=[WorldItem.model_validate(world, from_attributes=True) for world in worlds.list()])
+        return Page(items=[WorldItem.model_validate(world, from_attributes=True) for world in worlds.reports()])
 
     @router.get("/worlds/{world_id}")
     def get_world(world_id: str) -> WorldBody:

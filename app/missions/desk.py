@@ -27,7 +27,7 @@ class MissionDesk:
         with self._database.read() as session:
             return _with_scripts(session, _mission(session, mission_id))
 
-    def list(
+    def newest(
         self, *, world: str | None = None, state: str | None = None, limit: int = 100, after: str | None = None
     ) -> tuple[Sequence[Mission], str | None]:
         with self._database.read() as session:

@@ -153,8 +153,8 @@ class MissionLife:
         now_s: float,
     ) -> None:
         mission.state, mission.reason, mission.failure = state, reason, failure
-        mission.ended_at_s = now_s
-        scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id))
+        scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
+        mission.ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
         for script in scripts:
             script.question = script.control = None
             if script.delivery == "pending":
@@ -170,7 +170,7 @@ class MissionLife:
             goal=mission.goal_id,
             reason=reason,
             failure=failure,
-            ended_at_s=now_s,
+            ended_at_s=mission.ended_at_s,
         )
         self._events.append(session, "goal.finished", goal.id, outcome=state.value, reason=reason)
         self._freed(session, mission.world)

@@ -50,7 +50,7 @@ class PlanDesk:
         with self._database.read() as session:
             return _plan(session, plan_id)
 
-    def list(
+    def newest(
         self,
         *,
         goal_id: str | None = None,

@@ -60,7 +60,7 @@ class WorldDesk:
         self._database, self._events, self._facts = database, events, facts
         self._knowledge_base, self._worlds, self._clocks, self._board = knowledge_base, worlds, clocks, board
 
-    def list(self) -> list[WorldReport]:
+    def reports(self) -> list[WorldReport]:
         with self._database.read() as session:
             rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)).order_by(WorldRow.id))
             return [self._report(row) for row in rows]

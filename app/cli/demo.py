@@ -1,0 +1,132 @@
+"""`macta demo`: the main job in a terminal. Ends well only if the goal became true in the simulated world itself."""
+
+import tempfile
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
+
+from app.api.bodies import MissionBody, plan_body
+from app.cli.show import show_plan
+from app.composition import RunningWorld, Service
+from app.database import GoalRow
+from app.errors import MactaError
+from app.goals.desk import GoalRequest
+from app.settings import Settings
+from app.states import GoalState, MissionState
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+from sim import SimulationProcess, Truth
+
+LOOK_S = 0.1
+OPERATOR = "demo"
+
+
+def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
+    """Run one goal from sentence to truth; 0 if it became true, 1 if not, 2 if it was not understood."""
+    console = Console(highlight=False)
+    pace = "flat out" if speed is None else f"at {speed:g}× real time"
+    console.print(f"[bold]Macta[/]: {world.title or world.name}, {len(world.robots)} robots, {pace}.")
+    console.print(f"Goal: [bold]{text}[/]\n")
+    with (
+        tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,
+        SimulationProcess.start(world, seed=seed, speed=speed) as simulation,
+    ):
+        running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
+        with Service(Settings(data=Path(folder), database_url=None), [running]) as service:
+            try:
+                goal = _planned(service, service.goals.submit(GoalRequest(world=world.name, text=text), actor=OPERATOR))
+            except MactaError as error:
+                console.print(f"[bold red]Not accepted[/]: {error.detail}")
+                if error.choices:
+                    console.print(f"Choices: {', '.join(error.choices)}")
+                return 2
+            if goal.plan_id is None or goal.state != GoalState.PLANNED:
+                console.print(f"[bold red]No plan[/]: {goal.reason}")
+                return 1
+            show_plan(console, plan_body(service.plans.get(goal.plan_id)))
+            _, mission_id = service.plans.approve(goal.plan_id, actor=OPERATOR, comment="the demo approves")
+            console.print(f"Approved: mission {mission_id}.\n")
+            mission = _watched(console, service, mission_id)
+            return _told(console, mission, goal, simulation.truth())
+
+
+def _planned(service: Service, goal: GoalRow) -> GoalRow:
+    """Wait until the goal is planned, or is known not to be."""
+    while goal.state in (GoalState.SUBMITTED, GoalState.PLANNING):
+        time.sleep(LOOK_S)
+        goal = service.goals.get(goal.id)
+    return goal
+
+
+def _watched(console: Console, service: Service, mission_id: str) -> MissionBody:
+    """Show every robot's progress until the mission has ended."""
+    columns = (
+        TextColumn("{task.fields[robot]}", style="cyan"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TextColumn("{task.description}"),
+    )
+    tasks: dict[str, TaskID] = {}
+    with Progress(*columns, console=console) as progress:
+        overall = progress.add_task("", total=1, robot="mission")
+        while True:
+            mission = MissionBody.of(*service.missions.get(mission_id))
+            _update(service, progress, tasks, mission, overall)
+            if MissionState(mission.state).ended or mission.state == MissionState.UNKNOWN:
+                return mission
+            time.sleep(LOOK_S)
+
+
+def _update(
+    service: Service, progress: Progress, tasks: dict[str, TaskID], mission: MissionBody, overall: TaskID
+) -> None:
+    for script in mission.progress:
+        if script.robot not in tasks:
+            tasks[script.robot] = progress.add_task("", total=len(script.packets), robot=script.robot)
+        done = sum(packet.state == "finished" for packet in script.packets)
+        current = next((p for p in script.packets if p.state not in ("finished", "waiting")), None)
+        doing = script.state or f"script {script.delivery}"
+        if current is not None:
+            waits = " (waiting to sense its pre-condition)" if current.state == "initializing" else ""
+            doing = f"{current.tag}: {current.description}{waits}"
+        progress.update(tasks[script.robot], completed=done, description=doing)
+    started = mission.started_at_s
+    now_s = service.clocks[mission.world].now_s() if mission.ended_at_s is None else mission.ended_at_s
+    elapsed_s = 0.0 if started is None else now_s - started
+    told = f"{mission.state}, {elapsed_s:.0f} s of about {mission.original_estimate_s:.0f} s"
+    done_s = min(elapsed_s, mission.original_estimate_s)
+    if MissionState(mission.state) is MissionState.COMPLETED:
+        done_s = mission.original_estimate_s
+    progress.update(overall, total=mission.original_estimate_s, completed=done_s, description=told)
+
+
+def _told(console: Console, mission: MissionBody, goal: GoalRow, truth: Truth) -> int:
+    """Say what became true, by the robots' reports and in the simulated world itself."""
+    wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+    missed = [fact for fact in wanted if not _holds(fact, truth)]
+    console.print()
+    for fact in wanted:
+        mark = "[bold red]not true[/]" if fact in missed else "[bold green]true[/]"
+        console.print(f"{fact}: {mark} in the simulated world")
+    if mission.ended_at_s is not None and mission.started_at_s is not None:
+        took_s = mission.ended_at_s - mission.started_at_s
+        change = took_s / mission.original_estimate_s - 1 if mission.original_estimate_s else 0.0
+        console.print(
+            f"Mission {mission.state}: took {took_s:.0f} s, estimated {mission.original_estimate_s:.0f} s ({change:+.0%})."
+        )
+    else:
+        console.print(f"Mission {mission.state}.")
+    if mission.reason:
+        console.print(f"Reason: {mission.reason}")
+    return 0 if not missed and mission.state == MissionState.COMPLETED else 1
+
+
+def _holds(fact: SymbolicFact, truth: Truth) -> bool:
+    if fact.predicate not in ("in", "at") or len(fact.args) != 2:
+        return False
+    sample, place = fact.args
+    return sample in truth.samples and truth.samples[sample].ref == place
+
+

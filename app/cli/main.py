@@ -1,0 +1,100 @@
+"""The commands and their options. Each command's work lies in a module of its own, imported when it is called."""
+
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+from rich.console import Console
+
+from robots.world import WorldFile, WorldFileError, load_world
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Plans goals for teams of robots, has them approved, and sees them carried out.",
+)
+worlds = typer.Typer(no_args_is_help=True, help="World files: check them, print their schema.")
+app.add_typer(worlds, name="world")
+
+World = Annotated[str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")]
+Speed = Annotated[
+    float | None, typer.Option(min=0.01, help="World seconds a second; left out: see the command.")
+]
+
+
+def fail(message: str) -> NoReturn:
+    """Say what is wrong on standard error and end with 2."""
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {message}")
+    raise typer.Exit(2)
+
+
+def main() -> None:
+    """The entry point."""
+    app()
+
+
+@app.command()
+def serve(
+    world: World = "sample_store",
+    speed: Speed = 1.0,
+    host: Annotated[str | None, typer.Option(help="Address to listen on; loopback unless told.")] = None,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="0: any free one. Default 8000.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder of the record. Default ./macta-data.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the simulation's noise.")] = 0,
+) -> None:
+    """Serve the HTTP API, the operator's page and the simulated world."""
+    from app.cli.serve import serve as run
+
+    given = {"host": host, "port": port, "data": data}
+    run(_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
+
+
+@app.command()
+def demo(
+    world: World = "sample_store",
+    goal: Annotated[str, typer.Option(help="What to achieve.")] = "move sample_1 to bay_7",
+    speed: Annotated[float | None, typer.Option(min=0.01, help="World seconds a second.")] = 4.0,
+    flat_out: Annotated[bool, typer.Option(help="As fast as the machine can, whatever --speed says.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of start poses and noise.")] = 0,
+) -> None:
+    """Run the main job in the terminal: a goal becomes a plan, is approved, and the rovers carry it out."""
+    from app.cli.demo import demo as run
+
+    raise typer.Exit(run(_world(world), goal, None if flat_out else speed, seed))
+
+
+@app.command()
+def plan(
+    goal: Annotated[list[str], typer.Option(help="What to achieve; may be given several times.")],
+    world: World = "sample_store",
+    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds the planner may take.")] = 10.0,
+    json: Annotated[bool, typer.Option("--json", help="Print the plan body as JSON, and nothing else.")] = False,
+) -> None:
+    """Plan only, no server: print the plan-net for a goal."""
+    from app.cli.plan import plan as run
+
+    raise typer.Exit(run(_world(world), goal, time_limit, as_json=json))
+
+
+@worlds.command()
+def validate(file: Annotated[str, typer.Argument(help="A world that ships with Macta, or a world file.")]) -> None:
+    """Check a world file; the error names the slot and the choices."""
+    world = _world(file)
+    robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
+    typer.echo(f"{world.name}: valid; {robots} robots, {places} locations, {samples} samples")
+
+
+@worlds.command()
+def schema() -> None:
+    """Print the JSON Schema of world files."""
+    import json
+
+    typer.echo(json.dumps(WorldFile.model_json_schema(), indent=2))
+
+
+def _world(name: str) -> WorldFile:
+    try:
+        return load_world(name)
+    except WorldFileError as error:
+        fail(str(error))

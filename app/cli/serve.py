@@ -1,0 +1,118 @@
+"""`macta serve`: the service, its simulated world and the view of it, in one go."""
+
+import logging
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+import uvicorn
+from pydantic import ValidationError
+from rich.console import Console
+
+from app.cli.main import fail
+from app.composition import RunningWorld, Service
+from app.settings import Settings
+from robots.world import WorldFile
+from sim import SimulationProcess
+
+GRACE_S = 2
+"""Seconds that open event streams may hold up the end."""
+
+
+class Viewer:
+    """The viser process: a client of the API like any other, restarted never, ended with the service."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._port = 0
+
+    def address(self) -> str | None:
+        running = self._process is not None and self._process.poll() is None
+        return f"http://127.0.0.1:{self._port}" if running else None
+
+    def start(self, *, api: str, world: str, token: str) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self._port = free.getsockname()[1]
+        command = [sys.executable, "-m", "web.viewer", "--api", api, "--port", str(self._port), "--world", world]
+        self._process = subprocess.Popen(
+            command,
+            env={**os.environ, "MACTA_TOKEN": token},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+
+    def stop(self) -> None:
+        if self._process is None:
+            return
+        self._process.terminate()
+        try:
+            self._process.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
+    """Run until interrupted or terminated."""
+    try:
+        settings = Settings(**given)
+    except ValidationError as error:
+        fail("; ".join(f"setting {e['loc'][0]}: {e['msg']}" for e in error.errors()))
+    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    listener = _listen(settings)
+    viewer = Viewer()
+    with SimulationProcess.start(world, seed=seed, speed=speed) as simulation:
+        running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
+        with Service(settings, [running], viewer=viewer.address) as service:
+            config = uvicorn.Config(
+                service.api,
+                log_level="warning",
+                access_log=False,
+                timeout_graceful_shutdown=GRACE_S,
+                ws_max_size=64 * 2**20,
+            )
+            server = uvicorn.Server(config)
+            announce = threading.Thread(
+                target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
+            )
+            announce.start()
+            try:
+                server.run(sockets=[listener])
+            finally:
+                viewer.stop()
+
+
+def _listen(settings: Settings) -> socket.socket:
+    listener = socket.socket(socket.AF_INET6 if ":" in settings.host else socket.AF_INET)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((settings.host, settings.port))
+    except OSError as error:
+        fail(f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; choose another --port")
+    return listener
+
+
+def _announce(
+    server: uvicorn.Server, listener: socket.socket, service: Service, viewer: Viewer, world: str
+) -> None:
+    """Once requests are answered: start the view of the world and say where everything is."""
+    waiting = threading.Event()
+    while not server.started:
+        if server.should_exit or waiting.wait(0.02):
+            return
+    port = listener.getsockname()[1]
+    host = service.settings.host
+    shown = f"[{host}]" if ":" in host else host
+    reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
+    viewer.start(api=f"http://{reachable}:{port}", world=world, token=service.token)
+    # NOTE: plain print: a terminal's width must not break the address.
+    print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
+    Console(stderr=True).print(f"[dim]World {world}; the record is in {service.settings.data}. Ctrl-C ends.[/]")
+
+

@@ -1,0 +1,49 @@
+"""Plan-nets as an operator reads them in a terminal."""
+
+from rich.console import Console
+from rich.table import Table
+
+from app.plan_body import PlanBody
+
+
+def show_plan(console: Console, plan: PlanBody) -> None:
+    """The actions with their time windows, the causal links, and why each robot was chosen."""
+    console.print(_actions(plan))
+    console.print(_links(plan))
+    for robot, why in sorted(plan.recruitment.items()):
+        console.print(f"[bold]{robot}[/]: {why}")
+    console.print(
+        f"Expected to take [bold]{plan.makespan_s:.0f} s[/]; planned by {plan.engine} in {plan.planning_s:.2f} s.\n"
+    )
+
+
+def _actions(plan: PlanBody) -> Table:
+    table = Table(title="Plan-net", title_justify="left", caption_justify="left")
+    table.add_column("Action")
+    table.add_column("Robot", style="cyan")
+    table.add_column("What it does")
+    table.add_column("Starts (s)", justify="right")
+    table.add_column("Lasts (s)", justify="right")
+    table.add_column("Slack (s)", justify="right")
+    for action in plan.actions:
+        table.add_row(
+            action.id,
+            ", ".join(action.agents),
+            action.description,
+            f"{action.earliest_start_s:.0f} – {action.latest_start_s:.0f}",
+            f"{action.duration_s:.0f}",
+            f"{action.slack_s:.0f}" if action.slack_s >= 0.5 else "[bold]critical[/]",
+        )
+    return table
+
+
+def _links(plan: PlanBody) -> Table:
+    """The causal links between actions and to the goals; what merely held at the start is left out."""
+    table = Table(title="Causal links", title_justify="left")
+    table.add_column("From")
+    table.add_column("Fact")
+    table.add_column("To")
+    for link in plan.causal_links:
+        if link.producer != "initial":
+            table.add_row(link.producer, str(link.fact), link.consumer)
+    return table

@@ -1,0 +1,191 @@
+"""Robots that do as their scripts say without moving: they implement the far end of a link, for tests of the service.
+
+Time is a manual clock's; a packet takes as long as its script expects. What goes wrong is chosen by the test.
+"""
+
+import threading
+import time
+from dataclasses import dataclass, field
+
+from robots.clock import ManualClock
+from robots.link import InMemoryLink
+from robots.wire import (
+    Acknowledgement,
+    BehaviourScript,
+    Body,
+    Control,
+    ControlVerb,
+    FailureCategory,
+    Message,
+    PacketReport,
+    PacketState,
+    Performative,
+    Receipt,
+    Refusal,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    StatusQuery,
+    StatusReport,
+    SymbolicFact,
+)
+
+TICK_S = 0.5
+
+
+@dataclass
+class FakeRobot:
+    """One robot's place in its script."""
+
+    script: BehaviourScript | None = None
+    state: ScriptState | None = None
+    packet: int = 0
+    started: bool = False
+    left_s: float = 0.0
+    executed: list[str] = field(default_factory=list)
+    seen: set[str] = field(default_factory=set)
+    answers: dict[str, Message] = field(default_factory=dict)
+
+
+@dataclass
+class Faults:
+    """What goes wrong: robots that are silent, fail at a packet tag, refuse scripts, or say everything twice."""
+
+    silent: set[str] = field(default_factory=set)
+    fails_at: dict[str, str] = field(default_factory=dict)
+    refuses: set[str] = field(default_factory=set)
+    stuck: set[str] = field(default_factory=set)
+    repeats: bool = False
+
+
+class FakeTeam:
+    """All robots of a world on one link, in a thread, with the world's clock."""
+
+    def __init__(self) -> None:
+        self.link, self._far = InMemoryLink.pair()
+        self.clock = ManualClock()
+        self.faults = Faults()
+        self.robots: dict[str, FakeRobot] = {}
+        self.true_facts: set[SymbolicFact] = set()
+        self.receipts: list[str] = []
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> "FakeTeam":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            for message in self._far.receive():
+                if message.receiver not in self.faults.silent:
+                    self._take(message)
+            self.clock.advance(TICK_S)
+            for name, robot in self.robots.items():
+                if name not in self.faults.silent:
+                    self._work(name, robot)
+            time.sleep(0.005)
+
+    def _take(self, message: Message) -> None:
+        robot = self.robots.setdefault(message.receiver, FakeRobot())
+        if isinstance(message.body, Receipt):
+            self.receipts.append(message.in_reply_to or "")
+            return
+        if message.id in robot.answers:
+            self._far.send(robot.answers[message.id])
+            return
+        robot.answers[message.id] = self._answer(message, robot)
+        self._far.send(robot.answers[message.id])
+
+    def _answer(self, message: Message, robot: FakeRobot) -> Message:
+        name = message.receiver
+        match message.body:
+            case ScriptRequest(script=script) if name in self.faults.refuses:
+                refusal = Refusal(script_id=script.id, reason=f"{name} is not willing")
+                return self._message(name, Performative.REFUSE, refusal, message.id)
+            case ScriptRequest(script=script):
+                robot.script, robot.state, robot.packet, robot.started = script, ScriptState.ACCEPTED, 0, False
+                return self._message(name, Performative.AGREE, Acknowledgement(script_id=script.id), message.id)
+            case Control(script_id=script_id, verb=verb):
+                self._control(name, robot, verb)
+                return self._message(name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id)
+            case StatusQuery(script_id=script_id):
+                known = robot.script is not None and robot.script.id == script_id
+                status = StatusReport(
+                    script_id=script_id, state=robot.state if known else None, at_s=self.clock.now_s()
+                )
+                return self._message(name, Performative.INFORM, status, message.id)
+        raise AssertionError(f"a robot is not sent {message.body.kind}")
+
+    def _control(self, name: str, robot: FakeRobot, verb: ControlVerb) -> None:
+        if verb is ControlVerb.PAUSE:
+            robot.state = ScriptState.PAUSED
+        elif verb is ControlVerb.RESUME:
+            robot.state = ScriptState.RUNNING
+        elif robot.state in (ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUSED):
+            self._end(name, robot, ScriptState.CANCELLED)
+
+    def _work(self, name: str, robot: FakeRobot) -> None:
+        if robot.script is None or robot.state not in (ScriptState.ACCEPTED, ScriptState.RUNNING):
+            return
+        packet = robot.script.packets[robot.packet]
+        if not robot.started:
+            if not set(packet.awaits) <= self.true_facts or name in self.faults.stuck:
+                return
+            robot.state, robot.started, robot.left_s = ScriptState.RUNNING, True, packet.expected_duration_s
+            self._report(name, robot, PacketState.RUNNING)
+            return
+        robot.left_s -= TICK_S
+        if robot.left_s > 0:
+            return
+        if self.faults.fails_at.get(name) == packet.tag:
+            self._report(name, robot, PacketState.FAILED)
+            self._end(name, robot, ScriptState.FAILED)
+            return
+        robot.executed.append(packet.id)
+        self.true_facts |= set(packet.achieves)
+        self._report(name, robot, PacketState.FINISHED)
+        robot.packet, robot.started = robot.packet + 1, False
+        if robot.packet == len(robot.script.packets):
+            self._end(name, robot, ScriptState.FINISHED)
+
+    def _report(self, name: str, robot: FakeRobot, state: PacketState) -> None:
+        assert robot.script is not None
+        packet = robot.script.packets[robot.packet]
+        report = PacketReport(
+            script_id=robot.script.id, packet_id=packet.id, state=state, at_s=self.clock.now_s()
+        )
+        self._say(self._message(name, Performative.INFORM, report))
+
+    def _end(self, name: str, robot: FakeRobot, state: ScriptState) -> None:
+        assert robot.script is not None
+        robot.state = state
+        failed = state is ScriptState.FAILED
+        report = ScriptReport(
+            script_id=robot.script.id,
+            state=state,
+            at_s=self.clock.now_s(),
+            category=FailureCategory.ROBOT if failed else None,
+            detail="the gripper does not close" if failed else "",
+        )
+        self._say(self._message(name, Performative.FAILURE if failed else Performative.INFORM, report))
+
+    def _say(self, message: Message) -> None:
+        for _ in range(2 if self.faults.repeats else 1):
+            self._far.send(message)
+
+    def _message(
+        self, name: str, performative: Performative, body: Body, in_reply_to: str | None = None
+    ) -> Message:
+        return Message(
+            performative=performative,
+            sender=name,
+            receiver="service",
+            sent_at_s=self.clock.now_s(),
+            in_reply_to=in_reply_to,
+            body=body,
+        )

@@ -1,0 +1,132 @@
+"""The mission monitor's rules (MACTA §4): expected time, enquiry, silence, making safe, conclusion."""
+
+from dataclasses import replace
+
+import pytest
+
+from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, review
+from app.states import MissionState
+from robots.wire import FailureCategory, ScriptState
+
+PATIENCE_S = 10.0
+AT_WORK = ScriptView(robot="yard_1", delivery="acknowledged", state=ScriptState.RUNNING, open_question=False)
+DONE = ScriptView(robot="store_2", delivery="acknowledged", state=ScriptState.FINISHED, open_question=False)
+FAILED = replace(
+    AT_WORK, state=ScriptState.FAILED, category=FailureCategory.WORLD_CHANGED, detail="bay_7 is occupied"
+)
+
+
+def mission(*scripts: ScriptView, now_s: float = 10.0, asked_for_s: float | None = None, **more: object) -> MissionView:
+    view = MissionView(
+        state=MissionState.RUNNING,
+        now_s=now_s,
+        enquire_at_s=100.0,
+        estimate_s=60.0,
+        asked_for_s=asked_for_s,
+        cancel_requested=False,
+        scripts=scripts,
+    )
+    return replace(view, **more)  # type: ignore[arg-type]
+
+
+def test_before_the_expected_time_is_over_nobody_is_asked() -> None:
+    verdict = review(mission(AT_WORK, DONE), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.ask, verdict.wait_s) == (MissionState.RUNNING, (), 90.0)
+
+
+def test_silent_robot_is_asked_for_status_after_the_expected_time() -> None:
+    verdict = review(mission(AT_WORK, DONE, now_s=100.0), patience_s=PATIENCE_S)
+    assert verdict.ask == ("yard_1",)
+
+
+def test_a_robot_that_answers_it_is_at_work_gets_more_time() -> None:
+    verdict = review(mission(AT_WORK, now_s=101.0, asked_for_s=0.5), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.RUNNING
+    assert verdict.enquire_at_s == 131.0
+    short = review(mission(AT_WORK, now_s=101.0, asked_for_s=0.5, estimate_s=1.0), patience_s=PATIENCE_S)
+    assert short.enquire_at_s == 101.0 + EXTENSION_S
+
+
+@pytest.mark.parametrize("asked_for_s", [PATIENCE_S, 10 * PATIENCE_S])
+def test_a_robot_that_stays_silent_makes_the_mission_unknown_not_failed(asked_for_s: float) -> None:
+    silent = replace(AT_WORK, open_question=True)
+    verdict = review(mission(silent, now_s=101.0, asked_for_s=asked_for_s), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.UNKNOWN
+    assert verdict.failure is FailureCategory.UNREACHABLE
+    assert "yard_1" in verdict.reason
+
+
+def test_within_its_patience_the_monitor_waits_for_the_answer() -> None:
+    silent = replace(AT_WORK, open_question=True)
+    verdict = review(mission(silent, now_s=101.0, asked_for_s=PATIENCE_S / 2), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.ask) == (MissionState.RUNNING, ())
+
+
+def test_a_robot_that_never_acknowledged_its_script_is_silent_too() -> None:
+    unheard = replace(AT_WORK, delivery="pending", state=None)
+    verdict = review(mission(unheard, now_s=101.0, asked_for_s=PATIENCE_S), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.UNKNOWN
+
+
+def test_an_unknown_mission_runs_again_once_the_robot_answers() -> None:
+    view = mission(AT_WORK, now_s=500.0, asked_for_s=300.0, state=MissionState.UNKNOWN)
+    assert review(view, patience_s=PATIENCE_S).state is MissionState.RUNNING
+
+
+def test_all_scripts_finished_complete_the_mission_even_if_it_was_unknown() -> None:
+    view = mission(DONE, now_s=500.0, asked_for_s=300.0, state=MissionState.UNKNOWN)
+    assert review(view, patience_s=PATIENCE_S).state is MissionState.COMPLETED
+
+
+def test_when_one_robot_fails_the_others_are_stopped_first() -> None:
+    verdict = review(mission(FAILED, AT_WORK), patience_s=PATIENCE_S)
+    assert not verdict.state.ended
+    assert verdict.cancel == ("yard_1",)
+    assert "bay_7 is occupied" in verdict.reason
+
+
+def test_a_robot_is_told_to_stop_even_if_it_was_asked_before() -> None:
+    verdict = review(mission(FAILED, AT_WORK, asked_for_s=PATIENCE_S), patience_s=PATIENCE_S)
+    assert verdict.cancel == ("yard_1",)
+
+
+def test_a_robot_that_does_not_answer_the_order_to_stop_leaves_the_mission_unknown() -> None:
+    stopping = replace(AT_WORK, stopping=True)
+    verdict = review(mission(FAILED, stopping, asked_for_s=PATIENCE_S), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.UNKNOWN
+
+
+def test_once_all_have_stopped_the_mission_has_failed_with_the_robots_reason() -> None:
+    stopped = replace(AT_WORK, state=ScriptState.CANCELLED, stopping=True)
+    verdict = review(mission(FAILED, stopped), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.FAILED
+    assert verdict.failure is FailureCategory.WORLD_CHANGED
+    assert "bay_7 is occupied" in verdict.reason
+
+
+def test_some_finished_and_some_failed_is_partially_completed() -> None:
+    assert review(mission(FAILED, DONE), patience_s=PATIENCE_S).state is MissionState.PARTIALLY_COMPLETED
+
+
+def test_a_refused_script_fails_the_mission() -> None:
+    refused = replace(AT_WORK, delivery="refused", state=None, detail="busy")
+    verdict = review(mission(refused), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.reason) == (MissionState.FAILED, "yard_1: busy")
+
+
+def test_a_cancelled_mission_ends_once_every_robot_has_stopped() -> None:
+    order = review(mission(AT_WORK, cancel_requested=True), patience_s=PATIENCE_S)
+    assert order.cancel == ("yard_1",)
+    stopped = replace(AT_WORK, state=ScriptState.CANCELLED, stopping=True)
+    verdict = review(mission(stopped, cancel_requested=True), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.CANCELLED
+
+
+def test_a_mission_that_finished_before_the_cancel_reached_it_is_completed() -> None:
+    assert review(mission(DONE, cancel_requested=True), patience_s=PATIENCE_S).state is MissionState.COMPLETED
+
+
+def test_a_paused_mission_is_not_asked_when_its_time_runs_out() -> None:
+    view = mission(AT_WORK, now_s=200.0, state=MissionState.PAUSED)
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.ask) == (MissionState.PAUSED, ())
