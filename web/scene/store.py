@@ -38,7 +38,7 @@ def aim_camera(server: viser.ViserServer, layout: Layout) -> None:
     middle = ((west + east) / 2, (south + north) / 2, 0.0)
     # The floor's depth looks shorter from this height; its width has to fit a window higher than wide.
     depth = (north - south) * sin(CAMERA_ELEVATION_RAD)
-    extent = max(depth, (east - west) / SLIMMEST_ASPECT) * 1.12
+    extent = max(depth, (east - west) / SLIMMEST_ASPECT) * 1.18
     away = extent / 2 / tan(CAMERA_FOV_RAD / 2) + (north - south) / 2 * cos(CAMERA_ELEVATION_RAD)
     camera = server.initial_camera
     camera.fov = CAMERA_FOV_RAD
