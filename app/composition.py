@@ -29,7 +29,8 @@ from app.states import ENDED, GoalState, MissionState
 from app.world_model import initial_facts, initial_spots, spot_of
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
-from planner import FastDownwardEngine, PlanningEngine, load_knowledge_base
+from planner import PlanningEngine, load_knowledge_base
+from planner.fast_downward import FastDownwardEngine
 from robots.clock import Clock
 from robots.link import Link
 from robots.world import WorldFile

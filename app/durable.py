@@ -4,6 +4,7 @@ The domain tables are the record; a workflow is the mechanism that carries a goa
 A workflow and a message to it are started inside the transaction that makes them necessary, so neither can be lost.
 """
 
+import logging
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -95,6 +96,9 @@ class Workflows:
         return self._client
 
     def close(self) -> None:
+        """Stop executing. What is under way is left as it is and taken up by the next `launch`."""
+        # Workflows that are cut off complain that the database is gone; they are meant to be.
+        logging.getLogger("dbos").setLevel(logging.CRITICAL)
         if self._client is not None:
             self._client.destroy()
         DBOS.destroy(destroy_registry=True)

@@ -12,7 +12,8 @@ from app.goals.grammar import Clarification, parse_goal
 from app.plan_body import PlanBody
 from app.vocabulary import planner_fact
 from app.world_model import initial_facts, initial_spots, objects_of, planning_problem
-from planner import FastDownwardEngine, KnowledgeBase, PlanningProblem, PlanningResult, load_knowledge_base
+from planner import KnowledgeBase, PlanningProblem, PlanningResult, load_knowledge_base
+from planner.fast_downward import FastDownwardEngine
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -49,7 +50,7 @@ def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBa
     facts = initial_facts(world, knowledge_base)
     wanted: list[SymbolicFact] = []
     for sentence in sentences:
-        parsed = parse_goal(sentence, world)
+        parsed = parse_goal(sentence, world, facts)
         if isinstance(parsed, Clarification):
             fail(_with_choices(parsed.detail, parsed.choices))
         wanted.extend(parsed)

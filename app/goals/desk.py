@@ -15,6 +15,7 @@ from app.goals.check import GoalIssue, blocking, check_goals
 from app.goals.grammar import Clarification, parse_goal
 from app.ids import new_id
 from app.states import GoalState
+from app.world_model import Facts
 from app.world_model.store import FactStore
 from planner import KnowledgeBase
 from robots.wire import SymbolicFact
@@ -65,8 +66,8 @@ class GoalDesk:
             known = session.get(GoalRow, goal_id)
             if known is not None:
                 return _same(known, request, world)
-            goals = list(request.goal) if request.goal is not None else self._understood(request.text or "", world)
             facts = self._facts.facts(session, world.name)
+            goals = list(request.goal or _understood(request.text or "", world, facts))
             _refuse(blocking(check_goals(goals, world, facts, self._knowledge_base)))
             row = GoalRow(
                 id=goal_id,
@@ -94,7 +95,7 @@ class GoalDesk:
             raise NotFound(f"no goal {goal_id!r}", code="unknown-goal")
         return row
 
-    def list(
+    def newest(
         self, *, world: str | None = None, state: str | None = None, limit: int = 100, after: str | None = None
     ) -> tuple[Sequence[GoalRow], str | None]:
         with self._database.read() as session:
@@ -105,11 +106,12 @@ class GoalDesk:
                 query = query.where(GoalRow.state == state)
             return page(session, query, GoalRow, limit=limit, after=after)
 
-    def _understood(self, text: str, world: WorldFile) -> list[SymbolicFact]:
-        parsed = parse_goal(text, world)
-        if isinstance(parsed, Clarification):
-            raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
-        return list(parsed)
+
+def _understood(text: str, world: WorldFile, facts: Facts) -> Sequence[SymbolicFact]:
+    parsed = parse_goal(text, world, facts)
+    if isinstance(parsed, Clarification):
+        raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
+    return parsed
 
 
 def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:

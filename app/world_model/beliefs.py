@@ -77,14 +77,15 @@ def revised(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Fa
     """
     kept = set(facts) - set(gone)
     news = [fact for fact in news if fact.predicate != CLEAR]
+    robots = robots_in(kept)
     for fact in news:
-        kept = {old for old in kept if not _contradicts(fact, old)} | {fact}
+        kept = {old for old in kept if not _contradicts(fact, old, robots)} | {fact}
     places = storing(facts | frozenset(news))
-    return _with_derived(_with_grippers(frozenset(kept), news), places)
+    return _with_derived(_with_grippers(frozenset(kept), _holders(facts), news), places)
 
 
-def _contradicts(new: Fact, old: Fact) -> bool:
-    """True if the two cannot both hold."""
+def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
+    """True if the two cannot both hold. Two robots may hold one object between them (MACTA §5)."""
     match new.predicate, new.args, old.predicate, old.args:
         case "robot_position", (robot, *_), "robot_position", (other, *_):
             return robot == other
@@ -93,7 +94,8 @@ def _contradicts(new: Fact, old: Fact) -> bool:
         case "robot_attribute", (robot, "gripper", "empty"), "object_position", (_, _, ref):
             return robot == ref
         case "object_position", (item, _, ref), "object_position", (other, _, place):
-            return item == other or ref == place
+            jointly = ref in robots and place in robots and ref != place
+            return ref == place or (item == other and not jointly)
         case "vacant", (location,), "object_position", (_, _, ref):
             return location == ref
         case _:
@@ -119,18 +121,23 @@ def _with_derived(facts: Facts, places: frozenset[str]) -> Facts:
     return frozenset({f for f in facts if f.predicate not in {VACANT, CLEAR}} | vacant | clear)
 
 
-def _with_grippers(facts: Facts, news: Iterable[Fact]) -> Facts:
-    """A gripper in which something is known to be is full; one whose object is elsewhere is empty.
+def _with_grippers(facts: Facts, held_before: frozenset[str], news: Iterable[Fact]) -> Facts:
+    """A gripper that something is known to be in is full; one that held something and does not is empty.
 
-    NOTE: a robot may say that its gripper is full without knowing of what, so what it tells stands.
+    NOTE: what a robot tells of its gripper stands: it may be full of something nobody knows.
     """
     told = {f.args[0] for f in news if f.predicate == ROBOT_ATTRIBUTE and f.args[1] == GRIPPER}
-    holders = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION}
+    holding = _holders(facts)
     result = set(facts)
     for robot in robots_in(facts):
         full, empty = (Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, value)) for value in (FULL, EMPTY))
-        if robot in holders:
+        if robot in holding:
             result = (result - {empty}) | {full}
-        elif robot not in told and full in result:
+        elif robot in held_before and robot not in told:
             result = (result - {full}) | {empty}
     return frozenset(result)
+
+
+def _holders(facts: Iterable[Fact]) -> frozenset[str]:
+    """Where objects are: locations and robots."""
+    return frozenset(f.args[2] for f in facts if f.predicate == OBJECT_POSITION)

@@ -12,6 +12,7 @@ from app.database import Database, FactRow, MissionRow, ScriptRow, WorldRow
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventLog
 from app.states import ENDED, Connection
+from app.world_model.beliefs import revision
 from app.world_model.problem import objects_of
 from app.world_model.store import FactStore
 from planner import Fact, KnowledgeBase, KnowledgeBaseError
@@ -101,7 +102,7 @@ class WorldDesk:
         comment: str,
         expected_version: int | None,
     ) -> None:
-        """Make facts true or false on an operator's word.
+        """Make facts true or false on an operator's word; what cannot hold beside them is dropped.
 
         :raises Invalid: if a fact does not fit the vocabulary; then none is changed.
         :raises Conflict: if the facts have changed since `expected_version`.
@@ -116,11 +117,16 @@ class WorldDesk:
             if expected_version not in (None, version):
                 detail = f"the facts of {world} are at version {version}, the correction was made from"
                 raise Conflict(f"{detail} {expected_version}", code="facts-changed")
+            change = revision(
+                self._facts.facts(session, world),
+                news=[fact for fact, value in parsed if value],
+                gone=[fact for fact, value in parsed if not value],
+            )
             self._facts.change(
                 session,
                 world,
-                add=[fact for fact, value in parsed if value],
-                remove=[fact for fact, value in parsed if not value],
+                add=change.add,
+                remove=change.remove,
                 source=f"operator {actor}",
                 at_s=self._clocks[world].now_s(),
             )

@@ -1,12 +1,15 @@
 """What an action makes of the facts, and what a plan-net rests on."""
 
-from app.world_model.beliefs import Facts
+from app.world_model.beliefs import Facts, revised
 from planner import INITIAL, Fact, PlanNet, PlanNetAction
 
 
 def applied(facts: Facts, action: PlanNetAction) -> Facts:
-    """The facts once the action has ended: without its deletes, with all its effects (table 3)."""
-    return (facts - frozenset(action.deletes)) | frozenset(action.effects)
+    """The facts once the action has ended: without its deletes, with all its effects (table 3).
+
+    Beliefs that the effects contradict go too: facts may have been corrected while the action went on.
+    """
+    return revised(facts, action.effects, gone=action.deletes)
 
 
 def rests_on(plan_net: PlanNet) -> Facts:

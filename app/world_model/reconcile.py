@@ -16,6 +16,7 @@ from app.world_model.beliefs import (
     occupants,
     place_of,
     revised,
+    robots_in,
     spot_of,
 )
 from app.world_model.problem import OBJECT
@@ -30,16 +31,21 @@ def reconciled(
 
     A robot that names no place it is at stands on the open floor, at its own spot. An object that it was
     believed to hold and does not is lost unless it is perceived where it lies. `transported` of the robot is
-    given up: its next transport starts from where it stands. Our choice: a robot that says nothing of its
-    gripper holds what it was believed to hold.
+    given up: its next transport starts from where it stands.
+
+    Our choices: a robot that says nothing of its gripper holds what it was believed to hold; what it says of
+    another robot is not taken, for that robot knows better; with an empty gripper, at a place counts as near it,
+    for only what holds something drives off from there (knowledge base).
     """
     known, misfits = _understood(facts, perceived, knowledge_base)
-    news = list(known)
-    if not any(f.predicate == ROBOT_POSITION and f.args[0] == robot for f in news):
+    news = [fact for fact in known if not _of_another(fact, robot, robots_in(facts))]
+    # What it dropped may be perceived where it lies, so the empty gripper comes first.
+    news.sort(key=lambda fact: fact.predicate == OBJECT_POSITION)
+    places = [f for f in news if f.predicate == ROBOT_POSITION]
+    if not places:
         news.insert(0, Fact(ROBOT_POSITION, (robot, NEAR, spot_of(robot))))
-    if Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news:
-        # What it dropped may be perceived too, so that the empty gripper comes first.
-        news.sort(key=lambda f: f.predicate == OBJECT_POSITION)
+    elif Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news:
+        news.append(Fact(ROBOT_POSITION, (robot, NEAR, places[-1].args[2])))
     gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot}
     after = revised(facts, news, gone)
     lost = [
@@ -53,6 +59,17 @@ def reconciled(
         if f.predicate == OBJECT_POSITION and f.args[2] != robot and place_of(f.args[0], after) is None
     ]
     return Change(add=after - facts, remove=facts - after, notes=(*lost, *missing, *misfits))
+
+
+def _of_another(fact: Fact, robot: str, robots: frozenset[str]) -> bool:
+    """True if the fact is about where another robot is, its attributes, or what it holds."""
+    match fact.predicate, fact.args:
+        case (("robot_position" | "robot_attribute"), (other, *_)):
+            return other != robot
+        case "object_position", (_, _, ref):
+            return ref in robots and ref != robot
+        case _:
+            return False
 
 
 def _understood(
