@@ -82,16 +82,13 @@ class Viewer:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the view until SIGTERM or SIGINT."""
+    """Run the view until SIGTERM or SIGINT, or until the process that started it is gone."""
     parser = argparse.ArgumentParser(prog="python -m web.viewer", description="Macta's view of a world")
     parser.add_argument("--api", required=True, help="the service's address, e.g. http://127.0.0.1:8000")
     parser.add_argument("--port", required=True, type=int, help="the loopback port to serve the view on")
     parser.add_argument("--world", required=True, help="the world's id")
-    parser.add_argument(
-        "--end-with-parent", action="store_true", help="end when the process that started it is gone"
-    )
     options = parser.parse_args(arguments)
-    parent = os.getppid() if options.end_with_parent else None
+    parent = os.getppid()
     stopped = threading.Event()
 
     def stop(_signal: int, _frame: FrameType | None) -> None:
@@ -101,9 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, stop)
     feed = WorldFeed(api=options.api, token=os.environ.get("MACTA_TOKEN", ""), world=options.world)
-    Viewer(feed=feed, port=options.port, stopped=stopped).run(
-        as_long_as=lambda: parent is None or os.getppid() == parent
-    )
+    Viewer(feed=feed, port=options.port, stopped=stopped).run(as_long_as=lambda: os.getppid() == parent)
 
 
 if __name__ == "__main__":

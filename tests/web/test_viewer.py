@@ -139,7 +139,6 @@ def test_the_process_ends_with_the_one_that_started_it(service: FakeService, por
     with served(create_app(service), service, port) as api:
         start = (
             "import subprocess, sys; subprocess.Popen([sys.executable, '-m', 'web.viewer',"
-            " '--end-with-parent',"
             f" '--api', '{api}', '--port', '{view_port}', '--world', '{WORLD}'], stdout=subprocess.DEVNULL);"
             " sys.stdin.read()"
         )
