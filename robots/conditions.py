@@ -249,7 +249,11 @@ class Beside:
 
     def check(self, percepts: Percepts) -> Verdict:
         target, other = percepts.locate(self.target), percepts.locate(self.other)
-        if target is None or other is None or not percepts.sees(self.target):
+        if (
+            target is None
+            or other is None
+            or not (percepts.sees(self.target) or self.target == percepts.holding)
+        ):
             return Verdict(False, f"does not see {self.target} by {self.other}")
         return Verdict(
             abs(target - other) <= self.m, f"sees {self.target} {abs(target - other):.2f} m off {self.other}"

@@ -28,7 +28,9 @@ class Localiser:
     """Keeps the pose estimate. Feed it once a tick."""
 
     def __init__(self, start: Pose, beacons: Mapping[str, BeaconSpec]) -> None:
-        self._state: NDArray[np.float64] = np.array([start.x_m, start.y_m, start.heading_rad])
+        self._state: NDArray[np.float64] = np.array(
+            [start.x_m, start.y_m, start.heading_rad], dtype=np.float64
+        )
         self._covariance: NDArray[np.float64] = np.diag(np.square(START_SIGMA))
         self._beacons = beacons
         self._odometry: Pose | None = None

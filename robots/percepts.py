@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import pi
 
-from robots.body import RADIUS_M, Pose, Readings, Sighting
+from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose, Readings, Sighting
 from robots.geometry import to_robot, to_world, wrap
 from robots.profile import STAND_OFF_M, RobotProfile
 
@@ -71,7 +71,9 @@ class Percepts:
         return identity in self.sightings
 
     def locate(self, identity: str) -> complex | None:
-        """Where something is: as sighted, else remembered, else as on the map; None if it is not known."""
+        """Where something is: in my jaws, as sighted, on the map, or remembered; None if it is not known."""
+        if identity == self.holding:
+            return complex(GRIPPER_REACH_M)
         sighting = self.sightings.get(identity)
         if sighting is not None:
             return rect(sighting.range_m, sighting.bearing_rad)

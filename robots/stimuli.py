@@ -102,9 +102,9 @@ class Bearing:
 class Proximity:
     """s1 of table 2: the nearest thing within a sector ahead; 0 at `reach_m` from the hull, 1 at touch.
 
-    `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead counts
-    as left (keep right). `robots`: only other robots. `until`: what lies farther than that place's approach point
-    is not in the way.
+    `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead
+    counts as left (keep right). `robots`: only other robots. `until`: what lies farther than that place's
+    approach point is not in the way.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT

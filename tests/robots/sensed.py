@@ -1,0 +1,57 @@
+"""Percepts made by hand."""
+
+from collections.abc import Iterable
+from math import inf, pi
+
+import numpy as np
+
+from robots.agent import BeaconSpec, RobotProfile
+from robots.body import Gripper, Pose, Readings, Sighting
+from robots.perception import Perception
+from robots.percepts import Percepts
+
+PROFILE = RobotProfile(
+    name="me",
+    start=Pose(x_m=0, y_m=0, heading_rad=0),
+    beacons={"bay": BeaconSpec(x_m=2, y_m=0, approach_rad=(pi,))},
+    others=("other",),
+)
+
+
+def readings(
+    *sightings: Sighting,
+    whiskers: dict[int, float] | None = None,
+    closed: bool = False,
+    between: str | None = None,
+    head: tuple[float, float] = (0.0, 0.0),
+    battery: float = 1.0,
+) -> Readings:
+    ranges = np.full(16, inf)
+    for beam, range_m in (whiskers or {}).items():
+        ranges[beam] = range_m
+    return Readings(
+        time_s=0,
+        ranges_m=ranges,
+        bumper=False,
+        sightings=sightings,
+        gripper=Gripper(closed=closed, between_jaws=between),
+        capture_head_m=head,
+        battery=battery,
+    )
+
+
+def sees(identity: str, range_m: float, bearing_rad: float = 0.0, aspect_rad: float = 0.0) -> Sighting:
+    return Sighting(identity=identity, range_m=range_m, bearing_rad=bearing_rad, aspect_rad=aspect_rad)
+
+
+def percepts(*sightings: Sighting, for_s: float = 1.0, **others: object) -> Percepts:
+    """What a robot at the origin perceives when it has sensed the same for a while."""
+    return watch([readings(*sightings, **others)] * (int(for_s / 0.05) + 1))  # type: ignore[arg-type]
+
+
+def watch(instants: Iterable[Readings]) -> Percepts:
+    """The percepts after sensing one instant after the other, 0.05 s apart."""
+    perception = Perception(PROFILE)
+    for tick, instant in enumerate(instants):
+        last = perception.perceive(instant, Pose(x_m=0, y_m=0, heading_rad=0), tick * 0.05)
+    return last

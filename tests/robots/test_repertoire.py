@@ -1,0 +1,108 @@
+"""Packets' contents are checked data; a packet that does not fit is refused by what does not fit."""
+
+from dataclasses import replace
+
+import pytest
+
+from robots.conditions import Clear, Holding, LiesAt
+from robots.errors import RepertoireError
+from robots.patterns import Level
+from robots.repertoire import load_repertoire
+from robots.wire import BehaviourPacket
+from tests.robots.sensed import PROFILE
+from tests.robots.stories import packet
+
+REPERTOIRE = load_repertoire()
+MINIMAL = """
+tag: WAIT
+about: Waits.
+arguments: []
+patterns:
+  - name: rest
+    dof: translate
+    level: self
+    stimulus: {sense: always}
+    r: {form: constant, value: 0}
+    u: {form: constant, value: 1}
+after: [{sense: empty}]
+"""
+
+
+def test_the_papers_six_packets_are_there() -> None:
+    assert set(REPERTOIRE.specs) == {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"}
+
+
+def test_the_four_levels_are_in_use() -> None:
+    specs = REPERTOIRE.specs.values()
+    assert {pattern.level for spec in specs for pattern in spec.bind({}).patterns} == set(Level)
+
+
+def test_no_packet_has_two_patterns_of_one_name_on_one_degree_of_freedom() -> None:
+    for spec in REPERTOIRE.specs.values():
+        names = [(pattern.dof, pattern.name) for pattern in spec.bind({}).patterns]
+        assert len(names) == len(set(names)), spec.tag
+
+
+def test_arguments_take_the_place_of_their_names() -> None:
+    bound = REPERTOIRE.bind(packet("DOCK", object="sample", ref1="bay"), PROFILE)
+    assert LiesAt(object="sample", place="bay") in bound.before
+    assert bound.after == (Holding(object="sample"),)
+
+
+def test_what_a_packet_awaits_becomes_a_pre_condition_once() -> None:
+    wanted = packet("DOCK", object="sample", ref1="bay", awaits=["in(sample, bay)", "clear(bay, hall)"])
+    bound = REPERTOIRE.bind(wanted, PROFILE)
+    assert bound.before.count(LiesAt(object="sample", place="bay")) == 1
+    assert Clear(place="bay") in bound.before
+
+
+def test_a_robots_own_spot_is_a_place_it_knows() -> None:
+    REPERTOIRE.bind(packet("NAVIGATE", ref2="me_spot"), PROFILE)
+
+
+@pytest.mark.parametrize(
+    ("unfit", "names"),
+    [
+        (packet("FLY", ref2="bay"), "FLY"),
+        (packet("NAVIGATE", ref1="bay"), "ref2"),
+        (packet("NAVIGATE", ref2="moon"), "moon"),
+        (packet("DOCK", ref1="bay"), "object"),
+        (packet("TRACK", robot1="me", robot2="nobody"), "nobody"),
+        (packet("NAVIGATE", ref2="bay", awaits=["tracked(other, me)"]), r"tracked\(other, me\)"),
+    ],
+)
+def test_a_packet_that_does_not_fit_is_refused_by_name(unfit: BehaviourPacket, names: str) -> None:
+    with pytest.raises(RepertoireError, match=names):
+        REPERTOIRE.bind(unfit, PROFILE)
+
+
+def test_a_packet_outside_the_robots_repertoire_is_refused() -> None:
+    with pytest.raises(RepertoireError, match="not in the repertoire of me"):
+        REPERTOIRE.bind(packet("DOCK", object="s", ref1="bay"), replace(PROFILE, repertoire=("NAVIGATE",)))
+
+
+def test_own_texts_make_a_repertoire() -> None:
+    assert set(load_repertoire([("wait", MINIMAL)]).specs) == {"WAIT"}
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("sense: always", "sense: smell"),
+        ("form: constant", "form: cubic"),
+        ("dof: translate", "dof: fly"),
+        ("level: self", "level: galaxy"),
+        ("value: 0", "value: zero"),
+        ("about: Waits.", "about: Waits.\nextra: 1"),
+        ("after: [{sense: empty}]", "after: []"),
+        ("tag: WAIT", "tag: ["),
+    ],
+)
+def test_malformed_contents_are_an_error_that_names_the_text(right: str, wrong: str) -> None:
+    with pytest.raises(RepertoireError, match="wait is no packet"):
+        load_repertoire([("wait", MINIMAL.replace(right, wrong))])
+
+
+def test_a_tag_defined_twice_is_an_error() -> None:
+    with pytest.raises(RepertoireError, match="a second time"):
+        load_repertoire([("one", MINIMAL), ("two", MINIMAL)])

@@ -1,0 +1,273 @@
+"""Requests are acted on once, reports are kept until their receipt, and no link is needed to go on."""
+
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+import pytest
+
+from robots.body import Pose
+from robots.link import InMemoryLink, LinkClosed
+from robots.mailbox import KEPT_REPORTS, Mailbox
+from robots.wire import (
+    Acknowledgement,
+    Control,
+    ControlVerb,
+    FailureCategory,
+    Message,
+    PacketReport,
+    PacketState,
+    Performative,
+    Refusal,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    StatusQuery,
+    StatusReport,
+)
+from tests.robots.fake_world import FakeWorld
+from tests.robots.stories import EAST, SOUTH, Service, carry, packet, room, run, run_for, script
+
+START = Pose(x_m=4.0, y_m=1.5, heading_rad=EAST)
+
+
+def fred(world: FakeWorld, *, receipts: bool = True, pose: Pose = START) -> Service:
+    return Service(world, world.add("fred", pose), "fred", receipts=receipts)
+
+
+def answers(service: Service, request: Message) -> list[Message]:
+    return [message for message in service.heard if message.in_reply_to == request.id]
+
+
+def test_a_script_is_agreed_to_and_starts_within_a_tick() -> None:
+    world = room()
+    service = fred(world)
+    request = service.order(script("fred", packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 0.2)
+    assert [m.performative for m in answers(service, request)] == [Performative.AGREE]
+    assert service.packets[0] == ("NAVIGATE", PacketState.INITIALIZING)
+
+
+def test_a_request_that_arrives_twice_gets_the_same_answer_and_runs_once() -> None:
+    world = room()
+    service = fred(world)
+    request = service.order(script("fred", packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 0.2)
+    service.link.send(request)
+    run(world, [service], lambda: service.report is not None)
+    service.link.send(request)
+    run_for(world, [service], 1)
+    assert len({m.id for m in answers(service, request)}) == 1
+    assert len(answers(service, request)) == 3
+    assert service.packets.count(("NAVIGATE", PacketState.RUNNING)) == 1
+
+
+def test_a_script_sent_again_in_another_message_runs_once() -> None:
+    world = room()
+    service = fred(world)
+    order = script("fred", packet("NAVIGATE", ref2="door"))
+    service.order(order)
+    run(world, [service], lambda: service.report is not None)
+    again = service.order(order)
+    run_for(world, [service], 1)
+    assert isinstance(answers(service, again)[0].body, Acknowledgement)
+    assert service.packets.count(("NAVIGATE", PacketState.RUNNING)) == 1
+
+
+def test_a_second_script_is_refused_while_one_runs() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door"), name="first"))
+    second = service.order(script("fred", packet("NAVIGATE", ref2="yard"), name="second"))
+    run_for(world, [service], 0.2)
+    (answer,) = answers(service, second)
+    assert isinstance(answer.body, Refusal)
+    assert answer.body.reason == "fred is busy with script first"
+
+
+@pytest.mark.parametrize(
+    ("order", "names"),
+    [
+        (script("fred", packet("FLY")), "FLY"),
+        (script("fred", packet("NAVIGATE", ref2="moon")), "moon"),
+        (script("ginger", packet("NAVIGATE", ref2="door")), "ginger"),
+    ],
+)
+def test_a_script_that_does_not_fit_is_refused_with_the_reason(order: object, names: str) -> None:
+    world = room()
+    service = fred(world)
+    request = service.send(ScriptRequest(script=order))  # type: ignore[arg-type]
+    run_for(world, [service], 0.2)
+    (answer,) = answers(service, request)
+    assert isinstance(answer.body, Refusal)
+    assert names in answer.body.reason
+
+
+def test_a_report_is_sent_again_until_its_receipt() -> None:
+    world = room()
+    service = fred(world, receipts=False)
+    service.order(script("fred", packet("NAVIGATE", ref2="door", timeout_s=1)))
+    run_for(world, [service], 20)
+    last = [m for m in service.heard if isinstance(m.body, ScriptReport)]
+    assert len(last) >= 3
+    assert len({m.id for m in last}) == 1
+    service.receipts = True
+    run_for(world, [service], 40)
+    before = len(service.heard)
+    run_for(world, [service], 40)
+    assert not [m for m in service.heard[before:] if isinstance(m.body, ScriptReport | PacketReport)]
+
+
+def test_reports_kept_are_bounded_and_how_a_script_ended_stays_longest() -> None:
+    box = Mailbox("fred", InMemoryLink.pair()[0])
+    end = ScriptReport(script_id="s", state=ScriptState.FINISHED, at_s=0)
+    box.report(Performative.INFORM, end, 0)
+    for at_s in range(2 * KEPT_REPORTS):
+        step = PacketReport(script_id="s", packet_id="p", state=PacketState.RUNNING, at_s=at_s)
+        box.report(Performative.INFORM, step, 0)
+    assert box.kept == KEPT_REPORTS
+    ours, theirs = InMemoryLink.pair()
+    box._link = theirs
+    box.resend(100)
+    assert isinstance(ours.receive()[0].body, ScriptReport)
+
+
+class DeadLink:
+    """A link whose other end is gone."""
+
+    def send(self, message: Message) -> None:
+        raise LinkClosed("gone")
+
+    def receive(self, timeout_s: float = 0.0) -> list[Message]:
+        raise LinkClosed("gone")
+
+    def close(self) -> None: ...
+
+
+def test_loss_of_contact_changes_nothing_for_the_script() -> None:
+    world = room({"sample": 1 + 0.4j})
+    service = fred(world, pose=Pose(x_m=1, y_m=1.2, heading_rad=SOUTH))
+    service.order(carry("fred", "sample", "door", "yard"))
+    run_for(world, [service], 1)
+    mailbox = world.agents["fred"]._mailbox
+    alive, mailbox._link = mailbox._link, DeadLink()
+    run_for(world, [], 60)
+    assert abs(world.samples["sample"] - (5.4 + 1.2j)) < 0.1
+    mailbox._link = alive
+    run_for(world, [service], 35)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+
+
+def test_a_robot_tells_how_a_script_stands() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door"), name="mine"))
+    run_for(world, [service], 1)
+    asked = service.send(StatusQuery(script_id="mine"), Performative.QUERY)
+    unknown = service.send(StatusQuery(script_id="other"), Performative.QUERY)
+    run_for(world, [service], 0.2)
+    status, nothing = answers(service, asked)[0].body, answers(service, unknown)[0].body
+    assert isinstance(status, StatusReport)
+    assert isinstance(nothing, StatusReport)
+    assert (status.state, status.packet_state) == (ScriptState.RUNNING, PacketState.RUNNING)
+    assert status.perceived
+    assert nothing.state is None
+
+
+def test_cancel_stops_at_once_and_leaves_the_gripper_as_it_is() -> None:
+    world = room({"sample": 1 + 0.4j})
+    service = fred(world, pose=Pose(x_m=1, y_m=1.2, heading_rad=SOUTH))
+    service.order(carry("fred", "sample", "door", "yard"))
+    assert run(world, [service], lambda: ("TRANSPORT", PacketState.RUNNING) in service.packets)
+    service.send(Control(script_id="script-fred", verb=ControlVerb.CANCEL), Performative.CANCEL)
+    run_for(world, [service], 0.1)
+    assert world.bodies["fred"].velocity == (0, 0)
+    assert world.bodies["fred"].held == "sample"
+    assert service.report is not None
+    assert (service.report.state, service.report.category) == (
+        ScriptState.CANCELLED,
+        FailureCategory.CANCELLED,
+    )
+
+
+def test_a_cancelled_robot_takes_the_next_script() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door"), name="first"))
+    service.send(Control(script_id="first", verb=ControlVerb.CANCEL), Performative.CANCEL)
+    run_for(world, [service], 0.2)
+    request = service.order(script("fred", packet("NAVIGATE", ref2="door"), name="second"))
+    run_for(world, [service], 0.2)
+    assert isinstance(answers(service, request)[0].body, Acknowledgement)
+
+
+def test_a_paused_robot_stands_and_its_time_does_not_run() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door", timeout_s=20)))
+    run_for(world, [service], 1)
+    service.send(Control(script_id="script-fred", verb=ControlVerb.PAUSE))
+    run_for(world, [service], 0.2)
+    there = world.bodies["fred"].at
+    run_for(world, [service], 40)
+    assert world.bodies["fred"].at == there
+    assert service.packets[-1] == ("NAVIGATE", PacketState.PAUSED)
+    assert service.telemetry[-1].script_state is ScriptState.PAUSED
+    service.send(Control(script_id="script-fred", verb=ControlVerb.RESUME))
+    assert run(world, [service], lambda: service.report is not None, limit_s=20)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+
+
+def test_control_of_an_unknown_or_ended_script_is_refused() -> None:
+    world = room()
+    service = fred(world)
+    request = service.send(Control(script_id="nothing", verb=ControlVerb.PAUSE))
+    run_for(world, [service], 0.2)
+    assert isinstance(answers(service, request)[0].body, Refusal)
+
+
+def test_a_sensor_that_lies_for_long_fails_the_script_by_name_and_stops_the_robot() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 1)
+    body = world.bodies["fred"]
+    good = body.sense()
+    ranges = np.array(good.ranges_m)
+    ranges[5] = nan
+    body.faulty = replace(good, ranges_m=ranges)
+    run_for(world, [service], 0.1)
+    assert body.velocity == (0, 0)
+    run_for(world, [service], 2)
+    assert service.report is not None
+    assert (service.report.state, service.report.category) == (ScriptState.FAILED, FailureCategory.ROBOT)
+    assert "whisker 5 reads nan" in service.report.detail
+
+
+def test_a_glitch_of_a_sensor_is_ridden_out() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 1)
+    body = world.bodies["fred"]
+    body.faulty = replace(body.sense(), battery=nan)
+    run_for(world, [service], 0.5)
+    body.faulty = None
+    assert run(world, [service], lambda: service.report is not None)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+
+
+def test_telemetry_comes_ten_times_a_second_and_tells_what_the_robot_believes() -> None:
+    world = room({"sample": 1 + 0.4j})
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 2)
+    assert 19 <= len(service.telemetry) <= 21
+    last, true = service.telemetry[-1], world.bodies["fred"].at
+    assert abs(complex(last.x_m, last.y_m) - true) < 0.1
+    assert abs(complex(*last.tags["sample"]) - (1 + 0.4j)) < 0.2
+    assert last.packet_tag == "NAVIGATE"
+    assert {"translate/advance", "rotate/steer"} <= set(last.patterns)
