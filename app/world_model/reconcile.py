@@ -34,8 +34,8 @@ def reconciled(
     given up: its next transport starts from where it stands.
 
     Our choices: a robot that says nothing of its gripper holds what it was believed to hold; what it says of
-    another robot is not taken, for that robot knows better; with an empty gripper, at a place counts as near it,
-    for only what holds something drives off from there (knowledge base).
+    another robot is not taken, for that robot knows better; with an empty gripper, at a place counts as near
+    it, for only what holds something drives off from there (knowledge base).
     """
     known, misfits = _understood(facts, perceived, knowledge_base)
     news = [fact for fact in known if not _of_another(fact, robot, robots_in(facts))]

@@ -1,0 +1,81 @@
+"""What is believed when a script ended before its time."""
+
+from app.world_model import Facts, reconciled, revised
+from planner import Fact
+from tests.app.store import Store, said
+
+STORE = Store()
+EMPTY = "robot_attribute(yard_1, gripper, empty)"
+FULL = "robot_attribute(yard_1, gripper, full)"
+
+
+def after(facts: Facts, *perceived: str, robot: str = "yard_1") -> Facts:
+    return reconciled(facts, robot, [said(text) for text in perceived], STORE.base).apply(facts)
+
+
+def holding() -> Facts:
+    carried = Fact("transported", ("sample_1", "yard_1", "at", "door_1", "near", "interchange_2"))
+    return revised(STORE.facts, [STORE.fact("in(sample_1, yard_1)"), carried])
+
+
+def test_a_robot_that_is_at_no_known_place_stands_at_its_spot() -> None:
+    facts = after(STORE.facts, EMPTY)
+    assert Fact("robot_position", ("yard_1", "near", "yard_1_spot")) in facts
+    assert Fact("clear", ("home_yard_1", "yard")) in facts
+
+
+def test_a_robot_stands_where_it_says() -> None:
+    facts = after(STORE.facts, EMPTY, "near(yard_1, door_1)")
+    assert Fact("robot_position", ("yard_1", "near", "door_1")) in facts
+    assert Fact("clear", ("door_1", "yard")) not in facts
+
+
+def test_what_it_holds_stays_in_its_gripper_and_the_transport_is_given_up() -> None:
+    facts = after(holding(), FULL, "in(sample_1, yard_1)")
+    assert STORE.fact("in(sample_1, yard_1)") in facts
+    assert Fact("robot_attribute", ("yard_1", "gripper", "full")) in facts
+    assert not [f for f in facts if f.predicate == "transported"]
+
+
+def test_a_robot_that_gripped_before_it_could_say_so_holds_the_sample_now() -> None:
+    facts = after(STORE.facts, FULL, "in(sample_1, yard_1)", "at(yard_1, door_1)")
+    assert STORE.fact("in(sample_1, yard_1)") in facts
+    assert Fact("vacant", ("door_1",)) in facts
+    assert Fact("robot_position", ("yard_1", "at", "door_1")) in facts
+
+
+def test_a_sample_that_it_dropped_at_a_place_lies_there() -> None:
+    facts = after(holding(), "in(sample_1, interchange_2)", EMPTY)
+    assert STORE.fact("in(sample_1, interchange_2)") in facts
+    assert Fact("vacant", ("interchange_2",)) not in facts
+
+
+def test_a_sample_that_it_dropped_anywhere_else_is_lost_and_said_to_be() -> None:
+    change = reconciled(holding(), "yard_1", [said(EMPTY)], STORE.base)
+    facts = change.apply(holding())
+    assert not [f for f in facts if f.predicate == "object_position" and f.args[0] == "sample_1"]
+    assert change.notes == ("sample_1 is lost: yard_1 does not hold it any more",)
+
+
+def test_a_lost_sample_is_found_again() -> None:
+    lost = after(holding(), EMPTY)
+    assert STORE.fact("in(sample_1, door_2)") in after(lost, EMPTY, "in(sample_1, door_2)")
+
+
+def test_what_a_robot_says_of_another_is_not_taken() -> None:
+    facts = after(STORE.facts, EMPTY, "in(sample_1, yard_2)", "near(yard_2, door_2)")
+    assert STORE.fact("in(sample_1, door_1)") in facts
+    assert Fact("robot_position", ("yard_2", "near", "home_yard_2")) in facts
+
+
+def test_a_robot_with_an_empty_gripper_at_a_place_can_drive_off_from_near_it() -> None:
+    facts = after(STORE.facts, EMPTY, "at(yard_1, door_2)")
+    assert [f.args for f in facts if f.predicate == "robot_position" and f.args[0] == "yard_1"] == [
+        ("yard_1", "near", "door_2")
+    ]
+
+
+def test_percepts_outside_the_vocabulary_are_left_out_and_noted() -> None:
+    change = reconciled(STORE.facts, "yard_1", [said("under(sample_1, bay_1)")], STORE.base)
+    assert "under(sample_1, bay_1)" in change.notes[0]
+    assert {f.predicate for f in change.add} == {"robot_position", "clear"}
