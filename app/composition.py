@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from fastapi import FastAPI
@@ -10,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from app.agents import AgentModels, RobotBoard
 from app.api.app import build_api
+from app.core import Core
 from app.database import Database, FactRow, GoalRow, MissionRow, PlanRow, WorldRow
 from app.database.migrate import migrate
 from app.durable import Workflows
@@ -79,11 +81,16 @@ class Service:
         self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
-        self.workflows = Workflows(settings.resolved_database_url())
         self.events = EventLog(self.database)
+        self._core = Core(
+            database=self.database,
+            events=self.events,
+            facts=FactStore(self.events),
+            workflows=Workflows(settings.resolved_database_url()),
+            knowledge_base=load_knowledge_base(),
+        )
+        self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
         self.board = RobotBoard((robot.name, w.name) for w in self._files.values() for robot in w.robots)
-        self._knowledge_base = load_knowledge_base()
-        self._facts = FactStore(self.events)
         self._own_worker = worker is None
         self._worker = worker or PlanningWorker(make_engine)
         self._wire_desks()
@@ -95,9 +102,9 @@ class Service:
         ready = self._worker.warm_up()
         for world in self._files.values():
             self._begin_afresh(world)
-        self.workflows.register(PLAN_GOAL, self._planning.run)
-        self.workflows.register(MISSION_LIFE, self._life.run)
-        self.workflows.launch()
+        self._core.workflows.register(PLAN_GOAL, self._planning.run)
+        self._core.workflows.register(MISSION_LIFE, self._life.run)
+        self._core.workflows.launch()
         for agents in self._agents:
             agents.start()
         with self.database.write() as session:
@@ -108,7 +115,7 @@ class Service:
     def close(self) -> None:
         for agents in self._agents:
             agents.close()
-        self.workflows.close()
+        self._core.workflows.close()
         if self._own_worker:
             self._worker.close()
         self.database.close()
@@ -121,42 +128,32 @@ class Service:
         self.close()
 
     def _wire_desks(self) -> None:
-        parts = {"database": self.database, "events": self.events}
-        clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
-        self.clocks = clocks
-        margin = Margin(relative=self.settings.margin_relative, absolute_s=self.settings.margin_s)
-        reasoning = {"facts": self._facts, "knowledge_base": self._knowledge_base}
-        self.worlds = WorldDesk(**parts, **reasoning, worlds=self._files, clocks=clocks, board=self.board)
-        self.missions = MissionDesk(**parts, workflows=self.workflows)
+        core, settings = self._core, self.settings
+        self.worlds = WorldDesk(core, worlds=self._files, clocks=self.clocks, board=self.board)
+        self.missions = MissionDesk(core)
         self.plans = PlanDesk(
-            **parts,
-            **reasoning,
-            workflows=self.workflows,
-            clocks=clocks,
-            margin=margin,
-            replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),
+            core,
+            clocks=self.clocks,
+            margin=Margin(relative=settings.margin_relative, absolute_s=settings.margin_s),
+            # Desk and planning need each other: a stale plan is planned afresh, an automatic one approved.
+            replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),  # noqa: PLW0108
         )
         self._planning = Planning(
-            **parts,
-            **reasoning,
-            workflows=self.workflows,
+            core,
             worlds=self._files,
             spots=self._spots,
             worker=self._worker,
-            time_limit_s=self.settings.planning_time_limit_s,
-            approve=lambda session, plan, goal: self.plans.approve_in(
-                session, plan, goal, actor=AUTOMATIC, comment=""
-            ),
+            time_limit_s=settings.planning_time_limit_s,
+            approve=partial(self.plans.approve_in, actor=AUTOMATIC, comment=""),
         )
-        self.goals = GoalDesk(**parts, **reasoning, world=self.worlds.world, enqueue=self._planning.enqueue)
-        self._reports = ReportBook(**parts, **reasoning, workflows=self.workflows)
+        self.goals = GoalDesk(core, world=self.worlds.world, enqueue=self._planning.enqueue)
+        self._reports = ReportBook(core)
         self._life = MissionLife(
-            **parts,
-            knowledge_base=self._knowledge_base,
-            library=load_library(self._knowledge_base),
+            core,
+            library=load_library(core.knowledge_base),
             repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
             times={n: WorldTime(clock=w.clock, rate=w.rate) for n, w in self._worlds.items()},
-            patience_s=self.settings.answer_patience_s,
+            patience_s=settings.answer_patience_s,
             freed=self._planning.enqueue_waiting,
         )
 
@@ -192,8 +189,10 @@ class Service:
             row.layout = layout
             _end_old_missions(session, world.name, self.events)
             session.execute(delete(FactRow).where(FactRow.world == world.name))
-            facts = initial_facts(world, self._knowledge_base)
-            self._facts.change(session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0)
+            facts = initial_facts(world, self._core.knowledge_base)
+            self._core.facts.change(
+                session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0
+            )
 
 
 def _end_old_missions(session: Session, world: str, events: EventLog) -> None:
@@ -205,7 +204,8 @@ def _end_old_missions(session: Session, world: str, events: EventLog) -> None:
         goal.state, goal.outcome, goal.reason = GoalState.FINISHED, MissionState.FAILED, reason
         events.append(session, "mission.failed", mission.id, goal=goal.id, reason=reason)
     unplanned = select(GoalRow).where(
-        GoalRow.world == world, GoalRow.state.in_((GoalState.PLANNED, GoalState.SUBMITTED, GoalState.PLANNING))
+        GoalRow.world == world,
+        GoalRow.state.in_((GoalState.PLANNED, GoalState.SUBMITTED, GoalState.PLANNING)),
     )
     for goal in session.scalars(unplanned).all():
         goal.state, goal.reason = GoalState.SUBMITTED, reason

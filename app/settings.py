@@ -19,7 +19,9 @@ class Settings(BaseSettings):
     database_url: str | None = None
     token: str | None = Field(default=None, min_length=16)
     planning_time_limit_s: float = Field(default=10.0, gt=0)
-    answer_patience_s: float = Field(default=10.0, gt=0, description="wall-clock seconds before a robot is silent")
+    answer_patience_s: float = Field(
+        default=10.0, gt=0, description="wall-clock seconds before a robot is silent"
+    )
     margin_relative: float = Field(default=0.5, ge=0)
     margin_s: float = Field(default=20.0, ge=0)
 

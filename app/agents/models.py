@@ -103,7 +103,9 @@ class AgentModels:
         for script in self._open_scripts():
             body = BehaviourScript.model_validate(script.body)
             if script.delivery == "pending":
-                self._repeat(script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body))
+                self._repeat(
+                    script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body)
+                )
             elif script.control is not None:
                 verb = ControlVerb(script.control.split(":")[0])
                 performative = Performative.CANCEL if verb is ControlVerb.CANCEL else Performative.REQUEST
@@ -118,7 +120,9 @@ class AgentModels:
             ScriptRow.delivery == "pending", ScriptRow.control.is_not(None), ScriptRow.question.is_not(None)
         )
         with self._database.read() as session:
-            query = select(ScriptRow).where(ScriptRow.robot.in_(self._robots), unanswered).order_by(ScriptRow.id)
+            query = (
+                select(ScriptRow).where(ScriptRow.robot.in_(self._robots), unanswered).order_by(ScriptRow.id)
+            )
             return session.scalars(query).all()
 
     def _repeat(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:

@@ -49,7 +49,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
     api.include_router(viewer_router(viewer, check.admits))
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
-    api.add_middleware(_door(check))  # type: ignore[arg-type]
+    api.add_middleware(_door(check))
     return api
 
 

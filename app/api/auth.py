@@ -72,7 +72,12 @@ class Door:
 
     def _turn_away(self, request: Request) -> Response:
         token = request.query_params.get("token")
-        if request.url.path == "/" and request.method == "GET" and token is not None and self._check.opens(token):
+        if (
+            request.url.path == "/"
+            and request.method == "GET"
+            and token is not None
+            and self._check.opens(token)
+        ):
             return self._check.open_console()
         answer = problem(
             401,

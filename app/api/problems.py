@@ -48,7 +48,9 @@ async def _malformed(_: Request, error: Exception) -> JSONResponse:
 
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    code = {404: "not-found", 405: "method-not-allowed", 413: "too-large"}.get(error.status_code, "http-error")
+    code = {404: "not-found", 405: "method-not-allowed", 413: "too-large"}.get(
+        error.status_code, "http-error"
+    )
     detail = f"{request.method} {request.url.path}: {error.detail}"
     answer = problem(error.status_code, code, detail)
     answer.headers.update(error.headers or {})

@@ -11,8 +11,8 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from app.agents import RobotBoard
 from app.database import EventRow
-from app.events import EventLog
 from app.errors import NotFound
+from app.events import EventLog
 from robots.clock import Clock
 
 WAIT_S = 1.0

@@ -1,6 +1,6 @@
 """Worlds, their facts, and the robots in them."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Response
 
@@ -24,7 +24,9 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
 
     @router.get("/worlds")
     def list_worlds() -> Page[WorldItem]:
-        return Page(items=[WorldItem.model_validate(world, from_attributes=True) for world in worlds.reports()])
+        return Page(
+            items=[WorldItem.model_validate(world, from_attributes=True) for world in worlds.reports()]
+        )
 
     @router.get("/worlds/{world_id}")
     def get_world(world_id: str) -> WorldBody:
@@ -40,7 +42,9 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
         world_id: str,
         body: CorrectFacts,
         response: Response,
-        if_match: Annotated[str | None, Header(description="the version the correction was made from")] = None,
+        if_match: Annotated[
+            str | None, Header(description="the version the correction was made from")
+        ] = None,
     ) -> FactsBody:
         """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412)."""
         worlds.correct(
@@ -67,7 +71,9 @@ def _facts(worlds: WorldDesk, world_id: str, response: Response) -> FactsBody:
     rows, version = worlds.facts(world_id)
     response.headers["etag"] = f'"{version}"'
     items = [
-        FactBody(predicate=predicate, args=args, source=row.source, at_s=row.at_s, recorded_at=row.recorded_at)
+        FactBody(
+            predicate=predicate, args=args, source=row.source, at_s=row.at_s, recorded_at=row.recorded_at
+        )
         for (predicate, args), row in rows
     ]
     return FactsBody(items=items, version=version)
@@ -78,13 +84,15 @@ def _version(if_match: str | None) -> int | None:
         return None
     tag = if_match.strip().removeprefix("W/").strip('"')
     if not tag.isdigit():
-        raise Invalid(f"If-Match: {if_match!r} is no version of the facts; use the ETag of GET", code="bad-if-match")
+        raise Invalid(
+            f"If-Match: {if_match!r} is no version of the facts; use the ETag of GET", code="bad-if-match"
+        )
     return int(tag)
 
 
 def _robot(report: RobotReport) -> RobotBody:
     said = report.view.telemetry
-    live = (
+    live: dict[str, Any] = (
         {}
         if said is None
         else {

@@ -36,7 +36,9 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
         running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
         with Service(Settings(data=Path(folder), database_url=None), [running]) as service:
             try:
-                goal = _planned(service, service.goals.submit(GoalRequest(world=world.name, text=text), actor=OPERATOR))
+                goal = _planned(
+                    service, service.goals.submit(GoalRequest(world=world.name, text=text), actor=OPERATOR)
+                )
             except MactaError as error:
                 console.print(f"[bold red]Not accepted[/]: {error.detail}")
                 if error.choices:
@@ -128,5 +130,3 @@ def _holds(fact: SymbolicFact, truth: Truth) -> bool:
         return False
     sample, place = fact.args
     return sample in truth.samples and truth.samples[sample].ref == place
-
-

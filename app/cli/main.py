@@ -17,7 +17,9 @@ app = typer.Typer(
 worlds = typer.Typer(no_args_is_help=True, help="World files: check them, print their schema.")
 app.add_typer(worlds, name="world")
 
-World = Annotated[str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")]
+World = Annotated[
+    str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")
+]
 Speed = Annotated[
     float | None, typer.Option(min=0.01, help="World seconds a second; left out: see the command.")
 ]
@@ -55,7 +57,9 @@ def demo(
     world: World = "sample_store",
     goal: Annotated[str, typer.Option(help="What to achieve.")] = "move sample_1 to bay_7",
     speed: Annotated[float | None, typer.Option(min=0.01, help="World seconds a second.")] = 4.0,
-    flat_out: Annotated[bool, typer.Option(help="As fast as the machine can, whatever --speed says.")] = False,
+    flat_out: Annotated[
+        bool, typer.Option(help="As fast as the machine can, whatever --speed says.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Seed of start poses and noise.")] = 0,
 ) -> None:
     """Run the main job in the terminal: a goal becomes a plan, is approved, and the rovers carry it out."""
@@ -69,7 +73,9 @@ def plan(
     goal: Annotated[list[str], typer.Option(help="What to achieve; may be given several times.")],
     world: World = "sample_store",
     time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds the planner may take.")] = 10.0,
-    json: Annotated[bool, typer.Option("--json", help="Print the plan body as JSON, and nothing else.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print the plan body as JSON, and nothing else.")
+    ] = False,
 ) -> None:
     """Plan only, no server: print the plan-net for a goal."""
     from app.cli.plan import plan as run
@@ -78,7 +84,9 @@ def plan(
 
 
 @worlds.command()
-def validate(file: Annotated[str, typer.Argument(help="A world that ships with Macta, or a world file.")]) -> None:
+def validate(
+    file: Annotated[str, typer.Argument(help="A world that ships with Macta, or a world file.")],
+) -> None:
     """Check a world file; the error names the slot and the choices."""
     world = _world(file)
     robots, places, samples = len(world.robots), len(world.locations), len(world.samples)

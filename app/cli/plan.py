@@ -26,7 +26,9 @@ def plan(world: WorldFile, sentences: list[str], time_limit_s: float, *, as_json
     if result.plan_net is None:
         if as_json:
             sys.stdout.write(json.dumps(_refusal(result), indent=2) + "\n")
-        Console(stderr=True, highlight=False).print(f"[bold red]No plan[/] ({result.status}): {result.reason}")
+        Console(stderr=True, highlight=False).print(
+            f"[bold red]No plan[/] ({result.status}): {result.reason}"
+        )
         return 1
     body = PlanBody.of_result(result, knowledge_base, world=world.name)
     if as_json:

@@ -38,7 +38,17 @@ class Viewer:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self._port = free.getsockname()[1]
-        command = [sys.executable, "-m", "web.viewer", "--api", api, "--port", str(self._port), "--world", world]
+        command = [
+            sys.executable,
+            "-m",
+            "web.viewer",
+            "--api",
+            api,
+            "--port",
+            str(self._port),
+            "--world",
+            world,
+        ]
         self._process = subprocess.Popen(
             command,
             env={**os.environ, "MACTA_TOKEN": token},
@@ -113,6 +123,6 @@ def _announce(
     viewer.start(api=f"http://{reachable}:{port}", world=world, token=service.token)
     # NOTE: plain print: a terminal's width must not break the address.
     print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
-    Console(stderr=True).print(f"[dim]World {world}; the record is in {service.settings.data}. Ctrl-C ends.[/]")
-
-
+    Console(stderr=True).print(
+        f"[dim]World {world}; the record is in {service.settings.data}. Ctrl-C ends.[/]"
+    )

@@ -1,9 +1,10 @@
 """Plan-nets as an operator reads them in a terminal."""
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from app.plan_body import PlanBody
+from app.plan_body import ActionBody, PlanBody
 
 
 def show_plan(console: Console, plan: PlanBody) -> None:
@@ -18,10 +19,10 @@ def show_plan(console: Console, plan: PlanBody) -> None:
 
 
 def _actions(plan: PlanBody) -> Table:
-    table = Table(title="Plan-net", title_justify="left", caption_justify="left")
+    table = Table(title="Plan-net", title_justify="left", box=SIMPLE_HEAD)
     table.add_column("Action")
     table.add_column("Robot", style="cyan")
-    table.add_column("What it does")
+    table.add_column("What it does", no_wrap=True)
     table.add_column("Starts (s)", justify="right")
     table.add_column("Lasts (s)", justify="right")
     table.add_column("Slack (s)", justify="right")
@@ -29,7 +30,7 @@ def _actions(plan: PlanBody) -> Table:
         table.add_row(
             action.id,
             ", ".join(action.agents),
-            action.description,
+            _doing(action),
             f"{action.earliest_start_s:.0f} – {action.latest_start_s:.0f}",
             f"{action.duration_s:.0f}",
             f"{action.slack_s:.0f}" if action.slack_s >= 0.5 else "[bold]critical[/]",
@@ -37,11 +38,18 @@ def _actions(plan: PlanBody) -> Table:
     return table
 
 
+def _doing(action: ActionBody) -> str:
+    """The tag and what it is done to, short enough for a line: `TRANSPORT sample_1 door_1 → interchange_2`."""
+    words = action.arguments
+    places = [words[ref] for ref in ("ref1", "ref2") if ref in words]
+    return " ".join(filter(None, (action.tag, words.get("object", ""), " → ".join(places))))
+
+
 def _links(plan: PlanBody) -> Table:
     """The causal links between actions and to the goals; what merely held at the start is left out."""
-    table = Table(title="Causal links", title_justify="left")
+    table = Table(title="Causal links", title_justify="left", box=SIMPLE_HEAD)
     table.add_column("From")
-    table.add_column("Fact")
+    table.add_column("Fact", no_wrap=True)
     table.add_column("To")
     for link in plan.causal_links:
         if link.producer != "initial":

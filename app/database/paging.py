@@ -12,7 +12,7 @@ Row = TypeVar("Row")
 
 
 def page(
-    session: Session, query: Select[tuple[Row]], table: Any, *, limit: int, after: str | None
+    session: Session, query: Select[Row], table: Any, *, limit: int, after: str | None
 ) -> tuple[Sequence[Row], str | None]:
     """The first `limit` rows of `query` after the token, and the token of the next page, None at the end.
 

@@ -79,7 +79,7 @@ class PlanRow(Base):
 
 
 class MissionRow(Base):
-    """A mission. At `enquire_at_s` (world's clock) the monitor asks the robots; `asked_at` is when it last did (wall)."""
+    """A mission. At `enquire_at_s` (world's clock) robots are asked; `asked_at`: when they last were (wall)."""
 
     __tablename__ = "missions"
     id: Mapped[str] = mapped_column(ID, primary_key=True)

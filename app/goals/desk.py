@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import Database, GoalRow
+from app.core import Core
+from app.database import GoalRow
 from app.database.paging import page
 from app.errors import Conflict, Invalid, NotFound
-from app.events import EventLog
 from app.goals.check import GoalIssue, blocking, check_goals
 from app.goals.grammar import Clarification, parse_goal
 from app.ids import new_id
 from app.states import GoalState
 from app.world_model import Facts
-from app.world_model.store import FactStore
-from planner import KnowledgeBase
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -39,11 +37,8 @@ class GoalDesk:
 
     def __init__(
         self,
+        core: Core,
         *,
-        database: Database,
-        events: EventLog,
-        facts: FactStore,
-        knowledge_base: KnowledgeBase,
         world: Callable[[str | None], WorldFile],
         enqueue: Callable[[Session, GoalRow], None],
     ) -> None:
@@ -51,8 +46,8 @@ class GoalDesk:
         :param world: the running world of a name, or the only one; raises NotFound.
         :param enqueue: has a goal planned if the transaction commits.
         """
-        self._database, self._events, self._facts = database, events, facts
-        self._knowledge_base, self._world, self._enqueue = knowledge_base, world, enqueue
+        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._knowledge_base, self._world, self._enqueue = core.knowledge_base, world, enqueue
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
         """Record a goal and have it planned. The same idempotency key answers the same goal again.
@@ -96,7 +91,12 @@ class GoalDesk:
         return row
 
     def newest(
-        self, *, world: str | None = None, state: str | None = None, limit: int = 100, after: str | None = None
+        self,
+        *,
+        world: str | None = None,
+        state: str | None = None,
+        limit: int = 100,
+        after: str | None = None,
     ) -> tuple[Sequence[GoalRow], str | None]:
         with self._database.read() as session:
             query = select(GoalRow)

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import Database, MissionRow, ScriptRow
+from app.core import Core
+from app.database import MissionRow, ScriptRow
 from app.database.paging import page
-from app.durable import Workflows
 from app.errors import Conflict, NotFound
-from app.events import EventLog
 from app.missions.reports import TERMINAL_SCRIPTS
 from app.states import MissionState
 from robots.wire import ControlVerb
@@ -20,15 +19,20 @@ Mission = tuple[MissionRow, list[ScriptRow]]
 class MissionDesk:
     """Reads missions and takes operators' orders on them."""
 
-    def __init__(self, *, database: Database, events: EventLog, workflows: Workflows) -> None:
-        self._database, self._events, self._workflows = database, events, workflows
+    def __init__(self, core: Core) -> None:
+        self._database, self._events, self._workflows = core.database, core.events, core.workflows
 
     def get(self, mission_id: str) -> Mission:
         with self._database.read() as session:
             return _with_scripts(session, _mission(session, mission_id))
 
     def newest(
-        self, *, world: str | None = None, state: str | None = None, limit: int = 100, after: str | None = None
+        self,
+        *,
+        world: str | None = None,
+        state: str | None = None,
+        limit: int = 100,
+        after: str | None = None,
     ) -> tuple[Sequence[Mission], str | None]:
         with self._database.read() as session:
             query = select(MissionRow)
@@ -47,9 +51,7 @@ class MissionDesk:
                 return _with_scripts(session, mission)
             self._refuse_ended(mission, "cancelled")
             mission.cancel_requested = True
-            self._events.append(
-                session, "mission.cancel_requested", mission.id, actor=actor, comment=comment
-            )
+            self._events.append(session, "mission.cancel_requested", mission.id, actor=actor, comment=comment)
             self._workflows.wake(session, mission.id, f"cancel:{mission.id}")
             return _with_scripts(session, mission)
 

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import Database, GoalRow, MissionRow, PlanRow, ScriptRow
+from app.core import Core
+from app.database import GoalRow, MissionRow, PlanRow, ScriptRow
 from app.durable import sleep_until_woken, step
-from app.events import EventLog
 from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, Verdict, review
 from app.organiser import Library, OrganiserFailure, organise
 from app.plan_body import PlanBody
 from app.states import GoalState, MissionState
-from planner import KnowledgeBase
 from robots.clock import Clock
 from robots.wire import BehaviourScript, FailureCategory, ScriptState
 
@@ -45,10 +44,8 @@ class MissionLife:
 
     def __init__(
         self,
+        core: Core,
         *,
-        database: Database,
-        events: EventLog,
-        knowledge_base: KnowledgeBase,
         library: Library,
         repertoires: Mapping[str, Mapping[str, Sequence[str]]],
         times: Mapping[str, WorldTime],
@@ -60,8 +57,8 @@ class MissionLife:
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
         :param freed: called in the closing transaction with the world whose robots are free again.
         """
-        self._database, self._events, self._freed = database, events, freed
-        self._knowledge_base, self._library, self._repertoires = knowledge_base, library, repertoires
+        self._database, self._events, self._freed = core.database, core.events, freed
+        self._knowledge_base, self._library, self._repertoires = core.knowledge_base, library, repertoires
         self._times, self._patience_s = times, patience_s
 
     def run(self, mission_id: str) -> None:

@@ -138,7 +138,9 @@ def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: 
         )
     asked_s = view.asked_for_s or 0.0
     if asked_s < patience_s:
-        return Verdict(state=view.state, wait_s=patience_s, reason=f"waiting for {', '.join(silent)} to answer")
+        return Verdict(
+            state=view.state, wait_s=patience_s, reason=f"waiting for {', '.join(silent)} to answer"
+        )
     return Verdict(
         state=MissionState.UNKNOWN,
         wait_s=patience_s,

@@ -1,15 +1,12 @@
-"""The book of robots' reports: each recorded once, its consequences for script, mission and facts in one transaction."""
+"""The book of robots' reports: each recorded once, with its consequences, in one transaction."""
 
 from sqlalchemy.orm import Session
 
-from app.database import Database, MessageRow, MissionRow, PlanRow, ScriptRow
-from app.durable import Workflows
-from app.events import EventLog
+from app.core import Core
+from app.database import MessageRow, MissionRow, PlanRow, ScriptRow
 from app.plan_body import PlanBody
 from app.states import MissionState
 from app.world_model import applied, reconciled
-from app.world_model.store import FactStore
-from planner import KnowledgeBase
 from robots.wire import (
     Acknowledgement,
     Message,
@@ -28,17 +25,9 @@ TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptSt
 class ReportBook:
     """Records what robots say. A message whose id is known already changes nothing."""
 
-    def __init__(
-        self,
-        *,
-        database: Database,
-        workflows: Workflows,
-        events: EventLog,
-        facts: FactStore,
-        knowledge_base: KnowledgeBase,
-    ) -> None:
-        self._database, self._workflows, self._events = database, workflows, events
-        self._facts, self._knowledge_base = facts, knowledge_base
+    def __init__(self, core: Core) -> None:
+        self._database, self._workflows, self._events = core.database, core.workflows, core.events
+        self._facts, self._knowledge_base = core.facts, core.knowledge_base
 
     def record(self, message: Message) -> bool:
         """Record a robot's answer or report; False if it was recorded before or concerns no known script."""
@@ -62,7 +51,9 @@ class ReportBook:
             self._workflows.wake(session, mission.id, message.id)
             return True
 
-    def _consequences(self, session: Session, message: Message, script: ScriptRow, mission: MissionRow) -> None:
+    def _consequences(
+        self, session: Session, message: Message, script: ScriptRow, mission: MissionRow
+    ) -> None:
         match message.body:
             case Acknowledgement():
                 self._answered(session, message, script, "acknowledged")
@@ -123,7 +114,9 @@ class ReportBook:
             mission.state = MissionState.RUNNING
             self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
 
-    def _came_true(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
+    def _came_true(
+        self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow
+    ) -> None:
         plan = session.get_one(PlanRow, mission.plan_id)
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
         before = self._facts.facts(session, mission.world)
@@ -156,7 +149,9 @@ class ReportBook:
             detail=report.detail,
         )
 
-    def _reconcile(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
+    def _reconcile(
+        self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
+    ) -> None:
         """A script ended before its time: what the robot perceives stands, what it had begun does not count."""
         facts = self._facts.facts(session, mission.world)
         change = reconciled(facts, script.robot, report.perceived, self._knowledge_base)

@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping, Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import Database, GoalRow, MissionRow, PlanRow
+from app.core import Core
+from app.database import GoalRow, MissionRow, PlanRow
 from app.database.paging import page
 from app.database.tables import utc_now
-from app.durable import MISSIONS, Workflows
+from app.durable import MISSIONS
 from app.errors import Conflict, NotFound
-from app.events import EventLog
 from app.ids import new_id
 from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.organiser import Margin
@@ -19,8 +19,6 @@ from app.plans.active import held_by_missions
 from app.states import GoalState, MissionState, PlanState
 from app.vocabulary import symbolic
 from app.world_model import broken, reservation_of
-from app.world_model.store import FactStore
-from planner import KnowledgeBase
 from robots.clock import Clock
 
 AUTOMATIC = "auto_approve"
@@ -32,19 +30,16 @@ class PlanDesk:
 
     def __init__(
         self,
+        core: Core,
         *,
-        database: Database,
-        events: EventLog,
-        workflows: Workflows,
-        facts: FactStore,
-        knowledge_base: KnowledgeBase,
         clocks: Mapping[str, Clock],
         margin: Margin,
         replan: Callable[[Session, GoalRow, str], None],
     ) -> None:
         """:param replan: has a goal planned afresh, with the reason why."""
-        self._database, self._events, self._workflows, self._facts = database, events, workflows, facts
-        self._knowledge_base, self._clocks, self._margin, self._replan = knowledge_base, clocks, margin, replan
+        self._database, self._events, self._workflows = core.database, core.events, core.workflows
+        self._facts, self._knowledge_base = core.facts, core.knowledge_base
+        self._clocks, self._margin, self._replan = clocks, margin, replan
 
     def get(self, plan_id: str) -> PlanRow:
         with self._database.read() as session:
@@ -83,7 +78,9 @@ class PlanDesk:
             plan.state, plan.reason = PlanState.EXPIRED, stale
             self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
             self._replan(session, goal, f"the plan was overtaken: {stale}")
-        raise Conflict(f"the world has changed since the plan was made: {stale}; planning afresh", code="plan-stale")
+        raise Conflict(
+            f"the world has changed since the plan was made: {stale}; planning afresh", code="plan-stale"
+        )
 
     def approve_in(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
         """Approve inside the caller's transaction; answers the mission's id."""
@@ -137,7 +134,9 @@ class PlanDesk:
         mine = reservation_of(net)
         for held in held_by_missions(session, plan.world, self._knowledge_base):
             if mine.overlaps(held.reservation):
-                gone.append(f"{', '.join(mine.shared(held.reservation))} now belong to mission {held.mission_id}")
+                gone.append(
+                    f"{', '.join(mine.shared(held.reservation))} now belong to mission {held.mission_id}"
+                )
         return "; ".join(gone)
 
 

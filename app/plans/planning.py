@@ -6,9 +6,9 @@ from math import ceil
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import Database, GoalRow, PlanRow
-from app.durable import PLANNING, Workflows, step
-from app.events import EventLog
+from app.core import Core
+from app.database import GoalRow, PlanRow
+from app.durable import PLANNING, step
 from app.goals.check import blocking, check_goals
 from app.ids import new_id
 from app.plan_body import PlanBody
@@ -17,8 +17,7 @@ from app.plans.worker import PlanningWorker
 from app.states import GoalState, PlanState
 from app.vocabulary import planner_fact
 from app.world_model import objects_of, planning_problem
-from app.world_model.store import FactStore
-from planner import KnowledgeBase, PlanningProblem, PlanningResult, PlanningStatus
+from planner import PlanningProblem, PlanningResult, PlanningStatus
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -26,7 +25,7 @@ WORKFLOW = "plan_goal"
 
 Spots = Callable[[str], Mapping[str, tuple[float, float]]]
 """Where the open-floor places of a world's robots are, (x, y) in metres."""
-Approve = Callable[[Session, PlanRow, GoalRow], None]
+Approve = Callable[[Session, PlanRow, GoalRow], object]
 
 
 class Planning:
@@ -34,12 +33,8 @@ class Planning:
 
     def __init__(
         self,
+        core: Core,
         *,
-        database: Database,
-        events: EventLog,
-        workflows: Workflows,
-        facts: FactStore,
-        knowledge_base: KnowledgeBase,
         worlds: Mapping[str, WorldFile],
         spots: Spots,
         worker: PlanningWorker,
@@ -47,8 +42,9 @@ class Planning:
         approve: Approve,
     ) -> None:
         """:param approve: approves a proposed plan at once, for goals that were submitted so."""
-        self._database, self._events, self._workflows, self._facts = database, events, workflows, facts
-        self._knowledge_base, self._worlds, self._spots = knowledge_base, worlds, spots
+        self._database, self._events, self._workflows = core.database, core.events, core.workflows
+        self._facts, self._knowledge_base = core.facts, core.knowledge_base
+        self._worlds, self._spots = worlds, spots
         self._worker, self._time_limit_s, self._approve = worker, time_limit_s, approve
 
     def enqueue(self, session: Session, goal: GoalRow, reason: str = "") -> None:
@@ -149,7 +145,12 @@ class Planning:
         session.add(plan)
         goal.state, goal.plan_id = GoalState.PLANNED, plan_id
         self._events.append(
-            session, "plan.proposed", plan_id, goal=goal.id, makespan_s=body.makespan_s, robots=list(body.robots)
+            session,
+            "plan.proposed",
+            plan_id,
+            goal=goal.id,
+            makespan_s=body.makespan_s,
+            robots=list(body.robots),
         )
         if goal.auto_approve:
             session.flush()

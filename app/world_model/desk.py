@@ -8,14 +8,13 @@ from typing import Any
 from sqlalchemy import select
 
 from app.agents import RobotBoard, RobotView
-from app.database import Database, FactRow, MissionRow, ScriptRow, WorldRow
+from app.core import Core
+from app.database import FactRow, MissionRow, ScriptRow, WorldRow
 from app.errors import Conflict, Invalid, NotFound
-from app.events import EventLog
 from app.states import ENDED, Connection
 from app.world_model.beliefs import revision
 from app.world_model.problem import objects_of
-from app.world_model.store import FactStore
-from planner import Fact, KnowledgeBase, KnowledgeBaseError
+from planner import Fact, KnowledgeBaseError
 from robots.clock import Clock
 from robots.world import WorldFile
 
@@ -49,21 +48,21 @@ class WorldDesk:
 
     def __init__(
         self,
+        core: Core,
         *,
-        database: Database,
-        events: EventLog,
-        facts: FactStore,
-        knowledge_base: KnowledgeBase,
         worlds: Mapping[str, WorldFile],
         clocks: Mapping[str, Clock],
         board: RobotBoard,
     ) -> None:
-        self._database, self._events, self._facts = database, events, facts
-        self._knowledge_base, self._worlds, self._clocks, self._board = knowledge_base, worlds, clocks, board
+        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._knowledge_base = core.knowledge_base
+        self._worlds, self._clocks, self._board = worlds, clocks, board
 
     def reports(self) -> list[WorldReport]:
         with self._database.read() as session:
-            rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)).order_by(WorldRow.id))
+            rows = session.scalars(
+                select(WorldRow).where(WorldRow.id.in_(self._worlds)).order_by(WorldRow.id)
+            )
             return [self._report(row) for row in rows]
 
     def get(self, world: str) -> WorldReport:

@@ -108,11 +108,20 @@ class FakeTeam:
                 refusal = Refusal(script_id=script.id, reason=f"{name} is not willing")
                 return self._message(name, Performative.REFUSE, refusal, message.id)
             case ScriptRequest(script=script):
-                robot.script, robot.state, robot.packet, robot.started = script, ScriptState.ACCEPTED, 0, False
-                return self._message(name, Performative.AGREE, Acknowledgement(script_id=script.id), message.id)
+                robot.script, robot.state, robot.packet, robot.started = (
+                    script,
+                    ScriptState.ACCEPTED,
+                    0,
+                    False,
+                )
+                return self._message(
+                    name, Performative.AGREE, Acknowledgement(script_id=script.id), message.id
+                )
             case Control(script_id=script_id, verb=verb):
                 self._control(name, robot, verb)
-                return self._message(name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id)
+                return self._message(
+                    name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
+                )
             case StatusQuery(script_id=script_id):
                 known = robot.script is not None and robot.script.id == script_id
                 status = StatusReport(

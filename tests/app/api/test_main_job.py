@@ -29,7 +29,9 @@ def facts(api: TestClient) -> set[str]:
     return {f"{fact['predicate']}({', '.join(fact['args'])})" for fact in items}
 
 
-def test_a_goal_is_planned_rejected_stated_again_approved_and_completed(api: TestClient, follow: Follow) -> None:
+def test_a_goal_is_planned_rejected_stated_again_approved_and_completed(
+    api: TestClient, follow: Follow
+) -> None:
     first = planned(api, follow)
     plan = api.get(f"/v1/plans/{first['plan_id']}").json()
     assert {"yard_1", "yard_2"} & set(plan["robots"])
@@ -80,7 +82,10 @@ def test_a_plan_that_the_world_has_overtaken_expires_and_a_fresh_one_is_made(
     api: TestClient, follow: Follow
 ) -> None:
     goal = planned(api, follow)
-    correction = {"facts": [{"predicate": "in", "args": ["sample_1", "door_2"]}], "comment": "seen on the camera"}
+    correction = {
+        "facts": [{"predicate": "in", "args": ["sample_1", "door_2"]}],
+        "comment": "seen on the camera",
+    }
     assert api.put("/v1/worlds/sample_store/facts", json=correction).status_code == 200
     refused = api.post(f"/v1/plans/{goal['plan_id']}:approve", json={})
     assert refused.status_code == 409
@@ -91,7 +96,9 @@ def test_a_plan_that_the_world_has_overtaken_expires_and_a_fresh_one_is_made(
     assert api.post(f"/v1/plans/{again['plan_id']}:approve", json={}).status_code == 202
 
 
-def test_a_second_goal_that_needs_the_same_robots_waits_with_a_reason(api: TestClient, follow: Follow) -> None:
+def test_a_second_goal_that_needs_the_same_robots_waits_with_a_reason(
+    api: TestClient, follow: Follow
+) -> None:
     mission = approved(api, follow)
     answer = api.post("/v1/goals", json={"text": "move sample_4 to bay_8", "auto_approve": True}).json()
     goal = follow(f"/v1/goals/{answer['id']}", "submitted", "committed", "finished", "unsolvable")

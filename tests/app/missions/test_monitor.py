@@ -16,7 +16,9 @@ FAILED = replace(
 )
 
 
-def mission(*scripts: ScriptView, now_s: float = 10.0, asked_for_s: float | None = None, **more: object) -> MissionView:
+def mission(
+    *scripts: ScriptView, now_s: float = 10.0, asked_for_s: float | None = None, **more: object
+) -> MissionView:
     view = MissionView(
         state=MissionState.RUNNING,
         now_s=now_s,
