@@ -79,7 +79,7 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
 
 def _unknown(what: str, name: str, names: Sequence[str]) -> GoalIssue:
     near = suggestions(name, names)
-    hint = f"; did you mean {listed(near)}?" if near else f"; choices: {listed(choices_for(name, names))}"
+    hint = f"; did you mean {listed(near)}?" if near else ""
     return GoalIssue(
         code=f"unknown-{what}",
         kind="invalid",
@@ -99,7 +99,7 @@ def _malformed(goal: SymbolicFact, world: WorldFile, knowledge_base: KnowledgeBa
         yield GoalIssue(
             code="unknown-predicate" if unknown else "malformed-goal",
             kind="invalid",
-            detail=str(error),
+            detail=f"there is no predicate {goal.predicate!r}" if unknown else str(error),
             thing=goal.predicate,
             choices=choices_for(goal.predicate, choices) if unknown else (),
         )
@@ -111,7 +111,7 @@ def _malformed(goal: SymbolicFact, world: WorldFile, knowledge_base: KnowledgeBa
         yield GoalIssue(
             code="goal-not-intended",
             kind="invalid",
-            detail=f"no action is meant to bring about {goal}; goals are of {listed(sorted(intended))}",
+            detail=f"no action is meant to bring about {goal}",
             thing=goal.predicate,
             choices=tuple(sorted(intended)),
         )
@@ -143,7 +143,7 @@ def _storing(
         yield GoalIssue(
             code="place-holds-no-samples",
             kind="invalid",
-            detail=f"{place} holds no samples; free places: {listed(free)}",
+            detail=f"{place} holds no samples",
             thing=place,
             choices=free,
         )
@@ -154,7 +154,7 @@ def _storing(
         yield GoalIssue(
             code="place-occupied",
             kind="conflict",
-            detail=f"{place} is occupied by {listed(there, last='and')}; free places: {listed(free)}",
+            detail=f"{place} is occupied by {listed(there, last='and')}",
             thing=place,
             choices=free,
         )
@@ -198,7 +198,7 @@ def _standing(robot: str, place: str, facts: Facts) -> Iterator[GoalIssue]:
         yield GoalIssue(
             code="place-unreachable",
             kind="invalid",
-            detail=f"{robot} does not reach {place}; it reaches {listed(reached, last='and')}",
+            detail=f"{robot} does not reach {place}",
             thing=place,
             choices=reached,
         )

@@ -92,7 +92,7 @@ def _cut(words: tuple[str, ...], verb: str) -> Clause | Clarification:
     if not verb:
         verbs = tuple(sorted(VERBS))
         near = suggestions(words[0], verbs)
-        detail = f"{words[0]!r} is no verb I know; choices: {listed(near or verbs)}"
+        detail = f"{words[0]!r} is no verb I know" + (f"; did you mean {listed(near)}?" if near else "")
         return Clarification(code="unknown-verb", detail=detail, thing=words[0], choices=near or verbs)
     parts: list[tuple[str, list[str]]] = [("", [])]
     for word in words:
@@ -155,12 +155,12 @@ def _sample(clause: Clause, origin: str | None, world: WorldFile, facts: Facts) 
         if len(there) == 1:
             return there[0]
         detail = f"no sample lies in {origin}" if origin and facts else f"{clause.verb} which sample?"
-        return Clarification(code="sample-needed", detail=f"{detail} choices: {listed(names)}", choices=names)
+        return Clarification(code="sample-needed", detail=detail, choices=names)
     name = name_in(clause.sample, names)
     if name in names:
         return name
     if any(robot.name == name for robot in world.robots):
-        detail = f"{name} is a robot; goals name samples: {listed(names)}"
+        detail = f"{name} is a robot; goals name samples"
         return Clarification(code="unknown-sample", detail=detail, thing=name, choices=names)
     return _unknown("sample", name, names)
 
@@ -176,7 +176,7 @@ def _place(words: tuple[str, ...], world: WorldFile) -> str | Clarification:
 
 def _unknown(what: str, name: str, names: Sequence[str]) -> Clarification:
     near = suggestions(name, names)
-    hint = f"; did you mean {listed(near)}?" if near else f"; choices: {listed(choices_for(name, names))}"
+    hint = f"; did you mean {listed(near)}?" if near else ""
     return Clarification(
         code=f"unknown-{what}",
         detail=f"there is no {what} {name!r}{hint}",
@@ -193,7 +193,7 @@ def _where_to(clause: Clause, sample: str, world: WorldFile, facts: Facts) -> Cl
     choices = tuple(place.name for place in free)
     return Clarification(
         code="place-needed",
-        detail=f"{clause.verb} {sample} where to? choices: {listed(choices)}",
+        detail=f"{clause.verb} {sample} where to?",
         thing=sample,
         choices=choices,
     )
