@@ -1,4 +1,5 @@
-"""The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets. Pure; imports nothing of ours."""
+"""The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets. Pure; imports
+nothing of ours."""
 
 from planner.engine import PlanningEngine, PlanningProblem, PlanningResult, PlanningStatus
 from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError

@@ -1,12 +1,13 @@
 """From a planning problem to unified-planning's model, and from its operators back to ground actions.
 
-Only intended effects achieve an operator's goal (MACTA §5, table 3): where a goal's predicate also occurs among other
-effects, the goal is put to a twin fluent that only intended effects add and that every delete of the fact removes.
-Costs are durations in tenths of a second, rounded.
+Only intended effects achieve an operator's goal (MACTA §5, table 3): where a goal's predicate also occurs
+among other effects, the goal is put to a twin fluent that only intended effects add and that every delete of
+the fact removes. Costs are durations in tenths of a second, rounded.
 
-unified-planning takes seconds to import, so it is imported when first needed. Its plan validator only works in its
-one global environment, which threads must not fill at the same time: whoever works on its objects holds
-`UNIFIED_PLANNING_LOCK`. (Expressions there are kept for good but by content, so the same world adds nothing twice.)
+unified-planning takes seconds to import, so it is imported when first needed. Its plan validator only works
+in its one global environment, which threads must not fill at the same time: whoever works on its objects
+holds `UNIFIED_PLANNING_LOCK`. (Expressions there are kept for good but by content, so the same world adds
+nothing twice.)
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -99,7 +100,7 @@ class _Compiler:
             self._up.set_initial_value(self._of_fact("p", fact), True)
             if fact in self._problem.goals and fact.predicate in self._twins:
                 self._up.set_initial_value(self._of_fact("i", fact), True)
-        costs = {action: cost for action, cost in map(self._add_operator, self._base.operators)}
+        costs = dict(map(self._add_operator, self._base.operators))
         for goal in self._problem.goals:
             self._up.add_goal(self._of_fact("i" if goal.predicate in self._twins else "p", goal))
         self._minimise(costs)

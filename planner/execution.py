@@ -1,11 +1,12 @@
 """What the scripts allow: robots run their own actions in order and keep in step only by what they sense.
 
-The plan-net's orderings between robots are not told to them. A robot starts its next action as soon as those of its
-pre-conditions that another robot brings about, and that can be sensed, are true (DESIGN: the next robot's sensor
-pre-condition does it). Every interleaving of starts and ends must therefore work. Deletes happen at the start,
-effects at the end.
+The plan-net's orderings between robots are not told to them. A robot starts its next action as soon as those
+of its pre-conditions that another robot brings about, and that can be sensed, are true (DESIGN: the next
+robot's sensor pre-condition does it). Every interleaving of starts and ends must therefore work. Deletes
+happen at the start, effects at the end.
 
-Events that have to do with nothing any other robot still does are taken at once; only the others are interleaved.
+Events that have to do with nothing any other robot still does are taken at once; only the others are
+interleaved.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,7 +21,8 @@ STATE_LIMIT = 200_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Violation:
-    """An order of events the scripts allow and that goes wrong. `fact` and `agents` say what about and who."""
+    """An order of events the scripts allow and that goes wrong. `fact` and `agents` say what about and
+    who."""
 
     reason: str
     fact: Fact | None = None
@@ -144,7 +146,8 @@ class _Explorer:
                 continue
             for fact in action.deletes:
                 if fact in other.preconditions and fact not in other.deletes:
-                    reason = f"{', '.join(action.agents)} may start {action.tag} while {other.agents[0]} needs {fact}"
+                    who = ", ".join(action.agents)
+                    reason = f"{who} may start {action.tag} while {other.agents[0]} needs {fact}"
                     return Violation(reason=reason, fact=fact, agents=self._about(fact, action))
         return None
 

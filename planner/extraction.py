@@ -1,7 +1,7 @@
 """From a sequence of actions to a partial order: causal links, threats, orderings (MACTA §4: the plan-net).
 
-Works on positions in the sequence; -1 stands for the initial state, `len(sequence)` for the goals. The order found is
-a sub-order of the sequence, so it cannot be cyclic.
+Works on positions in the sequence; -1 stands for the initial state, `len(sequence)` for the goals. The order
+found is a sub-order of the sequence, so it cannot be cyclic.
 """
 
 from collections.abc import Mapping, Sequence
@@ -46,7 +46,8 @@ def extract(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Seq
 
 
 def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> str | None:
-    """Why the sequence does not solve the problem, or None. A goal counts only if an intended effect achieved it."""
+    """Why the sequence does not solve the problem, or None. A goal counts only if an intended effect
+    achieved it."""
     state, achieved = set(facts), set(facts)
     for action in sequence:
         missing = [fact for fact in action.preconditions if fact not in state]
@@ -87,7 +88,8 @@ def _without(sequence: list[GroundAction], position: int, facts: frozenset[Fact]
 def causal_links(
     actions: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]
 ) -> tuple[Link, ...]:
-    """For each condition its earliest producer after the last delete: the least ordering this choice allows."""
+    """For each condition its earliest producer after the last delete: the least ordering this choice
+    allows."""
     links: list[Link] = []
     for consumer, action in enumerate(actions):
         links += [

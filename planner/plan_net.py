@@ -1,7 +1,8 @@
 """The plan-net: a partial-order plan with causal links and time windows (MACTA §4).
 
-Semantics: an action holds its pre-conditions from its start to its end (except what it deletes itself), its deletes
-happen from its start on, its effects hold at its end. An ordering means: `before` ends before `after` starts.
+Semantics: an action holds its pre-conditions from its start to its end (except what it deletes itself), its
+deletes happen from its start on, its effects hold at its end. An ordering means: `before` ends before
+`after` starts.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,5 @@
-"""What the facts that no action changes say about robots: who reaches what, who can do what, who is like whom."""
+"""What the facts that no action changes say about robots: who reaches what, who can do what, who is like
+whom."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -71,6 +72,13 @@ class Statics:
             objects={name: kind for name, kind in problem.objects.items() if name not in bystanders},
             facts=frozenset(fact for fact in problem.facts if bystanders.isdisjoint(fact.args)),
         )
+
+    def lean_for(self, problem: PlanningProblem, goal: Fact, achieved: Iterable[Fact]) -> PlanningProblem:
+        """The lean problem of one goal that keeps those goals already achieved which it could undo."""
+        lean = self.lean(replace(problem, goals=(goal,)))
+        bystanders = problem.objects.keys() - lean.objects.keys()
+        kept = tuple(fact for fact in achieved if bystanders.isdisjoint(fact.args))
+        return replace(lean, goals=(*kept, goal))
 
     def peers(self, robots: Iterable[str], place: str) -> tuple[str, str] | None:
         """The two of the robots that are most alike among those that have to do with the place."""

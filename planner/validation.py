@@ -66,7 +66,8 @@ def replay(plan_net: PlanNet, sequence: Iterable[PlanNetAction], facts: frozense
 
 
 def _support_faults(plan_net: PlanNet, facts: frozenset[Fact]) -> list[str]:
-    """Each condition has exactly one link, from something that brings it about; goals from intended effects only."""
+    """Each condition has exactly one link, from something that brings it about; goals from intended effects
+    only."""
     actions = {action.id: action for action in plan_net.actions}
     supported = [(link.consumer, link.fact) for link in plan_net.causal_links]
     needed = [(action.id, fact) for action in plan_net.actions for fact in action.preconditions]
@@ -77,7 +78,7 @@ def _support_faults(plan_net: PlanNet, facts: frozenset[Fact]) -> list[str]:
         if supported.count((consumer, fact)) != 1
     ]
     for link in plan_net.causal_links:
-        if not _produces(link, actions[link.producer] if link.producer in actions else None, facts):
+        if not _produces(link, actions.get(link.producer), facts):
             faults.append(f"{link.producer} does not bring about {link.fact} for {link.consumer}")
     return faults
 
@@ -114,7 +115,8 @@ def _resource_faults(plan_net: PlanNet, beyond: dict[str, frozenset[str]]) -> li
 
 
 def _schedule_faults(plan_net: PlanNet) -> list[str]:
-    """Earliest and latest starts keep every ordering, and every action has its latest start after its earliest."""
+    """Earliest and latest starts keep every ordering, and every action has its latest start after its
+    earliest."""
     faults = [f"{a.id} has its latest start before its earliest" for a in plan_net.actions if a.slack_s < 0]
     for ordering in plan_net.orderings:
         one, other = plan_net.action(ordering.before), plan_net.action(ordering.after)

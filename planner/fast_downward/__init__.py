@@ -1,4 +1,5 @@
-"""Fast Downward as a planning engine: PDDL out, separate processes, sequences back, restrictions where they clash."""
+"""Fast Downward as a planning engine: PDDL out, separate processes, sequences back, restrictions where they
+clash."""
 
 from planner.fast_downward.engine import FastDownwardEngine
 

@@ -1,25 +1,28 @@
-"""Fast Downward behind the `PlanningEngine` seam: sequences from it, plan-nets made and checked by ourselves."""
+"""Fast Downward behind the `PlanningEngine` seam: sequences from it, plan-nets made and checked by
+ourselves."""
 
 import time
 
+from planner.assembly import assemble
 from planner.compilation import compile_problem
 from planner.diagnosis import why_unsolvable
 from planner.engine import PlanningProblem, PlanningResult, PlanningStatus
 from planner.errors import InvalidPlan, KnowledgeBaseError
+from planner.extraction import extract
 from planner.fast_downward.pddl import write_pddl
 from planner.fast_downward.restrictions import Restrictions
-from planner.fast_downward.trial import Trials
+from planner.fast_downward.search import Search
+from planner.fast_downward.trial import Trial, Trials
 from planner.knowledge import KnowledgeBase
 from planner.plan_net import PlanNet
 from planner.statics import Statics
-
-_GIVE_UP = frozenset({PlanningStatus.FAILED, PlanningStatus.OUT_OF_MEMORY, PlanningStatus.TIMED_OUT})
 
 
 class FastDownwardEngine:
     """Plans with Fast Downward; every plan-net is validated and safe in every order its scripts allow.
 
-    The first use imports unified-planning (1-2 s): a long-lived process calls `warm_up()` before it is needed.
+    The first use imports unified-planning (1-2 s): a long-lived process calls `warm_up()` before it is
+    needed.
     """
 
     name = "fast-downward"
@@ -53,21 +56,34 @@ class FastDownwardEngine:
         )
 
     def _plan(self, problem: PlanningProblem, deadline: float) -> tuple[PlanningStatus, PlanNet | None, str]:
+        if all(goal in problem.facts for goal in problem.goals):
+            order = extract((), problem.facts, problem.goals)
+            return PlanningStatus.SOLVED, assemble(order, problem.goals, self._base, {}), ""
         statics = Statics(self._base, problem)
         restrictions = Restrictions(statics)
-        trials = Trials(self._base, problem, statics, deadline, memory_limit_mb=self._memory_limit_mb)
-        last = "the search ended without a plan"
+        search = Search(self._base, deadline, memory_limit_mb=self._memory_limit_mb)
+        trials = Trials(self._base, problem, statics, search)
+        unsafe = ""
         for count, restriction in enumerate(restrictions, start=1):
             trial = trials.run(restriction)
             if trial.is_good:
                 return PlanningStatus.SOLVED, trial.plan_net, ""
-            if trial.answer.status in _GIVE_UP:
-                return trial.answer.status, None, trial.answer.reason
             if trial.plan_net is not None and trial.violation is not None:
-                last = trial.violation.reason
+                unsafe = unsafe or trial.violation.reason
                 restrictions.learn(restriction, trial.violation, trial.plan_net)
-            elif count == 1:
-                return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
-            if count >= self._max_trials:
+            elif not unsafe:
+                return self._no_plan(problem, trial, search)
+            if count >= self._max_trials or search.is_over:
                 break
-        return PlanningStatus.NOT_FOUND, None, f"no plan was found that is safe to carry out: {last}"
+        return PlanningStatus.NOT_FOUND, None, f"no plan was found that is safe to carry out: {unsafe}"
+
+    def _no_plan(
+        self, problem: PlanningProblem, trial: Trial, search: Search
+    ) -> tuple[PlanningStatus, PlanNet | None, str]:
+        """The answer when there is no plan even without a restriction."""
+        status, reason = trial.found.status, trial.found.reason
+        if status is PlanningStatus.UNSOLVABLE:
+            return status, None, why_unsolvable(self._base, problem)
+        if status is PlanningStatus.TIMED_OUT and not search.is_over:
+            return PlanningStatus.NOT_FOUND, None, why_unsolvable(self._base, problem)
+        return status, None, reason

@@ -1,6 +1,7 @@
 """Fast Downward as separate, killable processes (it is GPL: run beside us, never linked or imported).
 
-The wheel's own driver is a third process and costs a further 0.1 s, so translator and search are called directly.
+The wheel's own driver is a third process and costs a further 0.1 s, so translator and search are called
+directly.
 """
 
 import os
@@ -19,16 +20,17 @@ from planner.engine import PlanningStatus
 GREEDY = (
     "let(hlm,eval_modify_costs(landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),cost_type=one),"
     "let(hff,eval_modify_costs(ff(),cost_type=one),"
-    "lazy_greedy([hff,hlm],preferred=[hff,hlm],cost_type=one,reopen_closed=false)))"
+    "lazy_greedy([hff,hlm],preferred=[hff,hlm],cost_type=one,reopen_closed=false,max_time={max_time_s})))"
 )
 """As the alias lama-first: quick, blind to costs."""
 CHEAP = (
     "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),"
-    "let(hff,ff(),lazy_wastar([hff,hlm],preferred=[hff,hlm],w=2)))"
+    "let(hff,ff(),lazy_wastar([hff,hlm],preferred=[hff,hlm],w=2,max_time={max_time_s})))"
 )
 """Weighted A* on the costs: a little slower, often shorter."""
 
 _EXHAUSTED = "Completely explored state space"
+_SEARCHED_ENOUGH = "Time limit reached"
 _OUT_OF_MEMORY = frozenset({20, 22, 24})
 _OUT_OF_TIME = frozenset({21, 23, -int(signal.SIGXCPU)})
 _UNSOLVABLE = frozenset({10, 11})
@@ -67,14 +69,20 @@ class FastDownwardProcess:
         code, output = self._run(command)
         return None if code == 0 else _failure(code, output)
 
-    def search(self, configuration: str) -> Answer:
-        """Search the translated task."""
+    def search(self, configuration: str, max_time_s: float) -> Answer:
+        """Search the translated task for at most so long."""
         plan = self._folder / "plan"
         plan.unlink(missing_ok=True)
         folder = binaries()
         if folder is None:
             return Answer(status=PlanningStatus.FAILED, reason="Fast Downward is not installed")
-        command = [str(folder / "downward"), "--internal-plan-file", str(plan), "--search", configuration]
+        command = [
+            str(folder / "downward"),
+            "--internal-plan-file",
+            str(plan),
+            "--search",
+            configuration.format(max_time_s=max_time_s),
+        ]
         code, output = self._run(command, stdin=self._folder / "output.sas")
         if plan.is_file():
             return Answer(status=PlanningStatus.SOLVED, steps=_steps(plan.read_text()))
@@ -82,7 +90,8 @@ class FastDownwardProcess:
 
     def _run(self, command: Sequence[str], stdin: Path | None = None) -> tuple[int | None, str]:
         """Exit code and output; code None if it was ended at the deadline."""
-        # A shell sets the memory limit: setting it between fork and exec is not safe in a process with threads.
+        # A shell sets the memory limit: setting it between fork and exec is not safe in a process with
+        # threads.
         limited = ["/bin/sh", "-c", f'ulimit -v {self._memory_kb} 2>/dev/null; exec "$@"', "sh", *command]
         environment = {**os.environ, "PYTHONPATH": str(binaries() or ""), "PYTHONHASHSEED": "0"}
         with open(stdin or os.devnull, "rb") as source:
@@ -113,7 +122,7 @@ def _end(process: "subprocess.Popen[bytes]") -> None:
 
 def _failure(code: int | None, output: str) -> Answer:
     last = output.strip().splitlines()[-1:] or ["no output"]
-    if code is None or code in _OUT_OF_TIME:
+    if code is None or code in _OUT_OF_TIME or _SEARCHED_ENOUGH in output:
         return Answer(status=PlanningStatus.TIMED_OUT, reason="the time limit was reached")
     if code in _OUT_OF_MEMORY or "MemoryError" in output:
         return Answer(status=PlanningStatus.OUT_OF_MEMORY, reason="the memory limit was reached")

@@ -10,8 +10,8 @@ from planner.statics import Restriction, Statics
 
 
 class Restrictions:
-    """None at first; then, learnt from each violation, one more place kept from one of the two robots that clash there,
-    and as a last resort one of them left out."""
+    """None at first; then, learnt from each violation, one more place kept from one of the two robots that
+    clash there, and as a last resort one of them left out."""
 
     def __init__(self, statics: Statics) -> None:
         self._statics = statics

@@ -76,7 +76,8 @@ class KnowledgeBase:
         return tuple(sorted({*plain, *self.file.constants(RELATION)}))
 
     def check(self, fact: Fact, objects: Mapping[str, str]) -> None:
-        """:raises KnowledgeBaseError: if the fact is not of the vocabulary; names what is wrong and the choices."""
+        """:raises KnowledgeBaseError: if the fact is not of the vocabulary; names what is wrong and the
+        choices."""
         if fact.predicate not in self.predicates:
             choices = ", ".join(sorted(self.predicates))
             raise KnowledgeBaseError(f"unknown predicate {fact.predicate!r} in {fact}; choices: {choices}")

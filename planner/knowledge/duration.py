@@ -57,7 +57,8 @@ def _calls(tree: ast.expr, text: str) -> list[tuple[str, tuple[str, ...]]]:
             if len(terms) == len(arguments):
                 return [(name, tuple(terms))]
     raise KnowledgeBaseError(
-        f"duration {text!r}: {ast.unparse(tree)!r} is not allowed; choices: numbers, + - * /, function(parameter, …)"
+        f"duration {text!r}: {ast.unparse(tree)!r} is not allowed; "
+        "choices: numbers, + - * /, function(parameter, …)"
     )
 
 

@@ -1,8 +1,8 @@
 """Operators: plan-net actions with their relations chosen and their lists of robots spelt out.
 
-A plan-net action with `rel1 ∈ {at, near}` is two operators; one with teams of 1 or 2 robots likewise. Parameters of
-one type are bound to different objects. Our choice for a team: each literal with the list holds for every member, and
-the duration is the longest over the members.
+A plan-net action with `rel1 ∈ {at, near}` is two operators; one with teams of 1 or 2 robots likewise.
+Parameters of one type are bound to different objects. Our choice for a team: each literal with the list
+holds for every member, and the duration is the longest over the members.
 """
 
 from collections.abc import Iterator, Mapping

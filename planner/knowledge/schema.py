@@ -49,7 +49,8 @@ class PredicateSpec(Slot):
 
 
 class ParameterSpec(Slot):
-    """A typed parameter; `values` narrows a type with constants; `teams` are the sizes of a list of robots."""
+    """A typed parameter; `values` narrows a type with constants; `teams` are the sizes of a list of
+    robots."""
 
     name: Word
     type: Word

@@ -31,8 +31,8 @@ def store_problem(
     lying = dict(samples) if samples is not None else {sample.name: sample.at for sample in world.samples}
     standing = {robot.name: (robots_at or {}).get(robot.name, robot.home or "") for robot in world.robots}
     areas = {robot.name: world.area_of(robot).name for robot in world.robots}
-    objects = {name: "location" for name in places} | {name: "object" for name in lying}
-    objects |= {robot: "robot" for robot in standing} | {area: "area" for area in areas.values()}
+    objects = dict.fromkeys(places, "location") | dict.fromkeys(lying, "object")
+    objects |= dict.fromkeys(standing, "robot") | dict.fromkeys(areas.values(), "area")
     facts = {inside(sample, place) for sample, place in lying.items()}
     facts |= {
         Fact("vacant", (p.name,)) for p in world.locations if p.capacity and p.name not in lying.values()

@@ -1,0 +1,93 @@
+"""Sequences from Fast Downward: for all goals at once, or for one goal after the other."""
+
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from planner.compilation import compile_problem
+from planner.engine import PlanningProblem, PlanningStatus
+from planner.fact import Fact
+from planner.fast_downward.pddl import write_pddl
+from planner.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.statics import Statics
+
+SECOND_TIME_S = 0.3
+"""For a second opinion when there is a plan already."""
+SEARCH_TIME_S = 2.0
+"""A search that takes longer than this is on a plateau; another restriction or one goal at a time does
+better."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A sequence that reaches the goals if solved, else why there is none."""
+
+    status: PlanningStatus
+    sequence: tuple[GroundAction, ...] = ()
+    reason: str = ""
+
+
+class Search:
+    """Runs the searches; all of them end at `deadline` (monotonic seconds)."""
+
+    def __init__(self, knowledge_base: KnowledgeBase, deadline: float, *, memory_limit_mb: int) -> None:
+        self._base, self._deadline, self._memory_limit_mb = knowledge_base, deadline, memory_limit_mb
+
+    @property
+    def is_over(self) -> bool:
+        return time.monotonic() >= self._deadline
+
+    def at_once(self, problem: PlanningProblem) -> Iterator[Found]:
+        """What each configuration finds for all the goals together; at least one answer."""
+        compiled = compile_problem(self._base, problem)
+        for answer in self._answers(*write_pddl(compiled)):
+            steps = tuple(compiled.ground(operator, objects) for operator, objects in answer.steps)
+            yield Found(status=answer.status, sequence=steps, reason=answer.reason)
+
+    def one_by_one(self, problem: PlanningProblem, statics: Statics) -> Found:
+        """A sequence that reaches one goal after the other, those that cannot be reached yet later."""
+        state, sequence = problem.facts, list[GroundAction]()
+        achieved: list[Fact] = []
+        waiting = list(problem.goals)
+        while waiting:
+            for goal in waiting:
+                lean = statics.lean_for(replace(problem, facts=state), goal, achieved)
+                found = min(self.at_once(lean), key=_cost)
+                if found.status is PlanningStatus.SOLVED:
+                    break
+            else:
+                return found
+            state = _after(state, found.sequence)
+            sequence += found.sequence
+            achieved.append(goal)
+            waiting.remove(goal)
+        if any(goal not in state for goal in problem.goals):
+            return Found(status=PlanningStatus.NOT_FOUND, reason="the goals undo each other")
+        return Found(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
+
+    def _answers(self, domain: str, problem: str) -> Iterator[Answer]:
+        with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
+            process = FastDownwardProcess(Path(folder), self._deadline, memory_limit_mb=self._memory_limit_mb)
+            failure = process.translate(domain, problem)
+            if failure is not None:
+                yield failure
+                return
+            # Weighted A* first: it seldom sits on a plateau, the greedy one now and then does for long.
+            cheap = process.search(CHEAP, SEARCH_TIME_S)
+            yield cheap
+            if cheap.status is not PlanningStatus.UNSOLVABLE:
+                yield process.search(GREEDY, SECOND_TIME_S if cheap.steps else SEARCH_TIME_S)
+
+
+def _cost(found: Found) -> tuple[bool, float]:
+    """Solved before not, then the least time of all robots together."""
+    return found.status is not PlanningStatus.SOLVED, sum(action.duration_s for action in found.sequence)
+
+
+def _after(facts: frozenset[Fact], sequence: Sequence[GroundAction]) -> frozenset[Fact]:
+    for action in sequence:
+        facts = (facts - set(action.deletes)) | set(action.effects)
+    return facts
