@@ -3,12 +3,11 @@
 Here nothing is planned; the scripts are what the mission organiser would write for these goals.
 """
 
-from cmath import rect
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import hypot, radians
+from math import dist
 
-from robots.body import Pose
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,
@@ -28,7 +27,6 @@ from sim.world import Simulation
 
 TIMEOUT_S = 120.0
 WAIT_S = 400.0
-STAND_OFF_M = 0.8
 
 
 def fact(predicate: str, *args: str) -> SymbolicFact:
@@ -62,14 +60,25 @@ class Leg:
 def script(leg: Leg, sample: str, *, handed_over: bool) -> BehaviourScript:
     """NAVIGATE, DOCK, TRANSPORT, RELEASE2. `handed_over`: another robot brings the sample to `fetch`."""
     awaits = [fact("in", sample, leg.fetch)] if handed_over else []
-    me, there = leg.robot, leg.deposit
+    me, home, there = leg.robot, f"home_{leg.robot}", leg.deposit
     packets = (
-        packet(1, "NAVIGATE", robot=me, rel1="near", ref1=f"{me}_spot", rel2="near", ref2=leg.fetch),
+        packet(1, "NAVIGATE", robot=me, rel1="near", ref1=home, rel2="near", ref2=leg.fetch),
         packet(2, "DOCK", object=sample, robot=me, rel1="near", ref1=leg.fetch, awaits=awaits),
         packet(3, "TRANSPORT", object=sample, robot=me, rel1="at", ref1=leg.fetch, rel2="near", ref2=there),
         packet(4, "RELEASE2", object=sample, robot=me, rel1="at", ref1=leg.fetch, rel2="near", ref2=there),
     )
     return BehaviourScript(id=f"{me}_{sample}_{there}", mission_id="errand", robot=me, packets=packets)
+
+
+def tour(robot: str, places: Sequence[str]) -> BehaviourScript:
+    """Drive from place to place, from home on."""
+    stops = [f"home_{robot}", *places]
+    legs = enumerate(itertools.pairwise(stops))
+    packets = [
+        packet(n, "NAVIGATE", robot=robot, rel1="near", ref1=one, rel2="near", ref2=next_one)
+        for n, (one, next_one) in legs
+    ]
+    return BehaviourScript(id=f"tour_{robot}", mission_id="tour", robot=robot, packets=tuple(packets))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,7 +161,7 @@ class Crew:
         self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=jitter_m)
         self.ended: dict[str, ScriptReport] = {}
         self.ran: list[Ran] = []
-        self._from: dict[str, tuple[float, Pose]] = {}
+        self._running_s: dict[str, float] = {}
         self._changed_s: dict[str, float] = {}
         self._retries: dict[str, int] = {}
         self._packets: dict[tuple[str, str], BehaviourPacket] = {}
@@ -192,31 +201,29 @@ class Crew:
         elif report.state is PacketState.RUNNING and report.detail:
             self._retries[robot] += 1
         elif report.state is PacketState.RUNNING:
-            self._from[robot] = (report.at_s, self.simulation.truth().robots[robot])
+            self._running_s[robot] = report.at_s
         elif report.state in (PacketState.FINISHED, PacketState.FAILED):
             self.ran.append(self._figure(robot, report))
 
     def _figure(self, robot: str, report: PacketReport) -> Ran:
         step = self._packets[report.script_id, report.packet_id]
-        since_s, pose = self._from.get(robot, (report.at_s, self.simulation.truth().robots[robot]))
-        target = step.arguments.get("ref2") or step.arguments["ref1"]
+        since_s = self._running_s.get(robot, report.at_s)
         return Ran(
             robot=robot,
             tag=step.tag,
-            distance_m=self._way_m(pose, robot, target),
+            distance_m=self._planned_m(step),
             waited_s=since_s - self._changed_s[robot],
             ran_s=report.at_s - since_s,
             finished=report.state is PacketState.FINISHED,
             retries=self._retries[robot],
         )
 
-    def _way_m(self, pose: Pose, robot: str, place: str) -> float:
-        """Straight from a pose to the approach point on the robot's side."""
-        spec = self.world.location(place)
-        area = self.world.area_of(self.world.robot(robot))
-        points = [complex(*spec.at) + rect(STAND_OFF_M, radians(axis)) for axis in spec.approach_deg]
-        mine = [point for point in points if area.contains((point.real, point.imag))]
-        return hypot(pose.x_m - mine[0].real, pose.y_m - mine[0].imag)
+    def _planned_m(self, step: BehaviourPacket) -> float:
+        """From place to place, as a planner measures; 0 for a packet that stays at one."""
+        places = (step.arguments.get("ref1"), step.arguments.get("ref2"))
+        if step.tag not in ("NAVIGATE", "TRANSPORT") or None in places:
+            return 0.0
+        return dist(*(self.world.location(str(place)).at for place in places))
 
     def _say(
         self, robot: str, performative: Performative, body: object, in_reply_to: str | None = None
@@ -234,18 +241,17 @@ class Crew:
         self.simulation.link.send(message)
 
 
-def carry_out(world: WorldFile, errand: Errand, *, seed: int, jitter_m: float = 0.4) -> Result:
-    """Run one errand from start to end and look whether the goal became true in the world itself."""
+def carry_out(world: WorldFile, *errands: Errand, seed: int, jitter_m: float = 0.4) -> Result:
+    """Run errands side by side to their end and look whether the goals became true in the world itself."""
     crew = Crew(world, seed=seed, jitter_m=jitter_m)
     try:
-        all_ended = crew.run(errand.scripts())
+        all_ended = crew.run([each for errand in errands for each in errand.scripts()])
         truth = crew.simulation.truth()
-        there = truth.samples[errand.sample].ref == errand.goal
+        astray = [errand for errand in errands if truth.samples[errand.sample].ref != errand.goal]
         reports = list(crew.ended.values())
         finished = all_ended and all(report.state is ScriptState.FINISHED for report in reports)
         words = [f"{report.script_id}: {report.state} {report.detail}" for report in reports]
-        if not there:
-            words.append(f"{errand.sample} is in {truth.samples[errand.sample].ref}, not in {errand.goal}")
-        return Result(succeeded=there and finished, took_s=truth.time_s, ran=crew.ran, words=words)
+        words += [f"{e.sample} is in {truth.samples[e.sample].ref}, not in {e.goal}" for e in astray]
+        return Result(succeeded=finished and not astray, took_s=truth.time_s, ran=crew.ran, words=words)
     finally:
         crew.simulation.close()
