@@ -3,15 +3,19 @@ nothing of ours."""
 
 from planner.engine import PlanningEngine, PlanningProblem, PlanningResult, PlanningStatus
 from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
+from planner.execution import Violation, first_violation
 from planner.fact import Fact
+from planner.fast_downward import FastDownwardEngine
 from planner.knowledge import GroundAction, KnowledgeBase, load_knowledge_base, read_knowledge_base
 from planner.plan_net import GOAL, INITIAL, CausalLink, Ordering, OrderingReason, PlanNet, PlanNetAction
+from planner.validation import faults_of, linearisation, replay
 
 __all__ = [
     "GOAL",
     "INITIAL",
     "CausalLink",
     "Fact",
+    "FastDownwardEngine",
     "GroundAction",
     "InvalidPlan",
     "KnowledgeBase",
@@ -25,6 +29,11 @@ __all__ = [
     "PlanningProblem",
     "PlanningResult",
     "PlanningStatus",
+    "Violation",
+    "faults_of",
+    "first_violation",
+    "linearisation",
     "load_knowledge_base",
     "read_knowledge_base",
+    "replay",
 ]

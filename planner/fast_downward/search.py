@@ -8,6 +8,7 @@ from pathlib import Path
 
 from planner.compilation import compile_problem
 from planner.engine import PlanningProblem, PlanningStatus
+from planner.extraction import fault_of
 from planner.fact import Fact
 from planner.fast_downward.pddl import write_pddl
 from planner.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
@@ -64,8 +65,9 @@ class Search:
             sequence += found.sequence
             achieved.append(goal)
             waiting.remove(goal)
-        if any(goal not in state for goal in problem.goals):
-            return Found(status=PlanningStatus.NOT_FOUND, reason="the goals undo each other")
+        # A goal may have been undone by a later one, or have come about by the way, which does not count.
+        if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
+            return Found(status=PlanningStatus.NOT_FOUND, reason=fault)
         return Found(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
 
     def _answers(self, domain: str, problem: str) -> Iterator[Answer]:
