@@ -1,0 +1,35 @@
+"""Sensor conditions: what initiates, sustains and ends a behaviour packet (MACTA §3).
+
+Each is a question to the percepts and answers with a verdict that says in words what was perceived. All are named and
+composable, so that data can state them.
+"""
+
+from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, unmet
+from robots.conditions.gripping import BetweenJaws, Empty, Holding
+from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
+from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
+from robots.conditions.verdict import Condition, Verdict
+
+__all__ = [
+    "AllOf",
+    "AnyCondition",
+    "AnyOf",
+    "Beside",
+    "BetweenJaws",
+    "Clear",
+    "Closer",
+    "Condition",
+    "Cramped",
+    "Empty",
+    "Holding",
+    "InView",
+    "JawsAt",
+    "LiesAt",
+    "Near",
+    "Not",
+    "OffPoint",
+    "OnCourse",
+    "Vacant",
+    "Verdict",
+    "unmet",
+]

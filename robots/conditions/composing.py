@@ -1,0 +1,81 @@
+"""Conditions made of conditions, and the set of all that data may name."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+
+from robots.conditions.gripping import BetweenJaws, Empty, Holding
+from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
+from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
+from robots.conditions.verdict import Condition, Verdict
+from robots.percepts import Percepts
+from robots.responses import STRICT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Not:
+    """The contrary."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["not"] = "not"
+    of: "AnyCondition"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        verdict = self.of.check(percepts)
+        return Verdict(not verdict.holds, verdict.words)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnyOf:
+    """At least one of several."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["any"] = "any"
+    of: "tuple[AnyCondition, ...]"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        verdicts = [one.check(percepts) for one in self.of]
+        return Verdict(any(one.holds for one in verdicts), "; ".join(one.words for one in verdicts))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AllOf:
+    """Every one of several."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    sense: Literal["all"] = "all"
+    of: "tuple[AnyCondition, ...]"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        verdicts = [one.check(percepts) for one in self.of]
+        return Verdict(all(one.holds for one in verdicts), "; ".join(one.words for one in verdicts))
+
+
+AnyCondition = Annotated[
+    Near
+    | Closer
+    | Cramped
+    | OffPoint
+    | OnCourse
+    | BetweenJaws
+    | JawsAt
+    | Holding
+    | Empty
+    | LiesAt
+    | Vacant
+    | Clear
+    | Beside
+    | InView
+    | Not
+    | AnyOf
+    | AllOf,
+    Field(discriminator="sense"),
+]
+
+
+def unmet(conditions: Iterable[Condition], percepts: Percepts) -> list[str]:
+    """What was perceived instead, for every condition that does not hold."""
+    verdicts = [condition.check(percepts) for condition in conditions]
+    return [verdict.words for verdict in verdicts if not verdict.holds]
