@@ -33,6 +33,12 @@ class Conflict(MactaError):
     code = "conflict"
 
 
+class Outdated(Conflict):
+    """Raised when a change was made from a version of things that is no longer the newest."""
+
+    code = "outdated"
+
+
 class Unavailable(MactaError):
     """Raised when the service cannot take a request now but will later."""
 

@@ -1,1 +1,1 @@
-"""The HTTP API: routes, bodies, problems and streams. Routes call the desks in `app`, and hold no rules of their own."""
+"""The HTTP API: routes, bodies, problems, streams. Routes call desks and hold no rules of their own."""

@@ -8,9 +8,15 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from app.errors import Conflict, Invalid, MactaError, NotFound, Unavailable
+from app.errors import Conflict, Invalid, MactaError, NotFound, Outdated, Unavailable
 
-STATUS: dict[type[MactaError], int] = {Invalid: 422, NotFound: 404, Conflict: 409, Unavailable: 503}
+STATUS: dict[type[MactaError], int] = {
+    Invalid: 422,
+    NotFound: 404,
+    Conflict: 409,
+    Outdated: 412,
+    Unavailable: 503,
+}
 
 
 def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **more: Any) -> JSONResponse:

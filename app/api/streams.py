@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import anyio
 from anyio import to_thread
-from fastapi import APIRouter, Header, Query, Request
+from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from app.agents import RobotBoard
@@ -34,6 +34,12 @@ def streams_router(
     """:param snapshot: the current state as (type, subject, data), sent first to a client that does not resume."""
     router = APIRouter(prefix="/v1", tags=["streams"])
 
+    def known_world(world: str) -> str:
+        # Before the stream begins: after that it is too late for a problem.
+        if world not in clocks:
+            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(clocks))
+        return world
+
     @router.get("/events", response_class=EventSourceResponse)
     async def stream_events(
         request: Request,
@@ -57,10 +63,10 @@ def streams_router(
                 generation = await to_thread.run_sync(events.wait, generation, WAIT_S)
 
     @router.get("/telemetry", response_class=EventSourceResponse)
-    async def stream_telemetry(request: Request, world: str) -> AsyncIterator[ServerSentEvent]:
+    async def stream_telemetry(
+        request: Request, world: Annotated[str, Depends(known_world)]
+    ) -> AsyncIterator[ServerSentEvent]:
         """What the world's robots say of themselves, at most every 0.1 s; the newest of each."""
-        if world not in clocks:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(clocks))
         generation = -1
         while not await request.is_disconnected():
             begun = time.monotonic()

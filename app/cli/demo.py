@@ -113,11 +113,9 @@ def _told(console: Console, mission: MissionBody, goal: GoalRow, truth: Truth) -
         mark = "[bold red]not true[/]" if fact in missed else "[bold green]true[/]"
         console.print(f"{fact}: {mark} in the simulated world")
     if mission.ended_at_s is not None and mission.started_at_s is not None:
-        took_s = mission.ended_at_s - mission.started_at_s
-        change = took_s / mission.original_estimate_s - 1 if mission.original_estimate_s else 0.0
-        console.print(
-            f"Mission {mission.state}: took {took_s:.0f} s, estimated {mission.original_estimate_s:.0f} s ({change:+.0%})."
-        )
+        took_s, estimate_s = mission.ended_at_s - mission.started_at_s, mission.original_estimate_s
+        change = f" ({took_s / estimate_s - 1:+.0%})" if estimate_s else ""
+        console.print(f"Mission {mission.state}: took {took_s:.0f} s, estimated {estimate_s:.0f} s{change}.")
     else:
         console.print(f"Mission {mission.state}.")
     if mission.reason:

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -77,7 +78,7 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     listener = _listen(settings)
     viewer = Viewer()
-    with SimulationProcess.start(world, seed=seed, speed=speed) as simulation:
+    with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
         running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
         with Service(settings, [running], viewer=viewer.address) as service:
             config = uvicorn.Config(
@@ -92,10 +93,18 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
                 target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
             )
             announce.start()
+            # The server hands a signal on once it has stopped serving; then the rest is to be ended in order.
+            signal.signal(signal.SIGTERM, _end)
             try:
                 server.run(sockets=[listener])
+            except KeyboardInterrupt:
+                pass
             finally:
                 viewer.stop()
+
+
+def _end(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def _listen(settings: Settings) -> socket.socket:

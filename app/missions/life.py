@@ -6,7 +6,7 @@ before and does nothing twice. Between steps the workflow sleeps until a report 
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -18,6 +18,7 @@ from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, Verdict, 
 from app.organiser import Library, OrganiserFailure, organise
 from app.plan_body import PlanBody
 from app.states import GoalState, MissionState
+from app.vocabulary import symbolic
 from robots.clock import Clock
 from robots.wire import BehaviourScript, FailureCategory, ScriptState
 
@@ -57,7 +58,8 @@ class MissionLife:
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
         :param freed: called in the closing transaction with the world whose robots are free again.
         """
-        self._database, self._events, self._freed = core.database, core.events, freed
+        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._freed = freed
         self._knowledge_base, self._library, self._repertoires = core.knowledge_base, library, repertoires
         self._times, self._patience_s = times, patience_s
 
@@ -108,6 +110,7 @@ class MissionLife:
             now_s = times.clock.now_s()
             verdict = review(_view(mission, scripts, now_s), patience_s=self._patience_s)
             if verdict.state.ended:
+                verdict = self._checked(session, mission, verdict)
                 self._close(session, mission, verdict.state, verdict.reason, verdict.failure, now_s)
                 return None
             self._act(session, mission, scripts, verdict)
@@ -116,6 +119,23 @@ class MissionLife:
             if mission.asked_at is not None:
                 return min(self._patience_s, 1.0)
             return times.wall_s(verdict.wait_s)
+
+    def _checked(self, session: Session, mission: MissionRow, verdict: Verdict) -> Verdict:
+        """Completed means that the goals are believed true, not only that every script has finished."""
+        if verdict.state is not MissionState.COMPLETED:
+            return verdict
+        plan = PlanBody.model_validate(session.get_one(PlanRow, mission.plan_id).body)
+        facts = self._facts.facts(session, mission.world)
+        missed = [goal for goal in plan.to_plan_net(self._knowledge_base).goals if goal not in facts]
+        if not missed:
+            return verdict
+        named = ", ".join(str(symbolic(goal, self._knowledge_base)) for goal in missed)
+        return replace(
+            verdict,
+            state=MissionState.PARTIALLY_COMPLETED,
+            failure=FailureCategory.WORLD_CHANGED,
+            reason=f"every script has finished, but {named} is not true",
+        )
 
     def _act(
         self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow], verdict: Verdict

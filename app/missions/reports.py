@@ -163,6 +163,10 @@ class ReportBook:
             source=f"report of {script.robot}",
             at_s=report.at_s,
         )
+        if change.notes:
+            self._events.append(
+                session, "world.reconciled", mission.world, robot=script.robot, notes=list(change.notes)
+            )
 
     def _status(self, session: Session, report: StatusReport, script: ScriptRow) -> None:
         script.question = None

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from app.agents import RobotBoard, RobotView
 from app.core import Core
 from app.database import FactRow, MissionRow, ScriptRow, WorldRow
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Invalid, NotFound, Outdated
 from app.states import ENDED, Connection
 from app.world_model.beliefs import revision
 from app.world_model.problem import objects_of
@@ -104,7 +104,7 @@ class WorldDesk:
         """Make facts true or false on an operator's word; what cannot hold beside them is dropped.
 
         :raises Invalid: if a fact does not fit the vocabulary; then none is changed.
-        :raises Conflict: if the facts have changed since `expected_version`.
+        :raises Outdated: if the facts have changed since `expected_version`.
         """
         objects = objects_of(self.world(world))
         try:
@@ -115,7 +115,7 @@ class WorldDesk:
             version = self._facts.version(session, world)
             if expected_version not in (None, version):
                 detail = f"the facts of {world} are at version {version}, the correction was made from"
-                raise Conflict(f"{detail} {expected_version}", code="facts-changed")
+                raise Outdated(f"{detail} {expected_version}", code="facts-changed")
             change = revision(
                 self._facts.facts(session, world),
                 news=[fact for fact, value in parsed if value],

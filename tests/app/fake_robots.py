@@ -68,6 +68,8 @@ class FakeTeam:
         self.robots: dict[str, FakeRobot] = {}
         self.true_facts: set[SymbolicFact] = set()
         self.receipts: list[str] = []
+        self.unbelieved: str | None = None
+        """The packet whose finish is never reported."""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -165,6 +167,8 @@ class FakeTeam:
     def _report(self, name: str, robot: FakeRobot, state: PacketState) -> None:
         assert robot.script is not None
         packet = robot.script.packets[robot.packet]
+        if state is PacketState.FINISHED and packet.id == self.unbelieved:
+            return
         report = PacketReport(
             script_id=robot.script.id, packet_id=packet.id, state=state, at_s=self.clock.now_s()
         )

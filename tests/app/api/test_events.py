@@ -1,0 +1,79 @@
+"""The event stream: the current state first, then changes in order; it resumes where a client left off."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import httpx2
+import pytest
+
+from app.composition import Service
+from tests.app.conftest import TOKEN
+from tests.app.serving import served
+
+
+@pytest.fixture
+def address(service: Service) -> Iterator[str]:
+    with served(service.api) as address:
+        yield address
+
+
+@contextmanager
+def stream(address: str, path: str, **headers: str) -> Iterator[Iterator[dict[str, Any]]]:
+    """The events of a stream, decoded."""
+    headers["authorization"] = f"Bearer {TOKEN}"
+    with httpx2.stream("GET", address + path, headers=headers, timeout=10) as answer:
+        assert answer.status_code == 200
+        assert answer.headers["content-type"].startswith("text/event-stream")
+        yield (json.loads(line[5:]) for line in answer.iter_lines() if line.startswith("data:"))
+
+
+def post(address: str, text: str) -> dict[str, Any]:
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    answer: dict[str, Any] = httpx2.post(f"{address}/v1/goals", json={"text": text}, headers=headers).json()
+    return answer
+
+
+def until(events: Iterator[dict[str, Any]], type_: str) -> list[dict[str, Any]]:
+    seen = []
+    for event in events:
+        seen.append(event)
+        if event["type"] == type_:
+            return seen
+    raise AssertionError(f"the stream ended before {type_}")
+
+
+def test_changes_arrive_in_order_with_their_envelope(address: str) -> None:
+    goal = post(address, "move sample_1 to bay_7")
+    with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:
+        seen = until(events, "plan.proposed")
+    assert [event["seq"] for event in seen] == sorted(event["seq"] for event in seen)
+    assert all(set(event) == {"seq", "time", "type", "subject", "data"} for event in seen)
+    types = [event["type"] for event in seen if event["subject"] == goal["id"]]
+    assert types == ["goal.submitted", "goal.planning"]
+
+
+def test_a_client_that_begins_gets_the_current_state_first(address: str) -> None:
+    goal = post(address, "move sample_1 to bay_7")
+    with stream(address, "/v1/events") as events:
+        first = next(events)
+    assert (first["type"], first["subject"]) == ("goal.state", goal["id"])
+    assert first["data"]["text"] == "move sample_1 to bay_7"
+
+
+def test_a_client_resumes_after_the_last_event_it_saw(address: str) -> None:
+    post(address, "move sample_1 to bay_7")
+    with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:
+        seen = until(events, "plan.proposed")
+    middle = seen[len(seen) // 2]["seq"]
+    with stream(address, "/v1/events", **{"last-event-id": str(middle)}) as events:
+        again = until(events, "plan.proposed")
+    assert again == [event for event in seen if event["seq"] > middle]
+
+
+def test_telemetry_of_an_unknown_world_is_a_problem(address: str) -> None:
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    answer = httpx2.get(f"{address}/v1/telemetry?world=atlantis", headers=headers)
+    assert answer.status_code == 404
+    assert answer.json()["choices"] == ["sample_store"]

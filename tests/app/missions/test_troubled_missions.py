@@ -1,0 +1,146 @@
+"""Missions that do not go as planned: silence, failure, refusal, cancel, pause, a plan that comes true only in part."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from app.composition import Service
+from tests.app.fake_robots import FakeTeam
+
+Follow = Callable[..., dict[str, Any]]
+ENDED = ("completed", "partially_completed", "failed", "cancelled", "unknown")
+
+
+@pytest.fixture
+def start(api: TestClient, follow: Follow) -> Callable[[], str]:
+    """Approves a plan for the main goal; answers the path of its mission."""
+
+    def approved() -> str:
+        goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()
+        plan_id = follow(f"/v1/goals/{goal['id']}", "planned")["plan_id"]
+        mission_id = api.post(f"/v1/plans/{plan_id}:approve", json={}).json()["mission_id"]
+        return f"/v1/missions/{mission_id}"
+
+    return approved
+
+
+def events(service: Service, type_: str) -> list[dict[str, Any]]:
+    return [row.data for row in service.events.since(0) if row.type == type_]
+
+
+def believed(api: TestClient) -> set[str]:
+    items = api.get("/v1/worlds/sample_store/facts").json()["items"]
+    return {f"{fact['predicate']}({', '.join(fact['args'])})" for fact in items}
+
+
+def test_silent_robots_are_asked_and_make_the_mission_unknown_until_they_answer(
+    start: Callable[[], str], follow: Follow, team: FakeTeam, service: Service
+) -> None:
+    team.faults.stuck.add("store_2")
+    mission = start()
+    follow(mission, "running")
+    team.faults.silent.add("store_2")
+    unknown = follow(mission, *ENDED)
+    assert unknown["state"] == "unknown"
+    assert unknown["failure"] == "unreachable"
+    assert "store_2" in unknown["reason"]
+    assert events(service, "mission.robots_asked")
+    team.faults.silent.clear()
+    team.faults.stuck.clear()
+    assert follow(mission, "completed", "failed")["state"] == "completed"
+
+
+def test_a_robot_that_is_late_but_at_work_extends_the_estimate(
+    start: Callable[[], str], follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.stuck.add("store_2")
+    mission = start()
+    first = follow(mission, "running")
+    while follow(mission, "running")["estimate_s"] == first["original_estimate_s"]:
+        pass
+    team.faults.stuck.clear()
+    ended = follow(mission, *ENDED)
+    assert ended["state"] == "completed"
+    assert ended["estimate_s"] > ended["original_estimate_s"] == first["original_estimate_s"]
+
+
+def test_when_a_robot_fails_the_others_are_stopped_and_the_facts_say_what_is_known(
+    start: Callable[[], str], follow: Follow, team: FakeTeam, api: TestClient
+) -> None:
+    team.faults.fails_at = dict.fromkeys(("yard_1", "yard_2"), "DOCK")
+    mission = start()
+    ended = follow(mission, *ENDED)
+    assert ended["state"] == "failed"
+    assert ended["failure"] == "robot"
+    assert "the gripper does not close" in ended["reason"]
+    assert {script["state"] for script in ended["progress"]} == {"failed", "cancelled"}
+    goal = api.get(f"/v1/goals/{ended['goal_id']}").json()
+    assert (goal["state"], goal["outcome"]) == ("finished", "failed")
+    assert "in(sample_1, door_1)" in believed(api)
+    assert "in(sample_1, bay_7)" not in believed(api)
+
+
+def test_after_a_failure_the_same_goal_can_be_planned_again(
+    start: Callable[[], str], follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.fails_at = dict.fromkeys(("yard_1", "yard_2"), "DOCK")
+    assert follow(start(), *ENDED)["state"] == "failed"
+    team.faults.fails_at = {}
+    assert follow(start(), *ENDED)["state"] == "completed"
+
+
+def test_a_refused_script_fails_the_mission_with_the_robots_reason(
+    start: Callable[[], str], follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.refuses = {"yard_1", "yard_2"}
+    ended = follow(start(), *ENDED)
+    assert ended["state"] == "failed"
+    assert "is not willing" in ended["reason"]
+
+
+def test_a_cancelled_mission_stops_every_robot(
+    start: Callable[[], str], follow: Follow, team: FakeTeam, api: TestClient
+) -> None:
+    team.faults.stuck.add("store_2")
+    mission = start()
+    follow(mission, "running")
+    assert api.post(f"{mission}:cancel", json={"comment": "changed my mind"}).status_code == 202
+    assert follow(mission, *ENDED)["state"] == "cancelled"
+    robots = {script["robot"]: script["state"] for script in api.get(mission).json()["progress"]}
+    assert robots["store_2"] == "cancelled"
+    again = api.post(f"{mission}:cancel", json={})
+    assert again.status_code in (202, 409)
+    assert api.post(f"{mission}:pause", json={}).status_code == 409
+
+
+def test_a_paused_mission_waits_and_goes_on_when_resumed(
+    start: Callable[[], str], follow: Follow, team: FakeTeam, api: TestClient
+) -> None:
+    team.faults.stuck.add("store_2")
+    mission = start()
+    follow(mission, "running")
+    assert api.post(f"{mission}:pause", json={}).json()["state"] == "paused"
+    assert api.post(f"{mission}:resume", json={}).json()["state"] == "running"
+    team.faults.stuck.clear()
+    assert follow(mission, *ENDED)["state"] == "completed"
+
+
+def test_scripts_that_all_finish_without_the_goal_coming_true_are_not_a_success(
+    start: Callable[[], str], follow: Follow, team: FakeTeam, api: TestClient
+) -> None:
+    team.faults.stuck.add("store_2")
+    mission = start()
+    follow(mission, "running")
+    packets = next(s for s in api.get(mission).json()["progress"] if s["robot"] == "store_2")["packets"]
+    team.unbelieved = packets[-1]["id"]
+    team.faults.stuck.clear()
+    ended = follow(mission, *ENDED)
+    assert ended["state"] == "partially_completed"
+    assert "in(sample_1, bay_7)" in ended["reason"]
+
+
+def test_every_report_is_receipted(start: Callable[[], str], follow: Follow, team: FakeTeam) -> None:
+    follow(start(), "completed")
+    assert len(team.receipts) >= 2 * 8 + 2
