@@ -17,19 +17,27 @@ def perceived(percepts: Percepts) -> tuple[SymbolicFact, ...]:
     """The facts that hold as far as the robot can sense right now: its gripper, its place, samples at
     locations.
 
-    Places are those of the map that have a beacon, or the robot's own spot.
+    Of places it names those on its map.
     """
     me, holding = percepts.me, percepts.holding
     facts = [_fact("robot_attribute", me, "gripper", "full" if holding else "empty")]
     if holding:
         facts.append(_fact("in", holding, me))
-    for place in percepts.profile.places:
-        relation = _relation(percepts, place)
-        if relation:
-            facts.append(_fact(relation, me, place))
+    facts.extend(_position(percepts))
     for tag in sorted(percepts.tags):
         facts.extend(_whereabouts(percepts, tag))
     return tuple(facts)
+
+
+def _position(percepts: Percepts) -> list[SymbolicFact]:
+    """Where it stands; its own spot only if it stands by no beacon."""
+    profile = percepts.profile
+    for places in (list(profile.beacons), [name for name in profile.places if name not in profile.beacons]):
+        found = [(_relation(percepts, place), place) for place in places]
+        facts = [_fact(relation, percepts.me, place) for relation, place in found if relation]
+        if facts:
+            return facts
+    return []
 
 
 def _relation(percepts: Percepts, place: str) -> str | None:
