@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from threading import Event
 
 from fastapi import FastAPI
 from sqlalchemy import delete, select
@@ -76,6 +77,8 @@ class Service:
         :param worker: the planning process; one of its own unless given, then the giver closes it.
         """
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.stopping = Event()
+        """Set when the service is about to end: open streams then end by themselves."""
         self.settings, self.token = settings, settings.resolved_token()
         self._worlds = {world.file.name: world for world in worlds}
         self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
@@ -113,6 +116,7 @@ class Service:
         ready.result(timeout=60)
 
     def close(self) -> None:
+        self.stopping.set()
         for agents in self._agents:
             agents.close()
         self._core.workflows.close()

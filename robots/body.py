@@ -16,6 +16,7 @@ RADIUS_M = 0.22
 GRIPPER_REACH_M = 0.34
 """From the rover's centre to the middle of its jaws."""
 
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pose:
     """A place and heading in the plane; metres and radians."""

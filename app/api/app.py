@@ -43,6 +43,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
             events=service.events,
             board=service.board,
             clocks=service.clocks,
+            stopping=service.stopping,
             snapshot=lambda: _snapshot(service),
         )
     )

@@ -1,5 +1,6 @@
 """Server-sent events: the event log, resumable by `Last-Event-ID`, and the robots' telemetry."""
 
+import threading
 import time
 from collections.abc import AsyncIterator, Callable
 from typing import Annotated, Any
@@ -29,9 +30,13 @@ def streams_router(
     events: EventLog,
     board: RobotBoard,
     clocks: dict[str, Clock],
+    stopping: threading.Event,
     snapshot: Callable[[], list[tuple[str, str, dict[str, Any]]]],
 ) -> APIRouter:
-    """:param snapshot: the current state as (type, subject, data), sent first to a client that does not resume."""
+    """
+    :param stopping: once set, streams end.
+    :param snapshot: the current state as (type, subject, data), sent first to a client that does not resume.
+    """
     router = APIRouter(prefix="/v1", tags=["streams"])
 
     def known_world(world: str) -> str:
@@ -54,7 +59,7 @@ def streams_router(
             for type_, subject, data in await to_thread.run_sync(snapshot):
                 state = {"seq": seq, "time": None, "type": type_, "subject": subject, "data": data}
                 yield ServerSentEvent(data=state, id=str(seq))
-        while not await request.is_disconnected():
+        while not stopping.is_set() and not await request.is_disconnected():
             rows = await to_thread.run_sync(events.since, seq)
             for row in rows:
                 seq = row.seq
@@ -68,7 +73,7 @@ def streams_router(
     ) -> AsyncIterator[ServerSentEvent]:
         """What the world's robots say of themselves, at most every 0.1 s; the newest of each."""
         generation = -1
-        while not await request.is_disconnected():
+        while not stopping.is_set() and not await request.is_disconnected():
             begun = time.monotonic()
             generation = await to_thread.run_sync(board.wait, generation, WAIT_S)
             yield ServerSentEvent(data=_telemetry(board, world, clocks[world].now_s()))

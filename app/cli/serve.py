@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping
+from types import FrameType
 from typing import Any
 
 import uvicorn
@@ -20,7 +21,7 @@ from app.settings import Settings
 from robots.world import WorldFile
 from sim import SimulationProcess
 
-GRACE_S = 2
+GRACE_S = 3
 """Seconds that open event streams may hold up the end."""
 
 
@@ -69,6 +70,19 @@ class Viewer:
             self._process.wait()
 
 
+class Server(uvicorn.Server):
+    """Ends in order on SIGINT and SIGTERM: open streams first, and the signal is not raised again afterwards."""
+
+    def __init__(self, config: uvicorn.Config, stopping: threading.Event) -> None:
+        super().__init__(config)
+        self._stopping = stopping
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        self._stopping.set()
+        self.force_exit = self.should_exit and sig == signal.SIGINT
+        self.should_exit = True
+
+
 def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
     """Run until interrupted or terminated."""
     try:
@@ -88,23 +102,15 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
                 timeout_graceful_shutdown=GRACE_S,
                 ws_max_size=64 * 2**20,
             )
-            server = uvicorn.Server(config)
+            server = Server(config, service.stopping)
             announce = threading.Thread(
                 target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
             )
             announce.start()
-            # The server hands a signal on once it has stopped serving; then the rest is to be ended in order.
-            signal.signal(signal.SIGTERM, _end)
             try:
                 server.run(sockets=[listener])
-            except KeyboardInterrupt:
-                pass
             finally:
                 viewer.stop()
-
-
-def _end(*_: object) -> None:
-    raise KeyboardInterrupt
 
 
 def _listen(settings: Settings) -> socket.socket:

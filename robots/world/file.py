@@ -93,7 +93,9 @@ class RobotSpec(Part):
     start: tuple[float, float, float]
     home: Name | None = None
     body: Literal["velocity"] = "velocity"
-    repertoire: tuple[Literal["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"], ...] = PACKET_TAGS  # type: ignore[assignment]
+    repertoire: tuple[Literal["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"], ...] = (
+        PACKET_TAGS  # type: ignore[assignment]
+    )
     speed_m_s: float = Field(default=0.5, gt=0, le=2)
     turn_rad_s: float = Field(default=1.5, gt=0, le=6)
     whiskers: int = Field(default=16, ge=8, le=64)
@@ -173,7 +175,9 @@ class WorldFile(Part):
         for wall in self.walls:
             for opening in wall.openings:
                 if opening.at_m + opening.width_m / 2 > wall.length_m:
-                    raise ValueError(f"{opening.kind} at {opening.at_m} m is beyond its wall's {wall.length_m:.2f} m")
+                    raise ValueError(
+                        f"{opening.kind} at {opening.at_m} m is beyond its wall's {wall.length_m:.2f} m"
+                    )
         return self
 
     def _check_robot(self, robot: RobotSpec, places: dict[str, Location]) -> None:

@@ -16,7 +16,9 @@ class WorldFileError(ValueError):
 def named_worlds() -> list[str]:
     """The names of the worlds that ship with Macta."""
     folder = resources.files("robots.world") / "files"
-    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+    return sorted(
+        entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml")
+    )
 
 
 def load_world(name_or_file: str | Path) -> WorldFile:

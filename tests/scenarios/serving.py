@@ -1,0 +1,76 @@
+"""`macta serve` as a process of its own, as an operator starts it."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+START_S = 60.0
+END_S = 15.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Served:
+    """A running service: its address, its token and its process."""
+
+    address: str
+    token: str
+    process: subprocess.Popen[str]
+
+    @property
+    def console(self) -> str:
+        return f"{self.address}/?token={self.token}"
+
+
+@contextmanager
+def macta_serve(data: Path, *options: str) -> Iterator[Served]:
+    """Run `macta serve` on a free port for the length of the block, and end it as an operator would."""
+    command = [
+        sys.executable,
+        "-c",
+        "from app.cli import main; main()",
+        "serve",
+        "--port",
+        "0",
+        "--data",
+        str(data),
+    ]
+    process = subprocess.Popen(
+        [*command, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={k: v for k, v in os.environ.items() if not k.startswith("MACTA_")},
+    )
+    try:
+        yield _ready(process)
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(timeout=END_S)
+        finally:
+            process.kill()
+            process.communicate()
+
+
+def _ready(process: subprocess.Popen[str]) -> Served:
+    assert process.stdout is not None
+    late = threading.Timer(START_S, process.kill)
+    late.start()
+    begun = time.monotonic()
+    line = process.stdout.readline()
+    late.cancel()
+    found = re.fullmatch(r"Macta is ready: (http://\S+)/\?token=(\S+)\n", line)
+    if found is None:
+        process.kill()
+        _, complaints = process.communicate()
+        raise AssertionError(f"not ready after {time.monotonic() - begun:.0f} s: {line!r} {complaints}")
+    return Served(address=found[1], token=found[2], process=process)
