@@ -3,7 +3,6 @@
 from math import radians
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
-
 from sim.world import Fitting
 
 

@@ -8,7 +8,7 @@ import time
 import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from robots.link import LinkClosed, PipeLink
@@ -74,7 +74,7 @@ class WorldLoop:
         self._simulation = Simulation(
             order.world, make_agent=behavioural_agent, seed=order.seed, jitter_m=order.jitter_m, hub=hub
         )
-        self._control, self._now, self._factor = control, now, factor
+        self._control, self._link, self._now, self._factor = control, link, now, factor
         self._pacer = Pacer(time.monotonic, order.speed)
         self._stopped = False
 
@@ -87,7 +87,10 @@ class WorldLoop:
         while not self._stopped:
             wait_s = self._advance()
             self._factor.value = self._pacer.real_time_factor
-            if self._control.poll(wait_s):
+            if wait_s is None:  # a world that stands still must not let the service's messages fill the pipe
+                wait([self._control, self._link])
+                self._simulation.hub.fetch()
+            if self._control.poll(wait_s or 0.0):
                 self._answer(self._control.recv())
 
     def _advance(self) -> float | None:

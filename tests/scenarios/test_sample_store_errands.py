@@ -5,8 +5,9 @@ The scripts are written by hand here, as the mission organiser would; what count
 
 import pytest
 
-from benchmarks.errands import carry_out, to_retrieve, to_store, with_sample
+from benchmarks.errands import Crew, carry_out, packet, to_retrieve, to_store, tour, with_sample
 from benchmarks.sample_store import all_tour
+from robots.wire import BehaviourScript, ScriptState
 from robots.world import WorldFile, load_world
 
 
@@ -51,3 +52,29 @@ def test_samples_are_retrieved_from_a_bay_of_either_aisle_at_once(number: int) -
 def test_rovers_that_meet_in_the_yard_pass_each_other(seed: int) -> None:
     result = all_tour(seed)
     assert result.succeeded, result.words
+
+
+def test_the_same_seed_gives_the_same_errand_to_the_last_bit() -> None:
+    assert history_of_poses(seed=3) == history_of_poses(seed=3)
+
+
+def history_of_poses(*, seed: int, seconds: float = 15.0) -> list[str]:
+    """All poses at each tick of the main job's first seconds."""
+    crew = Crew(load_world("sample_store"), seed=seed)
+    crew.send(to_store("sample_1", "door_1", "bay_7", "yard_1").scripts())
+    poses = []
+    for _ in range(round(seconds * 60)):
+        crew.simulation.step()
+        poses.append(repr(crew.simulation.truth()))
+    crew.simulation.close()
+    return poses
+
+
+def test_a_robot_keeps_watch_of_another_that_drives() -> None:
+    crew = Crew(load_world("sample_store"), seed=1)
+    watch = packet(1, "TRACK", robot1="yard_1", robot2="yard_2")
+    watcher = BehaviourScript(id="watch", mission_id="watch", robot="yard_1", packets=(watch,))
+    assert crew.run([watcher, tour("yard_2", ["door_2", "interchange_2"])], timeout_s=60)
+    words = [f"{report.script_id}: {report.state} {report.detail}" for report in crew.ended.values()]
+    crew.simulation.close()
+    assert {report.state for report in crew.ended.values()} == {ScriptState.FINISHED}, words

@@ -4,13 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from robots.wire import Telemetry
+from robots.wire import Message, Performative, Receipt, Telemetry
 from sim import SimulationError, SimulationProcess
 from tests.sim.rig import two_rooms
 
@@ -104,6 +105,27 @@ def test_ctrl_c_does_not_end_the_world(process: SimulationProcess) -> None:
     from_s = process.now_s()
     assert wait_for(lambda: process.now_s() > from_s + 0.5)
     assert process.alive
+
+
+def test_a_paused_world_still_takes_what_the_service_sends(process: SimulationProcess) -> None:
+    process.pause()
+    sender = threading.Thread(target=send_many, args=(process, 5000), daemon=True)
+    sender.start()
+    sender.join(timeout=20)
+    assert not sender.is_alive()
+
+
+def send_many(process: SimulationProcess, count: int) -> None:
+    for _ in range(count):
+        process.link.send(
+            Message(
+                performative=Performative.CONFIRM,
+                sender="service",
+                receiver="fred",
+                sent_at_s=0,
+                body=Receipt(),
+            )
+        )
 
 
 def test_a_killed_world_is_an_error_and_not_a_hang(process: SimulationProcess) -> None:
