@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import count
 
 from planner.execution import Violation
 from planner.plan_net import PlanNet
@@ -11,7 +12,7 @@ from planner.statics import Restriction, Statics
 
 class Restrictions:
     """None at first; then, learnt from each violation, one more place kept from one of the two robots that
-    clash there, and as a last resort one of them left out."""
+    clash there; every third time, one of them left out altogether."""
 
     def __init__(self, statics: Statics) -> None:
         self._statics = statics
@@ -20,8 +21,13 @@ class Restrictions:
         self._seen = {Restriction()}
 
     def __iter__(self) -> Iterator[Restriction]:
-        while self._soon or self._late:
-            yield self._soon.popleft() if self._soon else self._late.popleft()
+        for turn in count():
+            if self._late and (not self._soon or turn % 3 == 2):
+                yield self._late.popleft()
+            elif self._soon:
+                yield self._soon.popleft()
+            else:
+                return
 
     def learn(self, restriction: Restriction, violation: Violation, plan_net: PlanNet) -> None:
         """Add what could avoid the violation, the busier robot kept away first; deeper before wider."""

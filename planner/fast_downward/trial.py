@@ -30,9 +30,10 @@ class Trial:
         return self.plan_net is not None and self.violation is None
 
     @property
-    def badness(self) -> tuple[bool, float]:
-        """Safe before unsafe, then soonest over."""
-        return not self.is_good, self.plan_net.makespan_s if self.plan_net else 0.0
+    def badness(self) -> tuple[bool, bool, float]:
+        """Safe before unsafe, unsafe in a way one can learn from before others, then soonest over."""
+        teaches_nothing = self.violation is not None and self.violation.fact is None
+        return not self.is_good, teaches_nothing, self.plan_net.makespan_s if self.plan_net else 0.0
 
 
 class Trials:
