@@ -1,5 +1,7 @@
 """The commands and their options. Each command's work lies in a module of its own, imported when it is called."""
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -31,6 +33,17 @@ def fail(message: str) -> NoReturn:
     raise typer.Exit(2)
 
 
+def leave(code: int) -> NoReturn:
+    """End the process now that everything is closed.
+
+    A workflow that sleeps holds a thread until its time is up. What it waits for is in the record, so the process
+    need not wait with it.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 def main() -> None:
     """The entry point."""
     app()
@@ -50,6 +63,7 @@ def serve(
 
     given = {"host": host, "port": port, "data": data}
     run(_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
+    leave(0)
 
 
 @app.command()
@@ -65,7 +79,7 @@ def demo(
     """Run the main job in the terminal: a goal becomes a plan, is approved, and the rovers carry it out."""
     from app.cli.demo import demo as run
 
-    raise typer.Exit(run(_world(world), goal, None if flat_out else speed, seed))
+    leave(run(_world(world), goal, None if flat_out else speed, seed))
 
 
 @app.command()

@@ -1,7 +1,9 @@
 """The planning process: engines run beside the service, warm, so that no request pays their import."""
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -16,7 +18,16 @@ _engine: list[PlanningEngine] = []
 
 def _warm_up(make_engine: Callable[[], PlanningEngine]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _engine.append(make_engine())
+
+
+def _end_with_parent() -> None:
+    """A pool's process would wait for work for ever if the service were killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _plan(problem: PlanningProblem, time_limit_s: float) -> PlanningResult:
