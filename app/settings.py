@@ -18,7 +18,7 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535)
     database_url: str | None = None
     token: str | None = Field(default=None, min_length=16)
-    planning_time_limit_s: float = Field(default=10.0, gt=0)
+    planning_time_limit_s: float = Field(default=30.0, gt=0)
     answer_patience_s: float = Field(
         default=10.0, gt=0, description="wall-clock seconds before a robot is silent"
     )

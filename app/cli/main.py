@@ -86,7 +86,7 @@ def demo(
 def plan(
     goal: Annotated[list[str], typer.Option(help="What to achieve; may be given several times.")],
     world: World = "sample_store",
-    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds the planner may take.")] = 10.0,
+    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds the planner may take.")] = 30.0,
     json: Annotated[
         bool, typer.Option("--json", help="Print the plan body as JSON, and nothing else.")
     ] = False,

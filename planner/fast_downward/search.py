@@ -77,7 +77,7 @@ class Search:
             if failure is not None:
                 yield failure
                 return
-            # Weighted A* first: it seldom sits on a plateau, the greedy one now and then does for long.
+            # A* on the costs first: it seldom sits on a plateau, the greedy one now and then does for long.
             cheap = process.search(CHEAP, SEARCH_TIME_S)
             yield cheap
             if cheap.status is not PlanningStatus.UNSOLVABLE:

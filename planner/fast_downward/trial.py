@@ -30,10 +30,12 @@ class Trial:
         return self.plan_net is not None and self.violation is None
 
     @property
-    def badness(self) -> tuple[bool, bool, float]:
-        """Safe before unsafe, unsafe in a way one can learn from before others, then soonest over."""
+    def badness(self) -> tuple[bool, bool, float, float]:
+        """Safe before unsafe, unsafe in a way one can learn from before others, soonest over, then least work."""
         teaches_nothing = self.violation is not None and self.violation.fact is None
-        return not self.is_good, teaches_nothing, self.plan_net.makespan_s if self.plan_net else 0.0
+        actions = self.plan_net.actions if self.plan_net else ()
+        makespan_s = self.plan_net.makespan_s if self.plan_net else 0.0
+        return not self.is_good, teaches_nothing, makespan_s, sum(action.duration_s for action in actions)
 
 
 class Trials:

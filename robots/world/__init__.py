@@ -1,4 +1,4 @@
-"""World files: the layout and the team that simulation and service are both told about. Not known to a robot's agent."""
+"""World files: the layout and the team, told to simulation and service alike, and not known to a robot's agent."""
 
 from robots.world.file import (
     Compartment,

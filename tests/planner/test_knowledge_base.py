@@ -85,7 +85,7 @@ def test_grounding_gives_facts_agents_and_duration(knowledge_base: KnowledgeBase
     }
     action = knowledge_base.ground("NAVIGATE", arguments, FUNCTIONS, objects=OBJECTS)
     assert action.agents == ("yard_1",)
-    assert action.duration_s == pytest.approx(3.0 / 0.5 + 4)
+    assert action.duration_s == pytest.approx(3.0 / 0.5 + 1)
     assert action.intended_effects == (Fact("robot_position", ("yard_1", "near", "bay_7")),)
     assert dict(action.arguments) == arguments
 
@@ -112,9 +112,9 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         ),
         ("reaches(robots, ref2)", "reaches(robots)", "reaches takes (robot, location)"),
         ("gripper, full", "gripper, fool", "unknown condition 'fool'; choices: empty, full"),
-        ("speed_m_s(robots) + 5", "speed_m_s(robots) ** 5", "TRANSPORT, duration"),
+        ("speed_m_s(robots) + 0.5", "speed_m_s(robots) ** 5", "TRANSPORT, duration"),
         (
-            "speed_m_s(robots) + 5",
+            "speed_m_s(robots) + 0.5",
             "sped(robots) + 5",
             "unknown function 'sped'; choices: distance_m, speed_m_s",
         ),
@@ -144,7 +144,7 @@ def test_a_list_of_two_robots_holds_for_each_of_them() -> None:
     arguments = {"object": "sample_1", "robots": "yard_1+yard_2", **places}
     action = base.ground("TRANSPORT", arguments, functions, objects=objects)
     assert action.agents == ("yard_1", "yard_2")
-    assert action.duration_s == pytest.approx(3.0 / 0.25 + 5)  # the slower one's
+    assert action.duration_s == pytest.approx(2 * 3.0 / 0.25 + 0.5)  # the slower one's
     for robot in action.agents:
         assert Fact("object_position", ("sample_1", "in", robot)) in action.preconditions
         assert Fact("robot_position", (robot, "near", "bay_7")) in action.other_effects

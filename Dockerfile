@@ -1,0 +1,12 @@
+# The service with its embedded simulation, on Debian's Python 3.11.
+FROM python:3.11-slim-bookworm
+WORKDIR /srv/macta
+RUN pip install --no-cache-dir uv && useradd --create-home macta && mkdir /data && chown macta /data
+COPY --chown=macta . .
+RUN chown macta .
+USER macta
+RUN uv sync --no-default-groups
+ENV MACTA_DATA=/data MACTA_HOST=0.0.0.0
+EXPOSE 8000
+HEALTHCHECK CMD ["uv", "run", "--no-sync", "python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"]
+CMD ["uv", "run", "--no-sync", "macta", "serve"]
