@@ -1,0 +1,43 @@
+"""From an operator's sentence to the simulated world's truth: understood, planned, organised, carried out.
+
+Several goals stated together share robots, interchanges and places; their robots keep in step by sensing alone.
+"""
+
+from functools import cache
+
+import pytest
+
+from benchmarks.goals import Mission, carry_out, prepare
+from planner import load_knowledge_base
+from robots.wire import ScriptState
+from robots.world import load_world
+
+
+@cache
+def mission(sentence: str) -> Mission:
+    return prepare(load_world("sample_store"), sentence, load_knowledge_base())
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "store sample_1 in bay_12",
+        "bring sample_4 to door_2",
+        "move sample_3 to bay_7",
+        "move sample_1 to bay_7 and take sample_4 to door_2",
+        "move sample_1 to bay_9 and move sample_2 to bay_10",
+        "move sample_1 to bay_3, sample_4 to bay_1 and sample_2 to door_2",
+    ],
+)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_the_operator_asked_for_becomes_true_in_the_world(sentence: str, seed: int) -> None:
+    ended = carry_out(mission(sentence), seed=seed)
+    assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
+    assert ended.came_true, ended.words
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_estimate_with_the_monitors_margin_holds(seed: int) -> None:
+    one = mission("move sample_1 to bay_7")
+    ended = carry_out(one, seed=seed)
+    assert ended.truth.time_s <= 1.5 * one.plan_net.makespan_s + 20
