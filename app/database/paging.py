@@ -1,23 +1,26 @@
 """Pages of a list, newest first, with a continuation token."""
 
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from sqlalchemy import Select, and_, or_
+from sqlalchemy import and_, or_, select
 from sqlalchemy.orm import Session
 
+from app.database.tables import GoalRow, MissionRow, PlanRow
 from app.errors import Invalid
 
-Row = TypeVar("Row")
+Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
 
 
 def page(
-    session: Session, query: Select[Row], table: Any, *, limit: int, after: str | None
+    session: Session, table: type[Row], *, limit: int, after: str | None, **equal: str | None
 ) -> tuple[Sequence[Row], str | None]:
-    """The first `limit` rows of `query` after the token, and the token of the next page, None at the end.
+    """The first `limit` rows after the token, and the token of the next page, None at the end.
 
+    :param equal: columns and the values they must have; None leaves a column open.
     :raises Invalid: if the token is none of ours.
     """
+    query = select(table).where(*(getattr(table, name) == v for name, v in equal.items() if v is not None))
     if after is not None:
         created_at, _, row_id = after.partition("~")
         if not row_id:
@@ -27,5 +30,5 @@ def page(
     rows = session.scalars(query.order_by(table.created_at.desc(), table.id.desc()).limit(limit + 1)).all()
     if len(rows) <= limit:
         return rows, None
-    last: Any = rows[limit - 1]
+    last = rows[limit - 1]
     return rows[:limit], f"{last.created_at}~{last.id}"

@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
@@ -99,12 +98,7 @@ class GoalDesk:
         after: str | None = None,
     ) -> tuple[Sequence[GoalRow], str | None]:
         with self._database.read() as session:
-            query = select(GoalRow)
-            if world is not None:
-                query = query.where(GoalRow.world == world)
-            if state is not None:
-                query = query.where(GoalRow.state == state)
-            return page(session, query, GoalRow, limit=limit, after=after)
+            return page(session, GoalRow, limit=limit, after=after, world=world, state=state)
 
 
 def _understood(text: str, world: WorldFile, facts: Facts) -> Sequence[SymbolicFact]:

@@ -35,12 +35,7 @@ class MissionDesk:
         after: str | None = None,
     ) -> tuple[Sequence[Mission], str | None]:
         with self._database.read() as session:
-            query = select(MissionRow)
-            if world is not None:
-                query = query.where(MissionRow.world == world)
-            if state is not None:
-                query = query.where(MissionRow.state == state)
-            rows, token = page(session, query, MissionRow, limit=limit, after=after)
+            rows, token = page(session, MissionRow, limit=limit, after=after, world=world, state=state)
             return [_with_scripts(session, row) for row in rows], token
 
     def cancel(self, mission_id: str, actor: str, comment: str) -> Mission:

@@ -54,12 +54,7 @@ class PlanDesk:
         after: str | None = None,
     ) -> tuple[Sequence[PlanRow], str | None]:
         with self._database.read() as session:
-            query = select(PlanRow)
-            if goal_id is not None:
-                query = query.where(PlanRow.goal_id == goal_id)
-            if state is not None:
-                query = query.where(PlanRow.state == state)
-            return page(session, query, PlanRow, limit=limit, after=after)
+            return page(session, PlanRow, limit=limit, after=after, goal_id=goal_id, state=state)
 
     def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
         """Approve a plan and start its mission; once approved, approving again answers the same mission.
