@@ -56,6 +56,8 @@ class Faults:
     refuses: set[str] = field(default_factory=set)
     stuck: set[str] = field(default_factory=set)
     repeats: bool = False
+    lost: int = 0
+    """So many of the next messages to robots never arrive."""
 
 
 class FakeTeam:
@@ -68,6 +70,8 @@ class FakeTeam:
         self.robots: dict[str, FakeRobot] = {}
         self.true_facts: set[SymbolicFact] = set()
         self.receipts: list[str] = []
+        self.arrived: list[str] = []
+        """The ids of all messages to robots, also of the lost."""
         self.unbelieved: str | None = None
         """The packet whose finish is never reported."""
         self._stop = threading.Event()
@@ -84,7 +88,10 @@ class FakeTeam:
     def _run(self) -> None:
         while not self._stop.is_set():
             for message in self._far.receive():
-                if message.receiver not in self.faults.silent:
+                self.arrived.append(message.id)
+                if self.faults.lost > 0:
+                    self.faults.lost -= 1
+                elif message.receiver not in self.faults.silent:
                     self._take(message)
             self.clock.advance(TICK_S)
             for name, robot in self.robots.items():

@@ -141,6 +141,16 @@ def test_scripts_that_all_finish_without_the_goal_coming_true_are_not_a_success(
     assert "in(sample_1, bay_7)" in ended["reason"]
 
 
+def test_a_script_that_is_lost_on_the_way_is_sent_again_under_the_same_id(
+    start: Callable[[], str], follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.lost = 3
+    assert follow(start(), *ENDED)["state"] == "completed"
+    requests = [message_id for message_id in team.arrived if message_id.endswith(":request")]
+    assert len(requests) == 5
+    assert len(set(requests)) == 2
+
+
 def test_every_report_is_receipted(start: Callable[[], str], follow: Follow, team: FakeTeam) -> None:
     follow(start(), "completed")
     assert len(team.receipts) >= 2 * 8 + 2
