@@ -7,13 +7,12 @@ from pathlib import Path
 from threading import Event
 
 from fastapi import FastAPI
-from sqlalchemy import delete, select
-from sqlalchemy.orm import Session
 
+from app.afresh import begin_afresh
 from app.agents import AgentModels, RobotBoard
 from app.api.app import build_api
 from app.core import Core
-from app.database import Database, FactRow, GoalRow, MissionRow, PlanRow, WorldRow
+from app.database import Database
 from app.database.migrate import migrate
 from app.durable import Workflows
 from app.events import EventLog
@@ -27,9 +26,8 @@ from app.plans.desk import AUTOMATIC, PlanDesk
 from app.plans.planning import WORKFLOW as PLAN_GOAL
 from app.plans.planning import Planning
 from app.plans.worker import PlanningWorker
-from app.settings import Settings
-from app.states import ENDED, GoalState, MissionState
-from app.world_model import initial_facts, initial_spots, spot_of
+from app.settings import Settings, lock_folder
+from app.world_model import initial_spots, spot_of
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
 from planner import PlanningEngine, load_knowledge_base
@@ -79,6 +77,7 @@ class Service:
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.stopping = Event()
         """Set when the service is about to end: open streams then end by themselves."""
+        self._lock = lock_folder(settings.data)
         self.settings, self.token = settings, settings.resolved_token()
         self._worlds = {world.file.name: world for world in worlds}
         self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
@@ -103,8 +102,8 @@ class Service:
     def start(self) -> None:
         """Begin: the worlds as their files say, the workflows that were left, the links to the robots."""
         ready = self._worker.warm_up()
-        for world in self._files.values():
-            self._begin_afresh(world)
+        with self.database.write() as session:
+            begin_afresh(session, self._core, self._files)
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
         self._core.workflows.register(MISSION_LIFE, self._life.run)
         self._core.workflows.launch()
@@ -123,6 +122,7 @@ class Service:
         if self._own_worker:
             self._worker.close()
         self.database.close()
+        self._lock.close()
 
     def __enter__(self) -> "Service":
         self.start()
@@ -137,7 +137,6 @@ class Service:
         self.missions = MissionDesk(core)
         self.plans = PlanDesk(
             core,
-            clocks=self.clocks,
             margin=Margin(relative=settings.margin_relative, absolute_s=settings.margin_s),
             # Desk and planning need each other: a stale plan is planned afresh, an automatic one approved.
             replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),  # noqa: PLW0108
@@ -145,12 +144,15 @@ class Service:
         self._planning = Planning(
             core,
             worlds=self._files,
+            clocks=self.clocks,
             spots=self._spots,
             worker=self._worker,
             time_limit_s=settings.planning_time_limit_s,
-            approve=partial(self.plans.approve_in, actor=AUTOMATIC, comment=""),
+            approve=partial(self.plans.approve_or_expire, actor=AUTOMATIC, comment=""),
         )
-        self.goals = GoalDesk(core, world=self.worlds.world, enqueue=self._planning.enqueue)
+        self.goals = GoalDesk(
+            core, world=self.worlds.world, clocks=self.clocks, enqueue=self._planning.enqueue
+        )
         self._reports = ReportBook(core)
         self._life = MissionLife(
             core,
@@ -180,40 +182,3 @@ class Service:
             if view.telemetry is not None
         }
         return {**initial_spots(self._files[world]), **said}
-
-    def _begin_afresh(self, world: WorldFile) -> None:
-        """The embedded simulation starts from the world file: so do the facts, and old missions are over."""
-        with self.database.write() as session:
-            layout = world.model_dump(mode="json")
-            row = session.get(WorldRow, world.name)
-            if row is None:
-                row = WorldRow(id=world.name, title=world.title or world.name, layout=layout, version=0)
-                session.add(row)
-                session.flush()
-            row.layout = layout
-            _end_old_missions(session, world.name, self.events)
-            session.execute(delete(FactRow).where(FactRow.world == world.name))
-            facts = initial_facts(world, self._core.knowledge_base)
-            self._core.facts.change(
-                session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0
-            )
-
-
-def _end_old_missions(session: Session, world: str, events: EventLog) -> None:
-    reason = "the simulated world was started afresh"
-    query = select(MissionRow).where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
-    for mission in session.scalars(query).all():
-        mission.state, mission.reason, mission.failure = MissionState.FAILED, reason, "world_changed"
-        goal = session.get_one(GoalRow, mission.goal_id)
-        goal.state, goal.outcome, goal.reason = GoalState.FINISHED, MissionState.FAILED, reason
-        events.append(session, "mission.failed", mission.id, goal=goal.id, reason=reason)
-    unplanned = select(GoalRow).where(
-        GoalRow.world == world,
-        GoalRow.state.in_((GoalState.PLANNED, GoalState.SUBMITTED, GoalState.PLANNING)),
-    )
-    for goal in session.scalars(unplanned).all():
-        goal.state, goal.reason = GoalState.SUBMITTED, reason
-        if goal.plan_id is not None:
-            plan = session.get_one(PlanRow, goal.plan_id)
-            if plan.state == "proposed":
-                plan.state, plan.reason = "expired", reason

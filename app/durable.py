@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dbos import DBOS, DBOSClient, DBOSConfig, DBOSPortableJSONSerializer, EnqueueOptions
+from dbos import error as dbos_error
 from sqlalchemy.orm import Session
 
 APPLICATION = "macta"
@@ -18,6 +19,9 @@ APPLICATION_VERSION = "1"
 """Raised when a workflow's steps change order, so that no old workflow is replayed by new code."""
 
 WAKE = "wake"
+STEP_ATTEMPTS = 4
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,9 +108,32 @@ class Workflows:
         DBOS.destroy(destroy_registry=True)
 
 
+class StepFailed(Exception):
+    """Raised when a step has failed as often as it is tried; the message says which and why."""
+
+
 def step(name: str, function: Callable[[], Any]) -> Any:
-    """Run a step of the current workflow: its result, JSON data, is kept and not computed again on replay."""
-    return DBOS.run_step({"name": name}, function)
+    """Run a step of the current workflow: its result, JSON data, is kept and not computed again on replay.
+
+    A step that fails (the database is away, say) is tried again a few times, ever later.
+
+    :raises StepFailed: if it failed every time.
+    """
+
+    def logged() -> Any:
+        try:
+            return function()
+        except Exception:
+            logger.exception("step %r failed", name)
+            raise
+
+    try:
+        return DBOS.run_step(
+            {"name": name, "retries_allowed": True, "interval_seconds": 0.5, "max_attempts": STEP_ATTEMPTS},
+            logged,
+        )
+    except dbos_error.DBOSMaxStepRetriesExceeded as error:
+        raise StepFailed(f"step {name!r} failed {STEP_ATTEMPTS} times; the log says why") from error
 
 
 def sleep_until_woken(timeout_s: float) -> None:

@@ -1,11 +1,15 @@
 """Settings: from the environment (`MACTA_…`) and the command line."""
 
+import fcntl
 import os
 import secrets
 from pathlib import Path
+from typing import TextIO
 
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from app.errors import Unavailable
 
 
 class Settings(BaseSettings):
@@ -39,3 +43,19 @@ class Settings(BaseSettings):
         with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
             file.write(token + "\n")
         return token
+
+
+def lock_folder(data: Path) -> TextIO:
+    """Keep the data folder for this process until the answer is closed, or the process ends.
+
+    :raises Unavailable: if another service works in it.
+    """
+    lock = (data / "lock").open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        lock.close()
+        raise Unavailable(
+            f"another service works in {data}; end it, or choose another data folder"
+        ) from error
+    return lock

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from sqlalchemy import or_, select
 
 from app.agents.board import RobotBoard
-from app.database import Database, ScriptRow
+from app.database import Database, MissionRow, ScriptRow
 from app.missions.reports import ReportBook
+from app.states import ENDED, MissionState
 from robots.clock import Clock
 from robots.link import Link, LinkClosed
 from robots.wire import (
@@ -119,16 +120,26 @@ class AgentModels:
         unanswered = or_(
             ScriptRow.delivery == "pending", ScriptRow.control.is_not(None), ScriptRow.question.is_not(None)
         )
-        with self._database.read() as session:
-            query = (
-                select(ScriptRow).where(ScriptRow.robot.in_(self._robots), unanswered).order_by(ScriptRow.id)
+        query = (
+            select(ScriptRow, MissionRow.state)
+            .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
+            .where(
+                MissionRow.world == self._world,
+                MissionRow.state.not_in(ENDED),
+                ScriptRow.robot.in_(self._robots),
+                unanswered,
             )
-            return session.scalars(query).all()
+            .order_by(ScriptRow.id)
+        )
+        with self._database.read() as session:
+            found = session.execute(query).all()
+        return [row for row, state in found if state != MissionState.PAUSED or row.delivery != "pending"]
 
     def _repeat(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
         now = time.monotonic()
         if now - self._sent_at.get(message_id, -RESEND_S) < RESEND_S:
             return
+        self._sent_at = {known: at for known, at in self._sent_at.items() if now - at < RESEND_S}
         self._sent_at[message_id] = now
         self._send(robot, performative, body, message_id=message_id)
 

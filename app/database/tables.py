@@ -49,6 +49,7 @@ class GoalRow(Base):
     goal: Mapped[list[Any]]
     priority: Mapped[int]
     deadline_s: Mapped[float | None]
+    deadline_at_s: Mapped[float | None]
     auto_approve: Mapped[bool]
     state: Mapped[str] = mapped_column(index=True)
     reason: Mapped[str] = mapped_column(default="")
@@ -105,8 +106,8 @@ class MissionRow(Base):
 class ScriptRow(Base):
     """A behaviour script of a mission and what is known of its execution.
 
-    `delivery` is pending, acknowledged or refused; `control` a verb the robot has not acknowledged yet; `question` the
-    id of a status query it has not answered yet; `packets` holds each packet's state and times as reported;
+    `delivery` is pending, acknowledged, refused or withdrawn; `control` a verb the robot has not acknowledged yet;
+    `question` the id of a status query it has not answered yet; `packets` each packet's state and times as reported;
     `heard_at_s` is when the robot last said how it stands.
     """
 

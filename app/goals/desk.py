@@ -1,7 +1,7 @@
 """Where goals come in: understood, checked against the world, recorded and sent to the planner in one transaction."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
@@ -15,6 +15,7 @@ from app.goals.grammar import Clarification, parse_goal
 from app.ids import new_id
 from app.states import GoalState
 from app.world_model import Facts
+from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -39,6 +40,7 @@ class GoalDesk:
         core: Core,
         *,
         world: Callable[[str | None], WorldFile],
+        clocks: Mapping[str, Clock],
         enqueue: Callable[[Session, GoalRow], None],
     ) -> None:
         """
@@ -46,7 +48,8 @@ class GoalDesk:
         :param enqueue: has a goal planned if the transaction commits.
         """
         self._database, self._events, self._facts = core.database, core.events, core.facts
-        self._knowledge_base, self._world, self._enqueue = core.knowledge_base, world, enqueue
+        self._knowledge_base = core.knowledge_base
+        self._world, self._clocks, self._enqueue = world, clocks, enqueue
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
         """Record a goal and have it planned. The same idempotency key answers the same goal again.
@@ -70,6 +73,7 @@ class GoalDesk:
                 goal=[goal.model_dump(mode="json") for goal in goals],
                 priority=request.priority,
                 deadline_s=request.deadline_s,
+                deadline_at_s=_after(self._clocks[world.name], request.deadline_s),
                 auto_approve=request.auto_approve,
                 state=GoalState.SUBMITTED,
                 reason="",
@@ -108,11 +112,20 @@ def _understood(text: str, world: WorldFile, facts: Facts) -> Sequence[SymbolicF
     return parsed
 
 
+def _after(clock: Clock, span_s: float | None) -> float | None:
+    return None if span_s is None else clock.now_s() + span_s
+
+
 def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     """The goal that an idempotency key was used for, if the request is the same."""
     goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
     same_wish = row.text == request.text if request.text is not None else row.goal == goal
-    if row.world != world.name or not same_wish:
+    same_terms = (row.priority, row.deadline_s, row.auto_approve) == (
+        request.priority,
+        request.deadline_s,
+        request.auto_approve,
+    )
+    if row.world != world.name or not same_wish or not same_terms:
         raise Conflict("this idempotency key was used for another goal", code="idempotency-key-reused")
     return row
 

@@ -44,7 +44,7 @@ class MissionDesk:
             mission = _mission(session, mission_id, to_change=True)
             if mission.cancel_requested:
                 return _with_scripts(session, mission)
-            self._refuse_ended(mission, "cancelled")
+            _refuse_ended(mission, "cancelled")
             mission.cancel_requested = True
             self._events.append(session, "mission.cancel_requested", mission.id, actor=actor, comment=comment)
             self._workflows.wake(session, mission.id, f"cancel:{mission.id}")
@@ -54,7 +54,7 @@ class MissionDesk:
         """Have every robot that is still at work stand still and keep its place in its script."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
-            self._refuse_ended(mission, "paused")
+            _refuse_ended(mission, "paused")
             if mission.state != MissionState.PAUSED:
                 mission.resume_to, mission.state = mission.state, MissionState.PAUSED
                 self._order(session, mission, ControlVerb.PAUSE, actor, comment)
@@ -74,15 +74,10 @@ class MissionDesk:
     ) -> None:
         self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
         for script in _scripts(session, mission.id):
-            if script.state not in TERMINAL_SCRIPTS and script.delivery != "refused":
+            # A script that is not acknowledged yet is held back while the mission is paused.
+            if script.state not in TERMINAL_SCRIPTS and script.delivery == "acknowledged":
                 script.orders += 1
                 script.control = f"{verb.value}:{script.orders}"
-
-    def _refuse_ended(self, mission: MissionRow, verb: str) -> None:
-        if MissionState(mission.state).ended:
-            raise Conflict(
-                f"mission {mission.id} is {mission.state}: it cannot be {verb} any more", code="mission-ended"
-            )
 
 
 def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> MissionRow:
@@ -90,6 +85,13 @@ def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> M
     if row is None:
         raise NotFound(f"no mission {mission_id!r}", code="unknown-mission")
     return row
+
+
+def _refuse_ended(mission: MissionRow, verb: str) -> None:
+    if MissionState(mission.state).ended:
+        raise Conflict(
+            f"mission {mission.id} is {mission.state}: it cannot be {verb} any more", code="mission-ended"
+        )
 
 
 def _scripts(session: Session, mission_id: str) -> Sequence[ScriptRow]:

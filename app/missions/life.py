@@ -12,12 +12,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import GoalRow, MissionRow, PlanRow, ScriptRow
-from app.durable import sleep_until_woken, step
+from app.database import MissionRow, PlanRow, ScriptRow
+from app.durable import StepFailed, sleep_until_woken, step
+from app.missions.ending import end_mission
 from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, Verdict, review
 from app.organiser import Library, OrganiserFailure, organise
 from app.plan_body import PlanBody
-from app.states import GoalState, MissionState
+from app.states import MissionState
 from app.vocabulary import symbolic
 from robots.clock import Clock
 from robots.wire import BehaviourScript, FailureCategory, ScriptState
@@ -64,18 +65,24 @@ class MissionLife:
         self._times, self._patience_s = times, patience_s
 
     def run(self, mission_id: str) -> None:
-        """The workflow."""
-        if not step("organise", lambda: self._organise(mission_id)):
-            return
-        while (sleep_s := step("monitor", lambda: self._monitor(mission_id))) is not None:
-            sleep_until_woken(sleep_s)
+        """The workflow. A step that keeps failing ends the mission, so that it does not hold its robots for ever."""
+        try:
+            if not step("organise", lambda: self._organise(mission_id)):
+                return
+            while (sleep_s := step("monitor", lambda: self._monitor(mission_id))) is not None:
+                sleep_until_woken(sleep_s)
+        except StepFailed as failure:
+            reason = str(failure)
+            step("give up", lambda: self._give_up(mission_id, reason))
 
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if it cannot be."""
         with self._database.write() as session:
             mission = session.get_one(MissionRow, mission_id, with_for_update=True)
-            if mission.state != MissionState.PENDING:
-                return not MissionState(mission.state).ended
+            if MissionState(mission.state).ended:
+                return False
+            if session.scalars(select(ScriptRow.id).where(ScriptRow.mission_id == mission_id)).first():
+                return True
             plan = session.get_one(PlanRow, mission.plan_id)
             organised = organise(
                 PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base),
@@ -86,13 +93,20 @@ class MissionLife:
             )
             now_s = self._times[mission.world].clock.now_s()
             if isinstance(organised, OrganiserFailure):
-                self._close(
-                    session, mission, MissionState.FAILED, organised.reason, FailureCategory.INTERNAL, now_s
+                verdict = Verdict(
+                    state=MissionState.FAILED,
+                    wait_s=0,
+                    reason=organised.reason,
+                    failure=FailureCategory.INTERNAL,
                 )
+                self._close(session, mission, verdict)
                 return False
             for script in organised.scripts:
                 session.add(_script_row(script))
-            mission.state = MissionState.DISPATCHING
+            if mission.state == MissionState.PAUSED:
+                mission.resume_to = MissionState.DISPATCHING
+            else:
+                mission.state = MissionState.DISPATCHING
             mission.enquire_at_s = now_s + mission.estimate_s + mission.margin_s
             self._events.append(
                 session, "mission.dispatching", mission.id, robots=[s.robot for s in organised.scripts]
@@ -110,8 +124,7 @@ class MissionLife:
             now_s = times.clock.now_s()
             verdict = review(_view(mission, scripts, now_s), patience_s=self._patience_s)
             if verdict.state.ended:
-                verdict = self._checked(session, mission, verdict)
-                self._close(session, mission, verdict.state, verdict.reason, verdict.failure, now_s)
+                self._close(session, mission, self._checked(session, mission, verdict))
                 return None
             self._act(session, mission, scripts, verdict)
             if verdict.state is MissionState.UNKNOWN:
@@ -160,36 +173,25 @@ class MissionLife:
                 type_ = "mission.robots_asked" if verdict.ask else f"mission.{verdict.state.value}"
                 self._events.append(session, type_, mission.id, reason=verdict.reason)
 
-    def _close(
-        self,
-        session: Session,
-        mission: MissionRow,
-        state: MissionState,
-        reason: str,
-        failure: FailureCategory | None,
-        now_s: float,
-    ) -> None:
-        mission.state, mission.reason, mission.failure = state, reason, failure
-        scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
-        mission.ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
-        for script in scripts:
-            script.question = script.control = None
-            if script.delivery == "pending":
-                script.delivery = "refused"
-        goal = session.get_one(GoalRow, mission.goal_id)
-        goal.state = GoalState.FINISHED
-        goal.outcome = state.value
-        goal.reason = reason
-        self._events.append(
+    def _give_up(self, mission_id: str, reason: str) -> None:
+        with self._database.write() as session:
+            mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+            if not MissionState(mission.state).ended:
+                verdict = Verdict(
+                    state=MissionState.FAILED, wait_s=0, reason=reason, failure=FailureCategory.INTERNAL
+                )
+                self._close(session, mission, verdict)
+
+    def _close(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
+        end_mission(
             session,
-            f"mission.{state.value}",
-            mission.id,
-            goal=mission.goal_id,
-            reason=reason,
-            failure=failure,
-            ended_at_s=mission.ended_at_s,
+            self._events,
+            mission,
+            state=verdict.state,
+            reason=verdict.reason,
+            failure=verdict.failure,
+            now_s=self._times[mission.world].clock.now_s(),
         )
-        self._events.append(session, "goal.finished", goal.id, outcome=state.value, reason=reason)
         self._freed(session, mission.world)
 
 

@@ -64,6 +64,8 @@ class Verdict:
 
 def review(view: MissionView, *, patience_s: float) -> Verdict:
     """Decide on a mission; `patience_s` is how long (wall clock) an answer may take before a robot counts as silent."""
+    if not view.scripts:
+        return Verdict(state=view.state, wait_s=EXTENSION_S)
     open_scripts = [script for script in view.scripts if not script.ended]
     if not open_scripts:
         return _conclusion(view)
@@ -126,7 +128,12 @@ def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
 
 
 def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
-    """Robots have been asked: all answered that they are at work, or some are still silent."""
+    """Robots have been asked: all answered that they are at work, or some are still silent.
+
+    Paused meanwhile, nothing is concluded from either: the question is asked anew later.
+    """
+    if view.state is MissionState.PAUSED:
+        return Verdict(state=view.state, wait_s=EXTENSION_S, enquire_at_s=view.now_s + EXTENSION_S)
     silent = [script.robot for script in open_scripts if script.open_question or script.delivery == "pending"]
     if not silent:
         extension_s = max(EXTENSION_S, view.estimate_s / 2)

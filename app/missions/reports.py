@@ -56,10 +56,10 @@ class ReportBook:
     ) -> None:
         match message.body:
             case Acknowledgement():
-                self._answered(session, message, script, "acknowledged")
+                self._answered(session, message, script, mission, "acknowledged")
             case Refusal(reason=reason):
                 script.detail = reason
-                self._answered(session, message, script, "refused")
+                self._answered(session, message, script, mission, "refused")
             case PacketReport() as report:
                 self._packet(session, report, script, mission)
             case ScriptReport() as report:
@@ -67,15 +67,30 @@ class ReportBook:
             case StatusReport() as report:
                 self._status(session, report, script)
 
-    def _answered(self, session: Session, message: Message, script: ScriptRow, delivery: str) -> None:
+    def _answered(
+        self, session: Session, message: Message, script: ScriptRow, mission: MissionRow, delivery: str
+    ) -> None:
         """The robot agreed to or refused a request: of a script, or of a control."""
         if message.in_reply_to == f"{script.id}:request":
             if script.delivery == "pending":
                 script.delivery = delivery
+                if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
+                    # It was on its way when the operator paused the mission.
+                    script.orders += 1
+                    script.control = f"pause:{script.orders}"
                 self._events.append(
                     session, f"script.{delivery}", script.id, robot=script.robot, reason=script.detail
                 )
         elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
+            if delivery == "refused":
+                self._events.append(
+                    session,
+                    "control.refused",
+                    script.id,
+                    robot=script.robot,
+                    control=script.control,
+                    reason=script.detail,
+                )
             script.control = None
 
     def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:

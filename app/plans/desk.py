@@ -1,6 +1,6 @@
 """Operators' decisions on plans: approve or reject. A plan that the world has overtaken expires instead."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -19,7 +19,6 @@ from app.plans.active import held_by_missions
 from app.states import GoalState, MissionState, PlanState
 from app.vocabulary import symbolic
 from app.world_model import broken, reservation_of
-from robots.clock import Clock
 
 AUTOMATIC = "auto_approve"
 """Who decided on a plan whose goal was submitted with `auto_approve`."""
@@ -32,14 +31,13 @@ class PlanDesk:
         self,
         core: Core,
         *,
-        clocks: Mapping[str, Clock],
         margin: Margin,
         replan: Callable[[Session, GoalRow, str], None],
     ) -> None:
         """:param replan: has a goal planned afresh, with the reason why."""
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
         self._facts, self._knowledge_base = core.facts, core.knowledge_base
-        self._clocks, self._margin, self._replan = clocks, margin, replan
+        self._margin, self._replan = margin, replan
 
     def get(self, plan_id: str) -> PlanRow:
         with self._database.read() as session:
@@ -67,21 +65,30 @@ class PlanDesk:
                 return plan, _mission_of(session, plan)
             _refuse_decided(plan)
             goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
-            stale = self._stale(session, plan)
-            if not stale:
-                return plan, self.approve_in(session, plan, goal, actor=actor, comment=comment)
-            plan.state, plan.reason = PlanState.EXPIRED, stale
-            self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
-            self._replan(session, goal, f"the plan was overtaken: {stale}")
-        raise Conflict(
-            f"the world has changed since the plan was made: {stale}; planning afresh", code="plan-stale"
-        )
+            mission_id = self.approve_or_expire(session, plan, goal, actor=actor, comment=comment)
+        if mission_id is None:
+            detail = f"the world has changed since the plan was made: {plan.reason}; planning afresh"
+            raise Conflict(detail, code="plan-stale")
+        return plan, mission_id
 
-    def approve_in(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
-        """Approve inside the caller's transaction; answers the mission's id."""
+    def approve_or_expire(
+        self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str
+    ) -> str | None:
+        """Approve inside the caller's transaction and answer the mission's id.
+
+        None if the world has changed under the plan: then it has expired and the goal is planned afresh.
+        """
+        stale = self._stale(session, plan)
+        if not stale:
+            return self._approve(session, plan, goal, actor=actor, comment=comment)
+        plan.state, plan.reason = PlanState.EXPIRED, stale
+        self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
+        self._replan(session, goal, f"the plan was overtaken: {stale}")
+        return None
+
+    def _approve(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
         self._decide(session, plan, PlanState.APPROVED, actor, comment)
         body = PlanBody.model_validate(plan.body)
-        now_s = self._clocks[plan.world].now_s()
         mission = MissionRow(
             id=new_id("mission"),
             goal_id=goal.id,
@@ -91,7 +98,7 @@ class PlanDesk:
             estimate_s=body.makespan_s,
             original_estimate_s=body.makespan_s,
             margin_s=self._margin.of(body.makespan_s),
-            deadline_s=None if goal.deadline_s is None else now_s + goal.deadline_s,
+            deadline_s=goal.deadline_at_s,
         )
         session.add(mission)
         goal.state, goal.mission_id = GoalState.COMMITTED, mission.id

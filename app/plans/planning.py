@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow, PlanRow
-from app.durable import PLANNING, step
+from app.durable import PLANNING, StepFailed, step
 from app.goals.check import blocking, check_goals
 from app.ids import new_id
 from app.plan_body import PlanBody
@@ -18,6 +18,7 @@ from app.states import GoalState, PlanState
 from app.vocabulary import planner_fact
 from app.world_model import objects_of, planning_problem
 from planner import PlanningProblem, PlanningResult, PlanningStatus
+from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -36,6 +37,7 @@ class Planning:
         core: Core,
         *,
         worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
         spots: Spots,
         worker: PlanningWorker,
         time_limit_s: float,
@@ -44,7 +46,7 @@ class Planning:
         """:param approve: approves a proposed plan at once, for goals that were submitted so."""
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
         self._facts, self._knowledge_base = core.facts, core.knowledge_base
-        self._worlds, self._spots = worlds, spots
+        self._worlds, self._clocks, self._spots = worlds, clocks, spots
         self._worker, self._time_limit_s, self._approve = worker, time_limit_s, approve
 
     def enqueue(self, session: Session, goal: GoalRow, reason: str = "") -> None:
@@ -64,8 +66,22 @@ class Planning:
             self.enqueue(session, goal)
 
     def run(self, goal_id: str) -> None:
-        """The workflow."""
-        step("plan", lambda: self._plan(goal_id))
+        """The workflow. A step that keeps failing ends the goal, so that it is not planned for ever."""
+        try:
+            step("plan", lambda: self._plan(goal_id))
+        except StepFailed as failure:
+            reason = str(failure)
+            step("give up", lambda: self._give_up(goal_id, reason))
+
+    def _give_up(self, goal_id: str, reason: str) -> None:
+        with self._database.write() as session:
+            goal = session.get_one(GoalRow, goal_id, with_for_update=True)
+            if goal.state in (GoalState.SUBMITTED, GoalState.PLANNING):
+                self._unsolvable(session, goal, PlanningStatus.FAILED, reason)
+
+    def _unsolvable(self, session: Session, goal: GoalRow, status: PlanningStatus, reason: str) -> None:
+        goal.state, goal.outcome, goal.reason = GoalState.UNSOLVABLE, status.value, reason
+        self._events.append(session, "goal.unsolvable", goal.id, reason=reason, status=status.value)
 
     def _plan(self, goal_id: str) -> str:
         with self._database.write() as session:
@@ -114,11 +130,7 @@ class Planning:
             if not held_by_missions(session, goal.world, self._knowledge_base):
                 self.enqueue(session, goal)  # they ended while we planned
         else:
-            goal.state, goal.outcome = GoalState.UNSOLVABLE, result.status.value
-            goal.reason = result.reason or result.status.value
-            self._events.append(
-                session, "goal.unsolvable", goal.id, reason=goal.reason, status=result.status.value
-            )
+            self._unsolvable(session, goal, result.status, result.reason or result.status.value)
 
     def _propose(self, session: Session, goal: GoalRow, result: PlanningResult, version: int) -> None:
         plan_id = new_id("plan")
@@ -131,9 +143,9 @@ class Planning:
             state=PlanState.PROPOSED,
             world_version=version,
         )
-        if goal.deadline_s is not None and body.makespan_s > goal.deadline_s:
-            late_s = ceil(body.makespan_s - goal.deadline_s)
-            goal.reason = f"the plan is expected to end {late_s} s after the deadline"
+        if goal.deadline_at_s is not None:
+            late_s = ceil(self._clocks[goal.world].now_s() + body.makespan_s - goal.deadline_at_s)
+            goal.reason = f"the plan is expected to end {late_s} s after the deadline" if late_s > 0 else ""
         plan = PlanRow(
             id=plan_id,
             goal_id=goal.id,

@@ -5,13 +5,15 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
 from planner import PlanningEngine, PlanningProblem, PlanningResult, PlanningStatus
 
 GRACE_S = 10.0
 """An engine keeps its own time limit; past this much more the process is given up."""
+ATTEMPTS = 2
+"""How often a problem is tried when the process dies under it."""
 
 _engine: list[PlanningEngine] = []
 
@@ -39,11 +41,13 @@ def _ready() -> bool:
 
 
 class PlanningWorker:
-    """One warm planning process; replaced when it dies or overruns."""
+    """One warm planning process, replaced when it dies or overruns. Problems take turns, in any thread."""
 
     def __init__(self, make_engine: Callable[[], PlanningEngine]) -> None:
         """:param make_engine: picklable; builds the warm engine inside the process."""
         self._make_engine = make_engine
+        self._turn = threading.Lock()
+        self._closed = False
         self._pool = self._new_pool()
 
     def warm_up(self) -> "Future[bool]":
@@ -51,24 +55,40 @@ class PlanningWorker:
         return self._pool.submit(_ready)
 
     def plan(self, problem: PlanningProblem, *, time_limit_s: float) -> PlanningResult:
-        """Plan in the process; that it died or hung is a result with a reason, not an exception."""
-        try:
-            return self._pool.submit(_plan, problem, time_limit_s).result(timeout=time_limit_s + GRACE_S)
-        except TimeoutError:
-            return self._given_up(PlanningStatus.TIMED_OUT, f"no answer within {time_limit_s:.0f} s")
-        except BrokenProcessPool:
-            return self._given_up(PlanningStatus.FAILED, "the planning process died")
+        """Plan in the process; that it died or hung is a result with a reason, not an exception.
+
+        The time limit begins when it is the problem's turn.
+        """
+        with self._turn:
+            for _ in range(ATTEMPTS):
+                try:
+                    return self._pool.submit(_plan, problem, time_limit_s).result(time_limit_s + GRACE_S)
+                except TimeoutError:
+                    self._replace()
+                    return _failed(PlanningStatus.TIMED_OUT, f"no answer within {time_limit_s:.0f} s")
+                except (BrokenProcessPool, CancelledError, OSError, RuntimeError):
+                    if self._closed:
+                        break
+                    self._replace()
+        return _failed(PlanningStatus.FAILED, "the planning process died")
 
     def close(self) -> None:
+        self._closed = True
+        self._end()
+
+    def _replace(self) -> None:
+        self._end()
+        self._pool = self._new_pool()
+
+    def _end(self) -> None:
         for process in list((self._pool._processes or {}).values()):
             process.terminate()
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def _given_up(self, status: PlanningStatus, reason: str) -> PlanningResult:
-        self.close()
-        self._pool = self._new_pool()
-        return PlanningResult(status=status, engine="planning process", planning_s=0.0, reason=reason)
-
     def _new_pool(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(1, context, initializer=_warm_up, initargs=(self._make_engine,))
+
+
+def _failed(status: PlanningStatus, reason: str) -> PlanningResult:
+    return PlanningResult(status=status, engine="planning process", planning_s=0.0, reason=reason)

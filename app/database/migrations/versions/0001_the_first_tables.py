@@ -10,7 +10,6 @@ depends_on = None
 
 
 def upgrade() -> None:
-
     op.create_table(
         "events",
         sa.Column("seq", sa.Integer(), autoincrement=True, nullable=False),
@@ -63,6 +62,7 @@ def upgrade() -> None:
         sa.Column("goal", sa.JSON(), nullable=False),
         sa.Column("priority", sa.Integer(), nullable=False),
         sa.Column("deadline_s", sa.Double(), nullable=True),
+        sa.Column("deadline_at_s", sa.Double(), nullable=True),
         sa.Column("auto_approve", sa.Boolean(), nullable=False),
         sa.Column("state", sa.String(), nullable=False),
         sa.Column("reason", sa.String(), nullable=False),
@@ -169,7 +169,6 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-
     with op.batch_alter_table("scripts", schema=None) as batch_op:
         batch_op.drop_index(batch_op.f("ix_scripts_mission_id"))
         batch_op.drop_index(batch_op.f("ix_scripts_delivery"))

@@ -1,0 +1,48 @@
+"""The end of a mission in the record: its scripts, its goal and the events, in the caller's transaction."""
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.database import GoalRow, MissionRow, ScriptRow
+from app.events import EventLog
+from app.states import GoalState, MissionState
+from robots.wire import FailureCategory
+
+
+def end_mission(
+    session: Session,
+    events: EventLog,
+    mission: MissionRow,
+    *,
+    state: MissionState,
+    reason: str,
+    failure: FailureCategory | None,
+    now_s: float,
+) -> None:
+    """Nothing of an ended mission is delivered any more; its goal is finished with the mission's outcome.
+
+    It ended when its robots were last heard of it, or at `now_s` if they never were (world's clock).
+    """
+    scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
+    for script in scripts:
+        script.question = script.control = None
+        if script.delivery == "pending":
+            script.delivery = "withdrawn"
+    mission.state, mission.failure = state, failure
+    mission.ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
+    late_s = 0.0 if mission.deadline_s is None else mission.ended_at_s - mission.deadline_s
+    if state is MissionState.COMPLETED and late_s > 0:
+        reason = f"came true {late_s:.0f} s after the deadline"
+    mission.reason = reason
+    goal = session.get_one(GoalRow, mission.goal_id)
+    goal.state, goal.outcome, goal.reason = GoalState.FINISHED, state.value, reason
+    events.append(
+        session,
+        f"mission.{state.value}",
+        mission.id,
+        goal=goal.id,
+        reason=reason,
+        failure=failure,
+        ended_at_s=mission.ended_at_s,
+    )
+    events.append(session, "goal.finished", goal.id, outcome=state.value, reason=reason)
