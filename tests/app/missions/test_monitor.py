@@ -132,3 +132,17 @@ def test_a_paused_mission_is_not_asked_when_its_time_runs_out() -> None:
     view = mission(AT_WORK, now_s=200.0, state=MissionState.PAUSED)
     verdict = review(view, patience_s=PATIENCE_S)
     assert (verdict.state, verdict.ask) == (MissionState.PAUSED, ())
+
+
+@pytest.mark.parametrize("open_question", [True, False])
+def test_a_mission_paused_while_a_question_is_open_stays_paused(open_question: bool) -> None:
+    asked = replace(AT_WORK, open_question=open_question)
+    view = mission(asked, now_s=200.0, state=MissionState.PAUSED, asked_for_s=10 * PATIENCE_S)
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.PAUSED
+    assert verdict.enquire_at_s == 200.0 + EXTENSION_S
+
+
+def test_a_mission_without_scripts_yet_is_not_concluded() -> None:
+    for state in (MissionState.PENDING, MissionState.PAUSED):
+        assert review(mission(state=state), patience_s=PATIENCE_S).state is state
