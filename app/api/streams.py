@@ -2,7 +2,8 @@
 
 import threading
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import anyio
@@ -19,69 +20,129 @@ from robots.clock import Clock
 WAIT_S = 1.0
 """Longest block of a waiting stream, so that a closed connection is noticed."""
 TELEMETRY_INTERVAL_S = 0.1
+WAITING_STREAMS = 500
+"""Streams that wait at a time; any more take turns."""
+GREATEST_SEQ = 2**63 - 1
+"""Of the record's integers."""
+
+Snapshot = Callable[[], list[tuple[str, str, dict[str, Any]]]]
 
 
 def envelope(row: EventRow) -> dict[str, Any]:
     return {"seq": row.seq, "time": row.time, "type": row.type, "subject": row.subject, "data": row.data}
 
 
-def streams_router(
-    *,
-    events: EventLog,
-    board: RobotBoard,
-    clocks: dict[str, Clock],
-    stopping: threading.Event,
-    snapshot: Callable[[], list[tuple[str, str, dict[str, Any]]]],
-) -> APIRouter:
-    """
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Streams:
+    """What the streams tell, each until its client leaves or the service ends.
+
     :param stopping: once set, streams end.
     :param snapshot: the current state as (type, subject, data), sent first to a client that does not resume.
+    :param waiting: the threads of waiting streams. Never those that other requests are answered in: a few
+        dozen open pages would take them all.
     """
-    router = APIRouter(prefix="/v1", tags=["streams"])
 
-    def known_world(world: str) -> str:
-        # Before the stream begins: after that it is too late for a problem.
-        if world not in clocks:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(clocks))
-        return world
+    events: EventLog
+    board: RobotBoard
+    clocks: Mapping[str, Clock]
+    stopping: threading.Event
+    snapshot: Snapshot
+    waiting: anyio.CapacityLimiter
 
-    @router.get("/events", response_class=EventSourceResponse)
-    async def stream_events(
-        request: Request,
-        last_event_id: Annotated[int | None, Header(ge=0)] = None,
-        after: Annotated[int | None, Query(ge=0, description="like Last-Event-ID")] = None,
-    ) -> AsyncIterator[ServerSentEvent]:
-        """The current state first, then every change; `Last-Event-ID` resumes after that event instead."""
-        generation = events.generation
-        seq = last_event_id if last_event_id is not None else after
-        if seq is None:
-            seq = await to_thread.run_sync(events.last)
-            for type_, subject, data in await to_thread.run_sync(snapshot):
-                state = {"seq": seq, "time": None, "type": type_, "subject": subject, "data": data}
-                yield ServerSentEvent(data=state, id=str(seq))
-        while not stopping.is_set() and not await request.is_disconnected():
-            rows = await to_thread.run_sync(events.since, seq)
+    async def changes(self, request: Request, seen: int | None) -> AsyncIterator[ServerSentEvent]:
+        """Every change after event `seen`; the current state first where nothing or too much was seen."""
+        generation = self.events.generation
+        seq = await to_thread.run_sync(self.events.last)
+        # An event above the newest is of another record, say one begun afresh: nothing follows it here.
+        if seen is None or seen > seq:
+            for event in await self._state(seq):
+                yield event
+        else:
+            seq = seen
+        while await self._open(request):
+            rows = await to_thread.run_sync(self.events.since, seq)
             for row in rows:
                 seq = row.seq
                 yield ServerSentEvent(data=envelope(row), id=str(seq))
             if not rows:
-                generation = await to_thread.run_sync(events.wait, generation, WAIT_S)
+                generation = await self._wait(self.events.wait, generation)
+
+    async def telemetry(self, request: Request, world: str) -> AsyncIterator[ServerSentEvent]:
+        generation = -1
+        while await self._open(request):
+            begun = time.monotonic()
+            generation = await self._wait(self.board.wait, generation)
+            yield ServerSentEvent(data=_telemetry(self.board, world, self.clocks[world].now_s()))
+            pause_s = TELEMETRY_INTERVAL_S - (time.monotonic() - begun)
+            if pause_s > 0:
+                await anyio.sleep(pause_s)
+
+    async def _state(self, seq: int) -> list[ServerSentEvent]:
+        """The current state. Its last item alone carries the id: who saw only part of it begins again."""
+        items = [
+            {"seq": seq, "time": None, "type": type_, "subject": subject, "data": data}
+            for type_, subject, data in await to_thread.run_sync(self.snapshot)
+        ]
+        last = len(items) - 1
+        return [
+            ServerSentEvent(data=item, id=str(seq) if index == last else None)
+            for index, item in enumerate(items)
+        ]
+
+    async def _open(self, request: Request) -> bool:
+        return not self.stopping.is_set() and not await request.is_disconnected()
+
+    async def _wait(self, wait: Callable[[int, float], int], generation: int) -> int:
+        return await to_thread.run_sync(wait, generation, WAIT_S, limiter=self.waiting)
+
+
+def streams_router(
+    *,
+    events: EventLog,
+    board: RobotBoard,
+    clocks: Mapping[str, Clock],
+    stopping: threading.Event,
+    snapshot: Snapshot,
+) -> APIRouter:
+    """The routes of `Streams`, which says what the parameters are."""
+    router = APIRouter(prefix="/v1", tags=["streams"])
+    streams = Streams(
+        events=events,
+        board=board,
+        clocks=clocks,
+        stopping=stopping,
+        snapshot=snapshot,
+        waiting=anyio.CapacityLimiter(WAITING_STREAMS),
+    )
+
+    @router.get("/events", response_class=EventSourceResponse)
+    async def stream_events(
+        request: Request,
+        last_event_id: Annotated[int | None, Header(ge=0, le=GREATEST_SEQ)] = None,
+        after: Annotated[int | None, Query(ge=0, le=GREATEST_SEQ, description="like Last-Event-ID")] = None,
+    ) -> AsyncIterator[ServerSentEvent]:
+        """The current state first, then every change; `Last-Event-ID` resumes after that event instead."""
+        async for event in streams.changes(request, after if last_event_id is None else last_event_id):
+            yield event
+
+    _add_telemetry(router, streams)
+    return router
+
+
+def _add_telemetry(router: APIRouter, streams: Streams) -> None:
+    def known_world(world: str) -> str:
+        # Before the stream begins: after that it is too late for a problem.
+        if world not in streams.clocks:
+            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(streams.clocks))
+        return world
 
     @router.get("/telemetry", response_class=EventSourceResponse)
     async def stream_telemetry(
         request: Request, world: Annotated[str, Depends(known_world)]
     ) -> AsyncIterator[ServerSentEvent]:
         """What the world's robots say of themselves, at most every 0.1 s; the newest of each."""
-        generation = -1
-        while not stopping.is_set() and not await request.is_disconnected():
-            begun = time.monotonic()
-            generation = await to_thread.run_sync(board.wait, generation, WAIT_S)
-            yield ServerSentEvent(data=_telemetry(board, world, clocks[world].now_s()))
-            pause_s = TELEMETRY_INTERVAL_S - (time.monotonic() - begun)
-            if pause_s > 0:
-                await anyio.sleep(pause_s)
-
-    return router
+        async for event in streams.telemetry(request, world):
+            yield event
 
 
 def _telemetry(board: RobotBoard, world: str, now_s: float) -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import httpx2
 import pytest
 
+from app.api import streams
 from app.composition import Service
 from tests.app.conftest import TOKEN
 from tests.app.serving import served
@@ -77,3 +78,52 @@ def test_telemetry_of_an_unknown_world_is_a_problem(address: str) -> None:
     answer = httpx2.get(f"{address}/v1/telemetry?world=atlantis", headers=headers)
     assert answer.status_code == 404
     assert answer.json()["choices"] == ["sample_store"]
+
+
+def test_sixty_open_streams_leave_the_api_answering(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Longer than a client waits: a stream that held a thread of the other requests would hold it for good.
+    monkeypatch.setattr(streams, "WAIT_S", 60.0)
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    with ExitStack() as open_streams:
+        for _ in range(60):
+            open_streams.enter_context(stream(address, "/v1/events"))
+        answer = httpx2.get(f"{address}/v1/goals", headers=headers, timeout=10)
+        assert answer.json()["items"] == []
+        post(address, "move sample_1 to bay_7")  # wakes them, so that they see their clients leave
+
+
+@pytest.mark.parametrize("seen", ["-1", str(2**63), "9" * 30, "yesterday"])
+def test_an_event_id_that_cannot_be_is_a_problem(address: str, seen: str) -> None:
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    for answer in (
+        httpx2.get(f"{address}/v1/events", headers=headers | {"last-event-id": seen}),
+        httpx2.get(f"{address}/v1/events?after={seen}", headers=headers),
+    ):
+        assert answer.status_code == 422
+        assert answer.headers["content-type"] == "application/problem+json"
+
+
+def test_an_event_id_above_the_newest_begins_again(address: str) -> None:
+    goal = post(address, "move sample_1 to bay_7")
+    with stream(address, "/v1/events", **{"last-event-id": str(2**63 - 1)}) as events:
+        first = next(events)
+    assert (first["type"], first["subject"]) == ("goal.state", goal["id"])
+
+
+def test_only_the_last_item_of_the_current_state_carries_the_id(address: str) -> None:
+    for place in ("bay_7", "bay_8"):
+        post(address, f"move sample_1 to {place}")
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    blocks: list[dict[str, str]] = [{}]
+    with httpx2.stream("GET", f"{address}/v1/events", headers=headers, timeout=10) as answer:
+        for line in answer.iter_lines():
+            if line:
+                slot, _, value = line.partition(":")
+                blocks[-1][slot] = value.strip()
+            elif blocks[-1].get("id"):
+                break
+            else:
+                blocks.append({})
+    assert len(blocks) >= 2
+    assert json.loads(blocks[-1]["data"])["type"].endswith(".state")
+    assert blocks[-1]["id"] == str(json.loads(blocks[-1]["data"])["seq"])
