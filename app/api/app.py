@@ -12,11 +12,11 @@ from starlette.types import ASGIApp
 from app.api import problems
 from app.api.auth import Door, TokenCheck
 from app.api.bodies import GoalBody, MissionBody, plan_body
-from app.api.goals import goals_router
+from app.api.goals import goals_router, plans_router
 from app.api.missions import missions_router
 from app.api.streams import streams_router
 from app.api.viewer_proxy import viewer_router
-from app.api.worlds import worlds_router
+from app.api.worlds import robots_router, worlds_router
 
 if TYPE_CHECKING:
     from app.composition import Service
@@ -35,9 +35,11 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
         redoc_url=None,
     )
     problems.install(api)
-    api.include_router(goals_router(service.goals, service.plans))
+    api.include_router(goals_router(service.goals))
+    api.include_router(plans_router(service.plans))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
+    api.include_router(robots_router(service.worlds))
     api.include_router(
         streams_router(
             events=service.events,
@@ -66,12 +68,20 @@ def _add_health(api: FastAPI, service: "Service") -> None:
 
     @api.get("/readyz", tags=["health"])
     def readyz() -> JSONResponse:
-        """The record can be read and every world is reachable."""
+        """The record can be read and no world's link is broken."""
         try:
             service.events.last()
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
+        broken = [world for world in sorted(service.clocks) if _out_of_reach(service, world)]
+        if broken:
+            detail = f"no link to the robots of {', '.join(broken)}"
+            return problems.problem(503, "world-unreachable", detail, worlds=broken)
         return JSONResponse({"status": "ready"})
+
+
+def _out_of_reach(service: "Service", world: str) -> bool:
+    return any(view.broken for view in service.board.views(world).values())
 
 
 def _snapshot(service: "Service") -> list[tuple[str, str, dict[str, Any]]]:

@@ -38,7 +38,7 @@ class TokenCheck:
         if scheme.lower() == "bearer" and self.opens(shown.strip()):
             return True
         session = connection.cookies.get(COOKIE, "")
-        return hmac.compare_digest(session.encode(), self._session.encode()) and _own_origin(connection)
+        return hmac.compare_digest(session.encode(), self._session.encode()) and own_origin(connection)
 
     def opens(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self._token)
@@ -88,7 +88,7 @@ class Door:
         return answer
 
 
-def _own_origin(connection: HTTPConnection) -> bool:
+def own_origin(connection: HTTPConnection) -> bool:
     """A cookie counts only for our own pages: another site must not act in the operator's name."""
     if connection.scope["type"] == "http" and connection.scope["method"] in SAFE_METHODS:
         return True

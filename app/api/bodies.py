@@ -102,7 +102,7 @@ class PacketProgress(BaseModel):
 class ScriptProgress(BaseModel):
     robot: str
     script_id: str
-    delivery: Literal["pending", "acknowledged", "refused"]
+    delivery: Literal["pending", "acknowledged", "refused", "withdrawn"]
     state: str | None
     detail: str
     heard_at_s: float | None
@@ -212,3 +212,6 @@ class FactBody(SymbolicFact):
 
 class FactsBody(Page[FactBody]):
     version: int
+    dropped: list[SymbolicFact] = Field(
+        default=[], description="after a correction: what was believed and cannot hold beside it"
+    )

@@ -1,5 +1,6 @@
 """Goals and plans: state a goal, read what came of it, decide on a plan."""
 
+from enum import Enum
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Query
@@ -8,11 +9,13 @@ from app.api.bodies import Decision, GoalBody, Page, SubmitGoal, plan_body
 from app.goals.desk import GoalDesk, GoalRequest
 from app.plan_body import PlanBody
 from app.plans.desk import PlanDesk
+from app.states import GoalState, PlanState
 
 Limit = Annotated[int, Query(ge=1, le=1000)]
 IdempotencyKey = Annotated[str | None, Header(max_length=200)]
 ACTOR = "administrator"
 """The one operator there is while there is one token."""
+TAGS: list[str | Enum] = ["goals and plans"]
 
 
 class Decided(PlanBody):
@@ -21,8 +24,8 @@ class Decided(PlanBody):
     mission_id: str | None = None
 
 
-def goals_router(goals: GoalDesk, plans: PlanDesk) -> APIRouter:
-    router = APIRouter(prefix="/v1", tags=["goals and plans"])
+def goals_router(goals: GoalDesk) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/goals", status_code=202)
     def submit_goal(body: SubmitGoal, idempotency_key: IdempotencyKey = None) -> GoalBody:
@@ -32,7 +35,7 @@ def goals_router(goals: GoalDesk, plans: PlanDesk) -> APIRouter:
 
     @router.get("/goals")
     def list_goals(
-        world: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
+        world: str | None = None, state: GoalState | None = None, limit: Limit = 100, after: str | None = None
     ) -> Page[GoalBody]:
         rows, token = goals.newest(world=world, state=state, limit=limit, after=after)
         return Page(items=[GoalBody.of(row) for row in rows], next=token)
@@ -41,9 +44,18 @@ def goals_router(goals: GoalDesk, plans: PlanDesk) -> APIRouter:
     def get_goal(goal_id: str) -> GoalBody:
         return GoalBody.of(goals.get(goal_id))
 
+    return router
+
+
+def plans_router(plans: PlanDesk) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=TAGS)
+
     @router.get("/plans")
     def list_plans(
-        goal_id: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
+        goal_id: str | None = None,
+        state: PlanState | None = None,
+        limit: Limit = 100,
+        after: str | None = None,
     ) -> Page[PlanBody]:
         rows, token = plans.newest(goal_id=goal_id, state=state, limit=limit, after=after)
         return Page(items=[plan_body(row) for row in rows], next=token)

@@ -7,6 +7,7 @@ from fastapi import APIRouter
 from app.api.bodies import Decision, MissionBody, Page, ScriptBody
 from app.api.goals import ACTOR, Limit
 from app.missions.desk import Mission, MissionDesk
+from app.states import MissionState
 from robots.wire import BehaviourScript
 
 
@@ -15,7 +16,10 @@ def missions_router(missions: MissionDesk) -> APIRouter:
 
     @router.get("/missions")
     def list_missions(
-        world: str | None = None, state: str | None = None, limit: Limit = 100, after: str | None = None
+        world: str | None = None,
+        state: MissionState | None = None,
+        limit: Limit = 100,
+        after: str | None = None,
     ) -> Page[MissionBody]:
         found, token = missions.newest(world=world, state=state, limit=limit, after=after)
         return Page(items=[MissionBody.of(*mission) for mission in found], next=token)

@@ -1,5 +1,6 @@
 """Errors as problem details (RFC 9457): the one place where domain errors meet HTTP."""
 
+import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -38,6 +39,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(MactaError, _domain)
     app.add_exception_handler(RequestValidationError, _malformed)
     app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(Exception, _internal)
 
 
 async def _domain(_: Request, error: Exception) -> JSONResponse:
@@ -61,3 +63,10 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
     answer = problem(error.status_code, code, detail)
     answer.headers.update(error.headers or {})
     return answer
+
+
+async def _internal(request: Request, error: Exception) -> JSONResponse:
+    """A defect of ours. What went wrong is for the log: its text may hold what a client must not see."""
+    where = f"{request.method} {request.url.path}"
+    logging.getLogger(__name__).error("%s failed", where, exc_info=error)
+    return problem(500, "internal", f"{where}: the service failed; its log says why")

@@ -6,7 +6,6 @@ socket, and viser's request for a public share tunnel never reaches it, so no cl
 
 import asyncio
 from collections.abc import Callable
-from urllib.parse import urlsplit
 
 import httpx2
 import msgspec
@@ -17,6 +16,8 @@ from starlette.websockets import WebSocketDisconnect, WebSocketState
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
+
+from app.api.auth import own_origin
 
 Upstream = Callable[[], str | None]
 """The viser server's address, `http://127.0.0.1:PORT`, or None while there is none."""
@@ -55,7 +56,7 @@ def viewer_router(upstream: Upstream, authenticate: Authenticate) -> APIRouter:
     @router.websocket("/viewer")
     @router.websocket("/viewer/")
     async def socket(browser: WebSocket) -> None:
-        if not authenticate(browser) or not _same_origin(browser):
+        if not authenticate(browser) or not own_origin(browser):
             await browser.close(POLICY_VIOLATION)
             return
         address = upstream()
@@ -148,12 +149,6 @@ async def _downwards(viser: ClientConnection, browser: WebSocket) -> None:
         # 1002 tells the page that its version differs from the server's; it must not be lost.
         code = viser.close_code if viser.close_code in (1000, 1001, 1002) else 1011
         await browser.close(code, viser.close_reason or "")
-
-
-def _same_origin(connection: HTTPConnection) -> bool:
-    """A cookie alone does not keep another site's page from opening a socket in the operator's name."""
-    origin = connection.headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == connection.headers.get("host")
 
 
 def _problem(status: int, title: str) -> JSONResponse:

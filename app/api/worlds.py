@@ -1,5 +1,7 @@
 """Worlds, their facts, and the robots in them."""
 
+from collections.abc import Sequence
+from enum import Enum
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Response
@@ -17,10 +19,13 @@ from app.api.bodies import (
 from app.api.goals import ACTOR
 from app.errors import Invalid
 from app.world_model.desk import RobotReport, WorldDesk
+from robots.wire import SymbolicFact
+
+TAGS: list[str | Enum] = ["worlds and robots"]
 
 
 def worlds_router(worlds: WorldDesk) -> APIRouter:
-    router = APIRouter(prefix="/v1", tags=["worlds and robots"])
+    router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/worlds")
     def list_worlds() -> Page[WorldItem]:
@@ -46,15 +51,24 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
             str | None, Header(description="the version the correction was made from")
         ] = None,
     ) -> FactsBody:
-        """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412)."""
-        worlds.correct(
+        """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412).
+
+        The answer's `dropped` are the facts that were believed and cannot hold beside the correction.
+        """
+        dropped = worlds.correct(
             world_id,
             [(fact.predicate, fact.args, fact.value) for fact in body.facts],
             actor=ACTOR,
             comment=body.comment,
             expected_version=_version(if_match),
         )
-        return _facts(worlds, world_id, response)
+        return _facts(worlds, world_id, response, dropped)
+
+    return router
+
+
+def robots_router(worlds: WorldDesk) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/robots")
     def list_robots(world: str | None = None) -> Page[RobotBody]:
@@ -67,7 +81,9 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
     return router
 
 
-def _facts(worlds: WorldDesk, world_id: str, response: Response) -> FactsBody:
+def _facts(
+    worlds: WorldDesk, world_id: str, response: Response, dropped: Sequence[SymbolicFact] = ()
+) -> FactsBody:
     rows, version = worlds.facts(world_id)
     response.headers["etag"] = f'"{version}"'
     items = [
@@ -76,7 +92,7 @@ def _facts(worlds: WorldDesk, world_id: str, response: Response) -> FactsBody:
         )
         for (predicate, args), row in rows
     ]
-    return FactsBody(items=items, version=version)
+    return FactsBody(items=items, version=version, dropped=list(dropped))
 
 
 def _version(if_match: str | None) -> int | None:

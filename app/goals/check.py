@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from app.goals.reach import chain_from, free_places, reachers
+from app.goals.reach import chain_from, free_for, reachers
 from app.goals.words import choices_for, listed, natural, suggestions
 from app.vocabulary import planner_fact
 from app.world_model.beliefs import IN, NEAR, Facts, occupants, place_of
@@ -138,7 +138,7 @@ def _storing(
     sample: str, place: str, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> Iterator[GoalIssue]:
     """A sample is to lie in a location."""
-    free = free_places(world, facts)
+    free = free_for(sample, world, facts)
     if world.location(place).capacity == 0:
         yield GoalIssue(
             code="place-holds-no-samples",

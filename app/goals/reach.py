@@ -3,7 +3,7 @@
 from collections import defaultdict
 
 from app.goals.words import natural
-from app.world_model.beliefs import CAN, REACHES, Facts, occupants, robots_in, storing
+from app.world_model.beliefs import CAN, REACHES, Facts, occupants, place_of, robots_in, storing
 from robots.world import WorldFile
 
 CARRYING = frozenset({"DOCK", "TRANSPORT", "RELEASE2"})
@@ -47,3 +47,13 @@ def free_places(world: WorldFile, facts: Facts) -> tuple[str, ...]:
     """The locations that could take a sample now."""
     free = [p.name for p in world.locations if p.capacity > 0 and not occupants(p.name, facts)]
     return tuple(sorted(free, key=natural))
+
+
+def free_for(sample: str, world: WorldFile, facts: Facts) -> tuple[str, ...]:
+    """The locations that could take the sample now and that it can be carried to.
+
+    Of a sample that is lost: those that some robot can carry samples to.
+    """
+    lies = place_of(sample, facts)
+    reached = frozenset[str]().union(*carriers(facts).values()) if lies is None else chain_from(lies, facts)
+    return tuple(place for place in free_places(world, facts) if place in reached)

@@ -12,10 +12,21 @@ from app.core import Core
 from app.database import FactRow, MissionRow, ScriptRow, WorldRow
 from app.errors import Invalid, NotFound, Outdated
 from app.states import ENDED, Connection
-from app.world_model.beliefs import revision
+from app.vocabulary import symbolic, symbolic_all
+from app.world_model.beliefs import (
+    CLEAR,
+    REACHES,
+    ROBOT_POSITION,
+    VACANT,
+    Facts,
+    revised,
+    revision,
+    spot_of,
+)
 from app.world_model.problem import objects_of
 from planner import Fact, KnowledgeBaseError
 from robots.clock import Clock
+from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 Relation = tuple[str, tuple[str, ...]]
@@ -100,27 +111,25 @@ class WorldDesk:
         actor: str,
         comment: str,
         expected_version: int | None,
-    ) -> None:
-        """Make facts true or false on an operator's word; what cannot hold beside them is dropped.
+    ) -> tuple[SymbolicFact, ...]:
+        """Make facts true or false on an operator's word; answers what was dropped as it cannot hold beside them.
 
-        :raises Invalid: if a fact does not fit the vocabulary; then none is changed.
+        Vacant and clear places follow from the other facts and do not count as dropped.
+
+        :raises Invalid: if a fact does not fit the vocabulary, contradicts another of the changes, or puts a
+            robot where it does not reach; then none is changed.
         :raises Outdated: if the facts have changed since `expected_version`.
         """
-        objects = objects_of(self.world(world))
-        try:
-            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in changes]
-        except KnowledgeBaseError as error:
-            raise Invalid(str(error), code="malformed-fact") from error
+        news, gone = self._understood(world, changes)
         with self._database.write() as session:
             version = self._facts.version(session, world)
             if expected_version not in (None, version):
                 detail = f"the facts of {world} are at version {version}, the correction was made from"
                 raise Outdated(f"{detail} {expected_version}", code="facts-changed")
-            change = revision(
-                self._facts.facts(session, world),
-                news=[fact for fact, value in parsed if value],
-                gone=[fact for fact, value in parsed if not value],
-            )
+            facts = self._facts.facts(session, world)
+            self._refuse_contradictions(facts, news, gone)
+            change = revision(facts, news=news, gone=gone)
+            self._refuse_out_of_reach(world, change.apply(facts), news)
             self._facts.change(
                 session,
                 world,
@@ -129,7 +138,52 @@ class WorldDesk:
                 source=f"operator {actor}",
                 at_s=self._clocks[world].now_s(),
             )
-            self._events.append(session, "world.corrected", world, actor=actor, comment=comment)
+            unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
+            dropped = symbolic_all(unsaid, self._knowledge_base)
+            self._events.append(
+                session,
+                "world.corrected",
+                world,
+                actor=actor,
+                comment=comment,
+                dropped=[fact.model_dump(mode="json") for fact in dropped],
+            )
+            return dropped
+
+    def _understood(
+        self, world: str, changes: Sequence[tuple[str, Sequence[str], bool]]
+    ) -> tuple[list[Fact], list[Fact]]:
+        """What became true and what proved false, in the planner's form."""
+        objects = objects_of(self.world(world))
+        try:
+            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in changes]
+        except KnowledgeBaseError as error:
+            raise Invalid(str(error), code="malformed-fact") from error
+        return [fact for fact, value in parsed if value], [fact for fact, value in parsed if not value]
+
+    def _refuse_contradictions(self, facts: Facts, news: Sequence[Fact], gone: Sequence[Fact]) -> None:
+        """Of news that exclude each other the later would silently win."""
+        both = next((fact for fact in news if fact in gone), None)
+        if both is not None:
+            said = symbolic(both, self._knowledge_base)
+            raise Invalid(f"{said} is said to be true and false", code="contradicting-facts")
+        pair = contradiction(facts, news)
+        if pair is not None:
+            one, other = symbolic_all(pair, self._knowledge_base)
+            raise Invalid(f"{one} and {other} cannot both be true", code="contradicting-facts")
+
+    def _refuse_out_of_reach(self, world: str, after: Facts, news: Sequence[Fact]) -> None:
+        for fact in news:
+            if fact.predicate != ROBOT_POSITION:
+                continue
+            robot, _, place = fact.args
+            reached = {f.args[1] for f in after if f.predicate == REACHES and f.args[0] == robot}
+            if place not in reached | {spot_of(robot)}:
+                raise Invalid(
+                    f"{symbolic(fact, self._knowledge_base)}: {robot} does not reach {place}",
+                    code="place-unreachable",
+                    choices=[p.name for p in self.world(world).locations if p.name in reached],
+                )
 
     def robots(self, world: str | None = None) -> list[RobotReport]:
         if world is not None:
@@ -175,3 +229,18 @@ class WorldDesk:
             version=row.version,
             layout=row.layout,
         )
+
+
+def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
+    """Two of the news that cannot both hold, whichever is heard last; None if there are none.
+
+    NOTE: `clear` as news is passed over, for it is always derived.
+    """
+    after = revised(facts, news)
+    for lost in news:
+        if lost in after or lost.predicate == CLEAR:
+            continue
+        for other in news:
+            if other != lost and not {lost, other} <= revised(facts, [lost, other]):
+                return lost, other
+    return None

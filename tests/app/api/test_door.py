@@ -28,6 +28,33 @@ def test_health_is_open(stranger: TestClient, path: str) -> None:
     assert stranger.get(path).status_code == 200
 
 
+def test_a_world_whose_link_is_broken_makes_the_service_not_ready(
+    service: Service, stranger: TestClient
+) -> None:
+    service.board.broke("sample_store")
+    answer = stranger.get("/readyz")
+    assert (answer.status_code, answer.json()["type"]) == (503, "urn:macta:problem:world-unreachable")
+    assert "sample_store" in answer.json()["detail"]
+    assert stranger.get("/healthz").status_code == 200
+
+
+def test_a_defect_is_answered_as_a_problem_without_its_text_which_is_logged(
+    service: Service, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise RuntimeError("the password is swordfish")
+
+    monkeypatch.setattr(service.goals, "newest", fails)
+    client = TestClient(
+        service.api, headers={"authorization": f"Bearer {TOKEN}"}, raise_server_exceptions=False
+    )
+    answer = client.get("/v1/goals")
+    assert (answer.status_code, answer.json()["type"]) == (500, "urn:macta:problem:internal")
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert "swordfish" not in answer.text
+    assert "swordfish" in caplog.text
+
+
 def test_a_wrong_token_opens_nothing(stranger: TestClient) -> None:
     for token in ("", "wrong", TOKEN[:-1], TOKEN + "x"):
         assert stranger.get("/v1/goals", headers={"authorization": f"Bearer {token}"}).status_code == 401
@@ -111,6 +138,18 @@ def test_unknown_things_are_named(api: TestClient) -> None:
         assert answer.status_code == 404
         assert answer.headers["content-type"] == "application/problem+json"
         assert path.rsplit("/", 1)[1] in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("things", "state"), [("goals", "committed"), ("plans", "superseded"), ("missions", "recovering")]
+)
+def test_a_state_that_does_not_exist_is_answered_with_those_that_do(
+    api: TestClient, things: str, state: str
+) -> None:
+    answer = api.get(f"/v1/{things}?state=bogus")
+    assert answer.status_code == 422
+    assert state in answer.json()["detail"]
+    assert api.get(f"/v1/{things}?state={state}").json()["items"] == []
 
 
 def test_the_same_idempotency_key_is_the_same_goal(api: TestClient) -> None:
