@@ -88,6 +88,22 @@ def test_the_scene_follows_telemetry_and_facts(viewer: Viewer, service: FakeServ
         until(lambda: node(viewer, "/samples").batched_positions[0][:2].tolist() == pytest.approx(bay))
 
 
+def test_the_label_of_a_sample_gives_way_to_that_of_the_robot_that_holds_it(
+    viewer: Viewer, service: FakeService, port: int
+) -> None:
+    def labelled() -> bool:
+        handle = node(viewer, "/samples/sample_1")
+        return handle is not None and handle.visible
+
+    with served(create_app(service), service, port):
+        until(labelled)
+        service.telemetry["yard_1"]["holding"] = "sample_1"
+        until(lambda: not labelled())
+        assert node(viewer, "/samples/sample_2").visible
+        service.telemetry["yard_1"]["holding"] = None
+        until(labelled)
+
+
 def test_a_robot_never_heard_of_is_not_drawn_and_the_others_keep_their_colours(
     viewer: Viewer, service: FakeService, port: int
 ) -> None:

@@ -50,6 +50,11 @@ class SamplePlaces:
                 places[sample] = place
         return places
 
+    @property
+    def held(self) -> frozenset[str]:
+        """The samples in a robot's jaws."""
+        return frozenset(self._held)
+
     def _place(self, sample: str, told: str | None, robots: Mapping[str, RobotTelemetry]) -> Place | None:
         if sample in self._held:
             self._dropped.pop(sample, None)
@@ -104,6 +109,7 @@ class SamplesView:
         points = [places.get(name, UNSEEN) for name in self._names]
         self._bodies.batched_positions = np.array(points, dtype=np.float32)
         for name, label in self._labels.items():
-            label.visible = name in places
+            # The label of the robot that holds it is in the same spot.
+            label.visible = name in places and name not in self._places.held
             x_m, y_m, bottom_m = places.get(name, UNSEEN)
             label.position = (x_m, y_m, bottom_m + HEIGHT_M + 0.05)
