@@ -116,6 +116,24 @@ def test_a_running_mission_is_paused_resumed_and_cancelled(page: Page, service: 
     expect(page.get_by_test_id("mission-cancel")).to_have_count(0)
 
 
+@pytest.mark.parametrize(
+    ("outcome", "word", "tone"),
+    [
+        ("completed", "completed", "good"),
+        ("failed", "failed", "bad"),
+        ("cancelled", "cancelled", "bad"),
+        ("partially_completed", "partially completed", "bad"),
+    ],
+)
+def test_a_finished_goal_shows_what_came_of_it(
+    page: Page, service: FakeService, outcome: str, word: str, tone: str
+) -> None:
+    service.propose("move sample_1 to bay_1", state="finished", outcome=outcome)
+    for badge in (page.get_by_test_id("goal-item").locator(".badge"), page.get_by_test_id("goal-state")):
+        expect(badge).to_have_text(word)
+        expect(badge).to_have_class(f"badge {tone}")
+
+
 def test_a_comment_being_written_survives_other_news(page: Page, service: FakeService) -> None:
     service.propose("move sample_1 to bay_1")
     page.get_by_test_id("plan-comment").fill("not yet done writ")

@@ -31,3 +31,8 @@ const TONES = {
 export function tone(state) {
   return Object.keys(TONES).find((name) => TONES[name].includes(state)) ?? "idle";
 }
+
+// The word of a goal's badge, which is also what its colour goes by: a finished goal is as good as what came of it.
+export function standing(goal) {
+  return goal.state === "finished" && goal.outcome ? goal.outcome : goal.state;
+}

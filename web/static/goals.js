@@ -2,7 +2,7 @@
 
 import { post } from "./api.js";
 import { el, show } from "./dom.js";
-import { facts, tone, words } from "./format.js";
+import { facts, standing, tone, words } from "./format.js";
 import { problemBox } from "./problem.js";
 
 export function mountGoals(store, { select, refresh }) {
@@ -69,7 +69,7 @@ function goalItem(goal, state) {
         "aria-pressed": goal.id === state.selected ? "true" : "false",
       },
       el("span", { class: "item-text" }, goal.text || facts(goal.goal)),
-      el("span", { class: `badge ${tone(goal.state)}` }, words(goal.state)),
+      el("span", { class: `badge ${tone(standing(goal))}` }, words(standing(goal))),
       goal.reason ? el("span", { class: "quiet small whole" }, goal.reason) : null,
     ),
   );

@@ -2,7 +2,7 @@
 
 import { id, post } from "./api.js";
 import { el, replace, show } from "./dom.js";
-import { fact, facts, seconds, tone, words } from "./format.js";
+import { fact, facts, seconds, standing, tone, words } from "./format.js";
 import { lanes } from "./lanes.js";
 import { problemBox } from "./problem.js";
 
@@ -29,7 +29,7 @@ function goalHead(goal) {
       "div",
       { class: "head" },
       el("h2", {}, goal.text || facts(goal.goal)),
-      el("span", { class: `badge ${tone(goal.state)}`, "data-testid": "goal-state" }, words(goal.state)),
+      el("span", { class: `badge ${tone(standing(goal))}`, "data-testid": "goal-state" }, words(standing(goal))),
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
     goal.reason ? el("p", { class: "note" }, goal.reason) : null,
