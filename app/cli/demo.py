@@ -5,16 +5,19 @@ import time
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from app.api.bodies import MissionBody, plan_body
 from app.cli.show import show_plan
+from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.database import GoalRow
-from app.errors import MactaError
 from app.goals.desk import GoalRequest
 from app.settings import Settings
 from app.states import GoalState, MissionState
+from app.world_model import initial_facts
+from planner import load_knowledge_base
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim import SimulationProcess, Truth
@@ -24,28 +27,27 @@ OPERATOR = "demo"
 
 
 def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
-    """Run one goal from sentence to truth; 0 if it became true, 1 if not, 2 if it was not understood."""
+    """Run one goal from sentence to truth; 0 if it became true, 1 if not.
+
+    :raises MactaError: if the goal is not understood or not possible, before anything is started.
+    """
     console = Console(highlight=False)
     pace = "flat out" if speed is None else f"at {speed:g}× real time"
-    console.print(f"[bold]Macta[/]: {world.title or world.name}, {len(world.robots)} robots, {pace}.")
-    console.print(f"Goal: [bold]{text}[/]\n")
+    title = escape(world.title or world.name)
+    console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
+    console.print(f"Goal: [bold]{escape(text)}[/]\n")
+    knowledge_base = load_knowledge_base()
+    understood(world, initial_facts(world, knowledge_base), [text], knowledge_base)
     with (
         tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,
         SimulationProcess.start(world, seed=seed, speed=speed) as simulation,
     ):
         running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
         with Service(Settings(data=Path(folder), database_url=None), [running]) as service:
-            try:
-                goal = _planned(
-                    service, service.goals.submit(GoalRequest(world=world.name, text=text), actor=OPERATOR)
-                )
-            except MactaError as error:
-                console.print(f"[bold red]Not accepted[/]: {error.detail}")
-                if error.choices:
-                    console.print(f"Choices: {', '.join(error.choices)}")
-                return 2
+            request = GoalRequest(world=world.name, text=text)
+            goal = _planned(service, service.goals.submit(request, actor=OPERATOR))
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
-                console.print(f"[bold red]No plan[/]: {goal.reason}")
+                console.print(f"[bold red]No plan[/]: {escape(goal.reason)}")
                 return 1
             show_plan(console, plan_body(service.plans.get(goal.plan_id)))
             _, mission_id = service.plans.approve(goal.plan_id, actor=OPERATOR, comment="the demo approves")
@@ -119,7 +121,7 @@ def _told(console: Console, mission: MissionBody, goal: GoalRow, truth: Truth) -
     else:
         console.print(f"Mission {mission.state}.")
     if mission.reason:
-        console.print(f"Reason: {mission.reason}")
+        console.print(f"Reason: {escape(mission.reason)}")
     return 0 if not missed and mission.state == MissionState.COMPLETED else 1
 
 

@@ -2,13 +2,20 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
+from pydantic import ValidationError
 from rich.console import Console
+from rich.markup import escape
 
+from app.errors import MactaError
+from planner import KnowledgeBaseError
 from robots.world import WorldFile, WorldFileError, load_world
+from sim import SimulationError
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -29,7 +36,7 @@ Speed = Annotated[
 
 def fail(message: str) -> NoReturn:
     """Say what is wrong on standard error and end with 2."""
-    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {message}")
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {escape(message)}")
     raise typer.Exit(2)
 
 
@@ -44,6 +51,24 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
+@contextmanager
+def carefully() -> Iterator[None]:
+    """What can be expected to go wrong is a line on standard error; an interruption ends at once."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        Console(stderr=True).print("macta: interrupted")
+        leave(130)
+    except MactaError as error:
+        fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
+    except (KnowledgeBaseError, SimulationError) as error:
+        fail(str(error))
+    except ValidationError as error:
+        fail("; ".join(f"setting {'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()))
+    except OSError as error:
+        fail(f"{error.filename or 'the system'}: {error.strerror}")
+
+
 def main() -> None:
     """The entry point."""
     app()
@@ -56,13 +81,14 @@ def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on; loopback unless told.")] = None,
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="0: any free one. Default 8000.")] = None,
     data: Annotated[Path | None, typer.Option(help="Folder of the record. Default ./macta-data.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the simulation's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
 ) -> None:
     """Serve the HTTP API, the operator's page and the simulated world."""
     from app.cli.serve import serve as run
 
     given = {"host": host, "port": port, "data": data}
-    run(_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
+    with carefully():
+        run(_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
     leave(0)
 
 
@@ -74,12 +100,13 @@ def demo(
     flat_out: Annotated[
         bool, typer.Option(help="As fast as the machine can, whatever --speed says.")
     ] = False,
-    seed: Annotated[int, typer.Option(help="Seed of start poses and noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of start poses and noise.")] = 0,
 ) -> None:
     """Run the main job in the terminal: a goal becomes a plan, is approved, and the rovers carry it out."""
     from app.cli.demo import demo as run
 
-    leave(run(_world(world), goal, None if flat_out else speed, seed))
+    with carefully():
+        leave(run(_world(world), goal, None if flat_out else speed, seed))
 
 
 @app.command()
@@ -94,7 +121,8 @@ def plan(
     """Plan only, no server: print the plan-net for a goal."""
     from app.cli.plan import plan as run
 
-    raise typer.Exit(run(_world(world), goal, time_limit, as_json=json))
+    with carefully():
+        raise typer.Exit(run(_world(world), goal, time_limit, as_json=json))
 
 
 @worlds.command()
@@ -102,7 +130,12 @@ def validate(
     file: Annotated[str, typer.Argument(help="A world that ships with Macta, or a world file.")],
 ) -> None:
     """Check a world file; the error names the slot and the choices."""
-    world = _world(file)
+    from app.world_model import initial_facts
+    from planner import load_knowledge_base
+
+    with carefully():
+        world = _world(file)
+        initial_facts(world, load_knowledge_base())  # the file's extra facts must be of the vocabulary
     robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
     typer.echo(f"{world.name}: valid; {robots} robots, {places} locations, {samples} samples")
 

@@ -12,7 +12,6 @@ from types import FrameType
 from typing import Any
 
 import uvicorn
-from pydantic import ValidationError
 from rich.console import Console
 
 from app.cli.main import fail
@@ -85,10 +84,7 @@ class Server(uvicorn.Server):
 
 def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
     """Run until interrupted or terminated."""
-    try:
-        settings = Settings(**given)
-    except ValidationError as error:
-        fail("; ".join(f"setting {e['loc'][0]}: {e['msg']}" for e in error.errors()))
+    settings = Settings(**given)
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     listener = _listen(settings)
     viewer = Viewer()
@@ -119,7 +115,9 @@ def _listen(settings: Settings) -> socket.socket:
     try:
         listener.bind((settings.host, settings.port))
     except OSError as error:
-        fail(f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; choose another --port")
+        fail(
+            f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; choose another --host or --port"
+        )
     return listener
 
 

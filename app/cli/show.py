@@ -20,12 +20,12 @@ def show_plan(console: Console, plan: PlanBody) -> None:
 
 def _actions(plan: PlanBody) -> Table:
     table = Table(title="Plan-net", title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("", no_wrap=True)
+    table.add_column("Robot", style="cyan", no_wrap=True)
     table.add_column("Action")
-    table.add_column("Robot", style="cyan")
-    table.add_column("What it does", no_wrap=True)
-    table.add_column("Starts (s)", justify="right")
-    table.add_column("Lasts (s)", justify="right")
-    table.add_column("Slack (s)", justify="right")
+    table.add_column("Starts, s", justify="right", no_wrap=True)
+    table.add_column("Lasts", justify="right", no_wrap=True)
+    table.add_column("Slack", justify="right", no_wrap=True)
     for action in plan.actions:
         table.add_row(
             action.id,
@@ -48,9 +48,9 @@ def _doing(action: ActionBody) -> str:
 def _links(plan: PlanBody) -> Table:
     """The causal links between actions and to the goals; what merely held at the start is left out."""
     table = Table(title="Causal links", title_justify="left", box=SIMPLE_HEAD)
-    table.add_column("From")
-    table.add_column("Fact", no_wrap=True)
-    table.add_column("To")
+    table.add_column("From", no_wrap=True)
+    table.add_column("Fact")
+    table.add_column("To", no_wrap=True)
     for link in plan.causal_links:
         if link.producer != "initial":
             table.add_row(link.producer, str(link.fact), link.consumer)

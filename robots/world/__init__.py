@@ -2,7 +2,6 @@
 
 from robots.world.file import (
     Compartment,
-    LinkProperties,
     Location,
     Opening,
     RobotSpec,
@@ -15,7 +14,6 @@ from robots.world.load import WorldFileError, load_world, named_worlds
 
 __all__ = [
     "Compartment",
-    "LinkProperties",
     "Location",
     "Opening",
     "RobotSpec",

@@ -5,7 +5,8 @@ World frame: x to the east, y to the north, headings counter-clockwise from east
 
 from collections import Counter
 from collections.abc import Iterable
-from math import hypot
+from itertools import combinations
+from math import dist, hypot
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -16,6 +17,7 @@ Interval = tuple[float, float]
 
 PACKET_TAGS = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
 ON_BORDER_M = 0.05
+ROBOT_WIDTH_M = 0.44
 
 
 class Part(BaseModel):
@@ -116,13 +118,6 @@ class WorldFact(Part):
     args: tuple[str, ...] = ()
 
 
-class LinkProperties(Part):
-    """The radio between service and robots."""
-
-    loss: float = Field(default=0.0, ge=0, lt=1)
-    delay_s: float = Field(default=0.0, ge=0)
-
-
 class WorldFile(Part):
     """A whole world. Every name is unique in the file; every reference resolves."""
 
@@ -134,7 +129,6 @@ class WorldFile(Part):
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
     facts: tuple[WorldFact, ...] = ()
-    link: LinkProperties = LinkProperties()
 
     def location(self, name: str) -> Location:
         return next(location for location in self.locations if location.name == name)
@@ -164,6 +158,9 @@ class WorldFile(Part):
         places = {place.name: place for place in self.locations}
         for robot in self.robots:
             self._check_robot(robot, places)
+        for one, other in combinations(self.robots, 2):
+            if dist(one.start[:2], other.start[:2]) < ROBOT_WIDTH_M:
+                raise ValueError(f"robots.{one.name} and robots.{other.name} start in the same place")
         for sample in self.samples:
             _known("location", sample.at, places, f"samples.{sample.name}.at")
         for name, count in Counter(sample.at for sample in self.samples).items():
