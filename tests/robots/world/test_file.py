@@ -1,0 +1,45 @@
+"""What a world file may not say, and that the error names the slot."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from robots.world import WorldFileError, load_world
+
+
+def small(**changes: Any) -> dict[str, Any]:
+    """A world of one room, two places, two robots and a sample, changed as told."""
+    return {
+        "name": "room",
+        "compartments": [{"name": "floor", "x": [0, 6], "y": [0, 6]}],
+        "locations": [
+            {"name": "bay_1", "kind": "bay", "at": [1, 1], "approach_deg": [0]},
+            {"name": "bay_2", "kind": "bay", "at": [1, 3], "approach_deg": [0]},
+        ],
+        "robots": [
+            {"name": "left", "compartment": "floor", "start": [3, 3, 0]},
+            {"name": "right", "compartment": "floor", "start": [3.5, 3, 0]},
+        ],
+        "samples": [{"name": "sample_1", "at": "bay_1"}],
+        **changes,
+    }
+
+
+def refusal(folder: Path, **changes: Any) -> str:
+    file = folder / "room.yaml"
+    file.write_text(yaml.safe_dump(small(**changes)))
+    with pytest.raises(WorldFileError) as refused:
+        load_world(file)
+    return str(refused.value)
+
+
+def test_a_small_world_is_valid(tmp_path: Path) -> None:
+    file = tmp_path / "room.yaml"
+    file.write_text(yaml.safe_dump(small(facts=[{"predicate": "in", "args": ["sample_1", "bay_1"]}])))
+    assert load_world(file).name == "room"
+
+
+def test_a_radio_that_is_not_built_cannot_be_asked_for(tmp_path: Path) -> None:
+    assert "link: Extra inputs are not permitted" in refusal(tmp_path, link={"loss": 0.1, "delay_s": 1.0})
