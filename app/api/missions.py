@@ -6,6 +6,7 @@ from fastapi import APIRouter
 
 from app.api.bodies import Decision, MissionBody, Page, ScriptBody
 from app.api.goals import ACTOR, Limit
+from app.database import ScriptRow
 from app.missions.desk import Mission, MissionDesk
 from app.states import MissionState
 from robots.wire import BehaviourScript
@@ -32,17 +33,7 @@ def missions_router(missions: MissionDesk) -> APIRouter:
     def get_scripts(mission_id: str) -> Page[ScriptBody]:
         """What each robot was given."""
         _, scripts = missions.get(mission_id)
-        return Page(
-            items=[
-                ScriptBody(
-                    robot=row.robot,
-                    delivery=row.delivery,
-                    state=row.state,
-                    script=BehaviourScript.model_validate(row.body),
-                )
-                for row in scripts
-            ]
-        )
+        return Page(items=[_script(row) for row in scripts])
 
     def order(verb: str, carry_out: Callable[[str, str, str], Mission]) -> None:
         @router.post(f"/missions/{{mission_id}}:{verb}", status_code=202, operation_id=f"{verb}_mission")
@@ -53,3 +44,8 @@ def missions_router(missions: MissionDesk) -> APIRouter:
     order("pause", missions.pause)
     order("resume", missions.resume)
     return router
+
+
+def _script(row: ScriptRow) -> ScriptBody:
+    script = BehaviourScript.model_validate(row.body)
+    return ScriptBody(robot=row.robot, delivery=row.delivery, state=row.state, script=script)

@@ -21,6 +21,7 @@ from app.errors import Invalid
 from app.world_model.desk import RobotReport, WorldDesk
 from robots.wire import SymbolicFact
 
+IfMatch = Annotated[str | None, Header(description="the version the correction was made from")]
 TAGS: list[str | Enum] = ["worlds and robots"]
 
 
@@ -47,9 +48,7 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
         world_id: str,
         body: CorrectFacts,
         response: Response,
-        if_match: Annotated[
-            str | None, Header(description="the version the correction was made from")
-        ] = None,
+        if_match: IfMatch = None,
     ) -> FactsBody:
         """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412).
 

@@ -122,10 +122,7 @@ class WorldDesk:
         """
         news, gone = self._understood(world, changes)
         with self._database.write() as session:
-            version = self._facts.version(session, world)
-            if expected_version not in (None, version):
-                detail = f"the facts of {world} are at version {version}, the correction was made from"
-                raise Outdated(f"{detail} {expected_version}", code="facts-changed")
+            _refuse_outdated(world, self._facts.version(session, world), expected_version)
             facts = self._facts.facts(session, world)
             self._refuse_contradictions(facts, news, gone)
             change = revision(facts, news=news, gone=gone)
@@ -140,14 +137,8 @@ class WorldDesk:
             )
             unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
             dropped = symbolic_all(unsaid, self._knowledge_base)
-            self._events.append(
-                session,
-                "world.corrected",
-                world,
-                actor=actor,
-                comment=comment,
-                dropped=[fact.model_dump(mode="json") for fact in dropped],
-            )
+            said = {"actor": actor, "comment": comment, "dropped": [fact.model_dump() for fact in dropped]}
+            self._events.append(session, "world.corrected", world, **said)
             return dropped
 
     def _understood(
@@ -229,6 +220,12 @@ class WorldDesk:
             version=row.version,
             layout=row.layout,
         )
+
+
+def _refuse_outdated(world: str, version: int, expected: int | None) -> None:
+    if expected not in (None, version):
+        detail = f"the facts of {world} are at version {version}, the correction was made from {expected}"
+        raise Outdated(detail, code="facts-changed")
 
 
 def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
