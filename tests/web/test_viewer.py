@@ -60,6 +60,8 @@ def label(viewer: Viewer, robot: str) -> str | None:
 
 def test_the_scene_is_drawn_from_the_layout(viewer: Viewer, service: FakeService, port: int) -> None:
     with served(create_app(service), service, port):
+        # The samples are drawn last: a label is there, and for a moment visible, before all is built.
+        until(lambda: node(viewer, "/samples") is not None)
         until(lambda: label(viewer, "store_2") == "store_2")
         for name in ("/yard/floor", "/store/aisle_2", "/walls", "/beacons", "/places/bay/bay_12"):
             assert node(viewer, name) is not None, name
@@ -96,10 +98,10 @@ def test_the_label_of_a_sample_gives_way_to_that_of_the_robot_that_holds_it(
         return handle is not None and handle.visible
 
     with served(create_app(service), service, port):
-        until(labelled)
+        until(lambda: labelled() and node(viewer, "/samples").batched_positions[0][2] == 0)
         service.telemetry["yard_1"]["holding"] = "sample_1"
-        until(lambda: not labelled())
-        assert node(viewer, "/samples/sample_2").visible
+        until(lambda: not labelled() and node(viewer, "/samples").batched_positions[0][2] > 0)
+        until(lambda: node(viewer, "/samples/sample_2").visible)
         service.telemetry["yard_1"]["holding"] = None
         until(labelled)
 
