@@ -163,6 +163,7 @@ class WorldFile(Part):
                 raise ValueError(f"robots.{one.name} and robots.{other.name} start in the same place")
         for sample in self.samples:
             _known("location", sample.at, places, f"samples.{sample.name}.at")
+            self._check_lies(sample)
         for name, count in Counter(sample.at for sample in self.samples).items():
             if count > places[name].capacity:
                 raise ValueError(f"{name} has room for {places[name].capacity} samples, {count} start there")
@@ -176,6 +177,15 @@ class WorldFile(Part):
                         f"{opening.kind} at {opening.at_m} m is beyond its wall's {wall.length_m:.2f} m"
                     )
         return self
+
+    def _check_lies(self, sample: Sample) -> None:
+        """No fact of the file lays the sample elsewhere, or says that nothing lies where it does."""
+        elsewhere = {(sample.name, place.name) for place in self.locations if place.name != sample.at}
+        for fact in self.facts:
+            laid_elsewhere = fact.predicate == "in" and fact.args in elsewhere
+            if laid_elsewhere or (fact.predicate == "vacant" and fact.args == (sample.at,)):
+                stated = f"{fact.predicate}({', '.join(fact.args)})"
+                raise ValueError(f"samples.{sample.name}.at is {sample.at}, but the facts say {stated}")
 
     def _check_robot(self, robot: RobotSpec, places: dict[str, Location]) -> None:
         compartments = {c.name: c for c in self.compartments}

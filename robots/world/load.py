@@ -46,4 +46,7 @@ def _read(name: str) -> tuple[str, str]:
     path = Path(name)
     if not path.is_file():
         raise WorldFileError(f"no world or file {name!r}; worlds: {', '.join(named_worlds())}")
-    return path.read_text(), str(path)
+    try:
+        return path.read_text(encoding="utf-8"), str(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise WorldFileError(f"{path} cannot be read: {error}") from error

@@ -43,3 +43,32 @@ def test_a_small_world_is_valid(tmp_path: Path) -> None:
 
 def test_a_radio_that_is_not_built_cannot_be_asked_for(tmp_path: Path) -> None:
     assert "link: Extra inputs are not permitted" in refusal(tmp_path, link={"loss": 0.1, "delay_s": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("predicate", "args"), [("in", ["sample_1", "bay_2"]), ("vacant", ["bay_1"])], ids=["elsewhere", "vacant"]
+)
+def test_facts_do_not_contradict_where_a_sample_lies(tmp_path: Path, predicate: str, args: list[str]) -> None:
+    said = refusal(tmp_path, facts=[{"predicate": predicate, "args": args}])
+    assert f"samples.sample_1.at is bay_1, but the facts say {predicate}({', '.join(args)})" in said
+
+
+@pytest.mark.parametrize(("apart_m", "valid"), [(0.0, False), (0.43, False), (0.45, True)])
+def test_robots_start_at_least_their_width_apart(tmp_path: Path, apart_m: float, valid: bool) -> None:
+    robots = [
+        {"name": "left", "compartment": "floor", "start": [3, 3, 0]},
+        {"name": "right", "compartment": "floor", "start": [3, 3 + apart_m, 90]},
+    ]
+    if valid:
+        file = tmp_path / "room.yaml"
+        file.write_text(yaml.safe_dump(small(robots=robots)))
+        assert len(load_world(file).robots) == 2
+    else:
+        assert "robots.left and robots.right start in the same place" in refusal(tmp_path, robots=robots)
+
+
+def test_a_file_that_is_no_text_is_refused_by_name(tmp_path: Path) -> None:
+    file = tmp_path / "room.yaml"
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(WorldFileError, match=r"room\.yaml cannot be read"):
+        load_world(file)
