@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from app.api.bodies import MissionBody, plan_body
+from app.cli.settings import settings_of
 from app.cli.show import show_plan
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
@@ -29,7 +30,7 @@ OPERATOR = "demo"
 def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     """Run one goal from sentence to truth; 0 if it became true, 1 if not.
 
-    :raises MactaError: if the goal is not understood or not possible, before anything is started.
+    :raises Invalid: if the goal is not understood or not possible, or a setting is wrong, before anything is started.
     """
     console = Console(highlight=False)
     pace = "flat out" if speed is None else f"at {speed:g}× real time"
@@ -38,12 +39,18 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
     understood(world, initial_facts(world, knowledge_base), [text], knowledge_base)
-    with (
-        tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,
-        SimulationProcess.start(world, seed=seed, speed=speed) as simulation,
-    ):
+    with tempfile.TemporaryDirectory(prefix="macta-demo-") as folder:
+        settings = settings_of({"data": Path(folder), "database_url": None})
+        return _carried_out(console, settings, world, text, speed, seed)
+
+
+def _carried_out(
+    console: Console, settings: Settings, world: WorldFile, text: str, speed: float | None, seed: int
+) -> int:
+    """Plan the goal, approve the plan and watch the mission in a world of its own."""
+    with SimulationProcess.start(world, seed=seed, speed=speed) as simulation:
         running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
-        with Service(Settings(data=Path(folder), database_url=None), [running]) as service:
+        with Service(settings, [running]) as service:
             request = GoalRequest(world=world.name, text=text)
             goal = _planned(service, service.goals.submit(request, actor=OPERATOR))
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
@@ -70,7 +77,7 @@ def _watched(console: Console, service: Service, mission_id: str) -> MissionBody
         TextColumn("{task.fields[robot]}", style="cyan"),
         BarColumn(bar_width=24),
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
     )
     tasks: dict[str, TaskID] = {}
     with Progress(*columns, console=console) as progress:

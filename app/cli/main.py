@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
-from pydantic import ValidationError
 from rich.console import Console
 from rich.markup import escape
 
 from app.errors import MactaError
-from planner import KnowledgeBaseError
+from app.world_model import initial_facts
+from planner import KnowledgeBaseError, load_knowledge_base
 from robots.world import WorldFile, WorldFileError, load_world
 from sim import SimulationError
 
@@ -56,17 +56,13 @@ def carefully() -> Iterator[None]:
     """What can be expected to go wrong is a line on standard error; an interruption ends at once."""
     try:
         yield
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         Console(stderr=True).print("macta: interrupted")
         leave(130)
     except MactaError as error:
         fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
-    except (KnowledgeBaseError, SimulationError) as error:
+    except SimulationError as error:
         fail(str(error))
-    except ValidationError as error:
-        fail("; ".join(f"setting {'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()))
-    except OSError as error:
-        fail(f"{error.filename or 'the system'}: {error.strerror}")
 
 
 def main() -> None:
@@ -130,12 +126,8 @@ def validate(
     file: Annotated[str, typer.Argument(help="A world that ships with Macta, or a world file.")],
 ) -> None:
     """Check a world file; the error names the slot and the choices."""
-    from app.world_model import initial_facts
-    from planner import load_knowledge_base
-
     with carefully():
         world = _world(file)
-        initial_facts(world, load_knowledge_base())  # the file's extra facts must be of the vocabulary
     robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
     typer.echo(f"{world.name}: valid; {robots} robots, {places} locations, {samples} samples")
 
@@ -149,7 +141,12 @@ def schema() -> None:
 
 
 def _world(name: str) -> WorldFile:
+    """The world, its file valid and its extra facts of the vocabulary; ends the command otherwise."""
     try:
-        return load_world(name)
+        world = load_world(name)
+        initial_facts(world, load_knowledge_base())
     except WorldFileError as error:
         fail(str(error))
+    except KnowledgeBaseError as error:
+        fail(f"{name} is not a valid world: facts: {error}")
+    return world

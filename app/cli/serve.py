@@ -1,5 +1,6 @@
 """`macta serve`: the service, its simulated world and the view of it, in one go."""
 
+import errno
 import logging
 import os
 import signal
@@ -13,9 +14,11 @@ from typing import Any
 
 import uvicorn
 from rich.console import Console
+from rich.markup import escape
 
-from app.cli.main import fail
+from app.cli.settings import settings_of
 from app.composition import RunningWorld, Service
+from app.errors import Invalid
 from app.settings import Settings
 from robots.world import WorldFile
 from sim import SimulationProcess
@@ -83,8 +86,11 @@ class Server(uvicorn.Server):
 
 
 def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
-    """Run until interrupted or terminated."""
-    settings = Settings(**given)
+    """Run until interrupted or terminated.
+
+    :raises Invalid: if a setting is wrong or the address is not to be had, before anything is started.
+    """
+    settings = settings_of(given)
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     listener = _listen(settings)
     viewer = Viewer()
@@ -110,14 +116,17 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
 
 
 def _listen(settings: Settings) -> socket.socket:
-    listener = socket.socket(socket.AF_INET6 if ":" in settings.host else socket.AF_INET)
+    host, port = settings.host, settings.port
+    listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listener.bind((settings.host, settings.port))
-    except OSError as error:
-        fail(
-            f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; choose another --host or --port"
-        )
+        listener.bind((host, port))
+    except (OSError, UnicodeError) as error:
+        listener.close()
+        if isinstance(error, OSError) and error.errno in (errno.EADDRINUSE, errno.EACCES):
+            raise Invalid(f"cannot listen on port {port}: {error.strerror}; choose another --port") from error
+        why = error.strerror if isinstance(error, OSError) else "no host name"
+        raise Invalid(f"cannot listen on host {host!r}: {why}; choose an address of this machine") from error
     return listener
 
 
@@ -137,5 +146,5 @@ def _announce(
     # NOTE: plain print: a terminal's width must not break the address.
     print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
     Console(stderr=True).print(
-        f"[dim]World {world}; the record is in {service.settings.data}. Ctrl-C ends.[/]"
+        f"[dim]World {world}; the record is in {escape(str(service.settings.data))}. Ctrl-C ends.[/]"
     )

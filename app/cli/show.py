@@ -2,6 +2,7 @@
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from app.plan_body import ActionBody, PlanBody
@@ -12,7 +13,7 @@ def show_plan(console: Console, plan: PlanBody) -> None:
     console.print(_actions(plan))
     console.print(_links(plan))
     for robot, why in sorted(plan.recruitment.items()):
-        console.print(f"[bold]{robot}[/]: {why}")
+        console.print(f"[bold]{robot}[/]: {escape(why)}")
     console.print(
         f"Expected to take [bold]{plan.makespan_s:.0f} s[/]; planned by {plan.engine} in {plan.planning_s:.2f} s.\n"
     )
@@ -30,7 +31,7 @@ def _actions(plan: PlanBody) -> Table:
         table.add_row(
             action.id,
             ", ".join(action.agents),
-            _doing(action),
+            escape(_doing(action)),
             f"{action.earliest_start_s:.0f} – {action.latest_start_s:.0f}",
             f"{action.duration_s:.0f}",
             f"{action.slack_s:.0f}" if action.slack_s >= 0.5 else "[bold]critical[/]",
@@ -53,5 +54,5 @@ def _links(plan: PlanBody) -> Table:
     table.add_column("To", no_wrap=True)
     for link in plan.causal_links:
         if link.producer != "initial":
-            table.add_row(link.producer, str(link.fact), link.consumer)
+            table.add_row(link.producer, escape(str(link.fact)), link.consumer)
     return table

@@ -1,9 +1,12 @@
 """The commands without a simulation: what they print, what they refuse, how they end."""
 
 import json
+import socket
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+import typer
 from typer.testing import CliRunner, Result
 
 from app.cli.main import app
@@ -69,11 +72,75 @@ def test_wrong_options_are_said_in_words(words: tuple[str, ...]) -> None:
     assert refused.exception is None or isinstance(refused.exception, SystemExit)
 
 
-def test_a_short_token_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("words", [("serve", "--port", "0"), ("demo",)])
+def test_a_short_token_is_refused_by_name(monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]) -> None:
     monkeypatch.setenv("MACTA_TOKEN", "abc")
-    refused = macta("serve", "--port", "0")
+    refused = macta(*words)
     assert refused.exit_code == 2
-    assert "setting token" in refused.stderr
+    assert "MACTA_TOKEN: String should have at least 16 characters" in refused.stderr
+    assert "Traceback" not in refused.stderr
+
+
+def test_a_file_cannot_be_the_folder_of_the_record(tmp_path: Path) -> None:
+    file = tmp_path / "passwd"
+    file.touch()
+    refused = macta("serve", "--port", "0", "--data", str(file))
+    assert refused.exit_code == 2
+    assert refused.stderr == f"macta: --data: {file} is a file, the record needs a folder\n"
+
+
+@pytest.mark.parametrize("host", ["192.0.2.1", "::zz"])
+def test_a_host_that_is_not_this_machine_is_refused_by_name(tmp_path: Path, host: str) -> None:
+    refused = macta("serve", "--port", "0", "--data", str(tmp_path), "--host", host)
+    assert refused.exit_code == 2
+    assert f"cannot listen on host '{host}'" in refused.stderr
+    assert "--port" not in refused.stderr
+
+
+def test_a_port_in_use_is_refused_by_number(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        refused = macta("serve", "--port", str(port), "--data", str(tmp_path))
+    assert refused.exit_code == 2
+    assert f"cannot listen on port {port}" in refused.stderr
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt, typer.Abort])
+def test_an_interruption_is_one_line_and_130(
+    monkeypatch: pytest.MonkeyPatch, ending: type[BaseException]
+) -> None:
+    def interrupted(*_: object, **__: object) -> int:
+        raise ending
+
+    def left(code: int) -> None:
+        raise SystemExit(code)
+
+    # NOTE: `app.cli.main` as an attribute is the entry point, so the modules are asked for by name.
+    monkeypatch.setattr(import_module("app.cli.plan"), "plan", interrupted)
+    monkeypatch.setattr(import_module("app.cli.main"), "leave", left)
+    ended = macta("plan", "--goal", "move sample_1 to bay_7")
+    assert ended.exit_code == 130
+    assert ended.stderr == "macta: interrupted\n"
+
+
+def test_the_plan_is_readable_at_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = macta("plan", "--goal", "move sample_1 to bay_7").stdout
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "…" not in shown
+    actions = shown.split("Causal links")[0]
+    assert actions.count("yard_1 ") >= 4
+    assert actions.count("store_2 ") >= 4
+
+
+@pytest.mark.parametrize("command", [("plan", "--goal", "move sample_1 to bay_7"), ("demo",), ("serve",)])
+def test_every_command_refuses_a_world_with_facts_outside_the_vocabulary(
+    tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    world = world_file(tmp_path, facts=[{"predicate": "flies", "args": ["yard_1"]}])
+    refused = macta(*command, "--world", world)
+    assert refused.exit_code == 2
+    assert "unknown predicate 'flies'" in refused.stderr
 
 
 def test_validate_accepts_the_shipped_world_and_a_copy(tmp_path: Path) -> None:

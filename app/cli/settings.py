@@ -1,0 +1,40 @@
+"""Settings as a command needs them: valid, and with a folder that can keep the record, or a line that says why not."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from app.errors import Invalid
+from app.settings import Settings
+
+
+def settings_of(given: Mapping[str, Any]) -> Settings:
+    """The settings: the command's options first, then the environment.
+
+    :raises Invalid: naming the option or the variable, and what is wrong with it.
+    """
+    try:
+        settings = Settings(**given)
+    except ValidationError as error:
+        wrong = (f"{_source(str(e['loc'][0]), given)}: {e['msg']}" for e in error.errors())
+        raise Invalid("; ".join(wrong)) from error
+    _make_folder(settings.data, _source("data", given))
+    return settings
+
+
+def _source(name: str, given: Mapping[str, Any]) -> str:
+    return f"--{name.replace('_', '-')}" if name in given else f"MACTA_{name.upper()}"
+
+
+def _make_folder(folder: Path, source: str) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    except FileExistsError as error:
+        raise Invalid(f"{source}: {folder} is a file, the record needs a folder") from error
+    except OSError as error:
+        raise Invalid(f"{source}: the record cannot be kept in {folder}: {error.strerror}") from error
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise Invalid(f"{source}: the record cannot be kept in {folder}: it is not writable")
