@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.table import Column
 
 from app.api.bodies import MissionBody, plan_body
 from app.cli.settings import settings_of
@@ -77,7 +78,7 @@ def _watched(console: Console, service: Service, mission_id: str) -> MissionBody
         TextColumn("{task.fields[robot]}", style="cyan"),
         BarColumn(bar_width=24),
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-        TextColumn("{task.description}", markup=False),
+        TextColumn("{task.description}", markup=False, table_column=Column()),  # folds; the others do not
     )
     tasks: dict[str, TaskID] = {}
     with Progress(*columns, console=console) as progress:

@@ -1,7 +1,9 @@
 """The commands and their options. Each command's work lies in a module of its own, imported when it is called."""
 
+import gc
 import os
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -56,7 +58,10 @@ def carefully() -> Iterator[None]:
     """What can be expected to go wrong is a line on standard error; an interruption ends at once."""
     try:
         yield
-    except (KeyboardInterrupt, typer.Abort):
+    except (KeyboardInterrupt, typer.Abort) as interruption:
+        # NOTE: what the interrupted calls still hold, semaphores among it, is let go; else they count as leaked.
+        traceback.clear_frames(interruption.__traceback__)
+        gc.collect()
         Console(stderr=True).print("macta: interrupted")
         leave(130)
     except MactaError as error:
