@@ -112,7 +112,7 @@ class Service:
         with self.database.write() as session:
             for name in self._files:
                 self._planning.enqueue_waiting(session, name)
-        ready.result(timeout=60)
+        ready.result(timeout=300)
 
     def close(self) -> None:
         self.stopping.set()

@@ -21,7 +21,7 @@ DEADLINE_S = 30.0
 @pytest.fixture(scope="session")
 def worker() -> Iterator[PlanningWorker]:
     worker = PlanningWorker(make_engine)
-    worker.warm_up().result(timeout=60)
+    worker.warm_up().result(timeout=300)
     yield worker
     worker.close()
 
