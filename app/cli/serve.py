@@ -124,7 +124,9 @@ def _listen(settings: Settings) -> socket.socket:
     except (OSError, UnicodeError) as error:
         listener.close()
         if isinstance(error, OSError) and error.errno in (errno.EADDRINUSE, errno.EACCES):
-            raise Invalid(f"cannot listen on port {port}: {error.strerror}; choose another --port") from error
+            raise Invalid(
+                f"cannot listen on {host}:{port}: {error.strerror}; choose another --port"
+            ) from error
         why = error.strerror if isinstance(error, OSError) else "no host name"
         raise Invalid(f"cannot listen on host {host!r}: {why}; choose an address of this machine") from error
     return listener
