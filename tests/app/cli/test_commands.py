@@ -102,7 +102,7 @@ def test_a_port_in_use_is_refused_by_number(tmp_path: Path) -> None:
         port = taken.getsockname()[1]
         refused = macta("serve", "--port", str(port), "--data", str(tmp_path))
     assert refused.exit_code == 2
-    assert f"cannot listen on port {port}" in refused.stderr
+    assert f"cannot listen on 127.0.0.1:{port}" in refused.stderr
 
 
 @pytest.mark.parametrize("ending", [KeyboardInterrupt, typer.Abort])
