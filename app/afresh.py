@@ -6,9 +6,10 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import FactRow, GoalRow, MissionRow, PlanRow, WorldRow
+from app.database import FactRow, GoalRow, MissionRow, WorldRow
 from app.events import EventLog
 from app.missions.ending import end_mission
+from app.plans.proposing import close_plans
 from app.states import ENDED, GoalState, MissionState, PlanState
 from app.world_model import initial_facts
 from robots.wire import FailureCategory
@@ -62,10 +63,7 @@ def _end_missions(session: Session, events: EventLog, world_id: str, reason: str
 def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str, *, runs: bool) -> None:
     query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(OPEN_GOALS))
     for goal in session.scalars(query).all():
-        plan = session.get(PlanRow, goal.plan_id) if goal.plan_id else None
-        if plan is not None and plan.state == PlanState.PROPOSED:
-            plan.state, plan.reason = PlanState.EXPIRED, reason
-            events.append(session, "plan.expired", plan.id, goal=goal.id, reason=reason)
+        close_plans(session, events, goal, PlanState.EXPIRED, reason)
         goal.state, goal.reason = GoalState.SUBMITTED if runs else GoalState.WITHDRAWN, reason
         goal.outcome = None if runs else "world_not_running"
         events.append(session, f"goal.{goal.state}", goal.id, reason=reason)

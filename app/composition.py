@@ -22,16 +22,24 @@ from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.missions.life import MissionLife, WorldTime
 from app.missions.reports import ReportBook
 from app.organiser import Margin, load_library
+from app.plans.active import Holdings
+from app.plans.choices import WORKFLOW as FIND_ALTERNATIVES
+from app.plans.choices import Choices
 from app.plans.desk import AUTOMATIC, PlanDesk
+from app.plans.explaining import Explaining
+from app.plans.limits import PlanningLimits
 from app.plans.planning import WORKFLOW as PLAN_GOAL
 from app.plans.planning import Planning
+from app.plans.posing import Posing
+from app.plans.proposing import Proposing
+from app.plans.waiting import WORKFLOW as PLAN_WAITING
+from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
 from app.settings import Settings, lock_folder
 from app.world_model import initial_spots, spot_of
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
 from planner import PlanningEngine, load_knowledge_base
-from planner.fast_downward import FastDownwardEngine
 from robots.clock import Clock
 from robots.link import Link
 from robots.world import WorldFile
@@ -54,7 +62,10 @@ class RunningWorld:
 
 def make_engine() -> PlanningEngine:
     """The planning engine, warm. Called inside the planning process."""
-    engine = FastDownwardEngine(load_knowledge_base())
+    # NOTE: imported here, for only the planning process needs the engines, and they take seconds.
+    from planner.engines import portfolio
+
+    engine = portfolio(load_knowledge_base())
     engine.warm_up()
     return engine
 
@@ -84,17 +95,22 @@ class Service:
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
         self.events = EventLog(self.database)
+        knowledge_base = load_knowledge_base()
         self._core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events),
             workflows=Workflows(settings.resolved_database_url()),
-            knowledge_base=load_knowledge_base(),
+            knowledge_base=knowledge_base,
+            holdings=Holdings(knowledge_base),
         )
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
-        self.board = RobotBoard((robot.name, w.name) for w in self._files.values() for robot in w.robots)
+        self.board = RobotBoard(
+            ((robot.name, w.name) for w in self._files.values() for robot in w.robots),
+            low_battery=settings.low_battery,
+        )
         self._own_worker = worker is None
-        self._worker = worker or PlanningWorker(make_engine)
+        self._worker = worker or PlanningWorker(make_engine, processes=settings.planning_processes)
         self._wire_desks()
         self._agents = [self._agents_of(world) for world in worlds]
         self.api: FastAPI = build_api(self, viewer=viewer, static=WEB)
@@ -105,13 +121,15 @@ class Service:
         with self.database.write() as session:
             begin_afresh(session, self._core, self._files)
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
+        self._core.workflows.register(FIND_ALTERNATIVES, self.choices.run)
+        self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
         self._core.workflows.register(MISSION_LIFE, self._life.run)
         self._core.workflows.launch()
         for agents in self._agents:
             agents.start()
         with self.database.write() as session:
             for name in self._files:
-                self._planning.enqueue_waiting(session, name)
+                self._waiting.release(session, name)
         ready.result(timeout=300)
 
     def close(self) -> None:
@@ -125,7 +143,11 @@ class Service:
         self._lock.close()
 
     def __enter__(self) -> "Service":
-        self.start()
+        try:
+            self.start()
+        except BaseException:
+            self.close()  # an interruption, too, leaves no process behind
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -133,35 +155,57 @@ class Service:
 
     def _wire_desks(self) -> None:
         core, settings = self._core, self.settings
+        limits = PlanningLimits(
+            time_limit_s=settings.planning_time_limit_s,
+            longest_s=settings.planning_longest_s,
+            effort_s=settings.planning_effort_s,
+            memory_mb=settings.planning_memory_mb,
+        )
         self.worlds = WorldDesk(core, worlds=self._files, clocks=self.clocks, board=self.board)
         self.missions = MissionDesk(core)
         self.plans = PlanDesk(
             core,
             margin=Margin(relative=settings.margin_relative, absolute_s=settings.margin_s),
-            # Desk and planning need each other: a stale plan is planned afresh, an automatic one approved.
+            # Desk and planning need each other: a stale plan is repaired, an automatic one approved.
             replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),  # noqa: PLW0108
         )
-        self._planning = Planning(
-            core,
-            worlds=self._files,
-            clocks=self.clocks,
-            spots=self._spots,
-            worker=self._worker,
-            time_limit_s=settings.planning_time_limit_s,
-            approve=partial(self.plans.approve_or_expire, actor=AUTOMATIC, comment=""),
-        )
+        self._wire_planning(limits)
         self.goals = GoalDesk(
-            core, world=self.worlds.world, clocks=self.clocks, enqueue=self._planning.enqueue
+            core,
+            world=self.worlds.world,
+            clocks=self.clocks,
+            limits=limits,
+            enqueue=self._planning.enqueue,
         )
-        self._reports = ReportBook(core)
+        self._reports = ReportBook(core, released=self._waiting.release)
         self._life = MissionLife(
             core,
             library=load_library(core.knowledge_base),
             repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
             times={n: WorldTime(clock=w.clock, rate=w.rate) for n, w in self._worlds.items()},
             patience_s=settings.answer_patience_s,
-            freed=self._planning.enqueue_waiting,
+            freed=self._waiting.release,
         )
+
+    def _wire_planning(self, limits: PlanningLimits) -> None:
+        core, worker = self._core, self._worker
+        posing = Posing(
+            core, worlds=self._files, clocks=self.clocks, spots=self._spots, resting=self.board.resting
+        )
+        proposing = Proposing(core, clocks=self.clocks)
+        self._waiting = WaitingGoals(core)
+        self.board.rested.append(self._rested)
+        self._planning = Planning(
+            core,
+            posing=posing,
+            proposing=proposing,
+            waiting=self._waiting,
+            worker=worker,
+            limits=limits,
+            approve=partial(self.plans.approve_or_expire, actor=AUTOMATIC, comment=""),
+        )
+        self.choices = Choices(core, posing=posing, proposing=proposing, worker=worker, limits=limits)
+        self.explaining = Explaining(core, posing=posing, worker=worker, limits=limits)
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         return AgentModels(
@@ -173,6 +217,11 @@ class Service:
             board=self.board,
             world=world.file.name,
         )
+
+    def _rested(self, world: str) -> None:
+        """A robot of the world may be recruited again."""
+        with self.database.write() as session:
+            self._waiting.release(session, world)
 
     def _spots(self, world: str) -> Mapping[str, tuple[float, float]]:
         """Where robots stand that stand at no named place: as they last said, else as the world file says."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from app.database import Database
 from app.durable import Workflows
 from app.events import EventLog
+from app.plans.active import Holdings
 from app.world_model.store import FactStore
 from planner import KnowledgeBase
 
@@ -16,3 +17,4 @@ class Core:
     facts: FactStore
     workflows: Workflows
     knowledge_base: KnowledgeBase
+    holdings: Holdings

@@ -33,6 +33,7 @@ class Queue:
 
 
 PLANNING = Queue(name="planning", at_once=4)
+WAITING = Queue(name="waiting", at_once=1)
 MISSIONS = Queue(name="missions", at_once=1000)
 
 
@@ -69,7 +70,7 @@ class Workflows:
     def launch(self) -> None:
         """Start executing: first what an earlier process left undone."""
         DBOS.launch()
-        for queue in (PLANNING, MISSIONS):
+        for queue in (PLANNING, WAITING, MISSIONS):
             DBOS.register_queue(
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._polling_s
             )

@@ -1,7 +1,8 @@
 """A plan as the API and `macta plan --json` show it: facts in rel/ref form, seconds from the plan's start."""
 
 from collections.abc import Iterable, Mapping
-from typing import Self
+from dataclasses import fields
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -10,6 +11,7 @@ from app.vocabulary import planner_fact, symbolic, symbolic_all, types_in
 from planner import (
     CausalLink,
     Fact,
+    Keeping,
     KnowledgeBase,
     Ordering,
     OrderingReason,
@@ -17,6 +19,7 @@ from planner import (
     PlanNetAction,
     PlanningResult,
 )
+from planner.repair import Course
 from robots.wire import SymbolicFact
 
 Facts = tuple[SymbolicFact, ...]
@@ -42,7 +45,15 @@ class ActionBody(PlanPart):
     latest_start_s: float
     earliest_end_s: float
     slack_s: float
+    critical: bool = Field(default=False, description="it cannot start later without the plan ending later")
+    distance_m: float = Field(default=0.0, description="what its robots drive together")
+    energy_j: float = Field(default=0.0, description="what its robots use together")
+    under_way: bool = Field(default=False, description="it runs already when the plan starts")
     description: str
+
+
+FACT_SLOTS = ("preconditions", "deletes", "intended_effects", "other_effects")
+"""The fields of an action that hold facts; the others are the same in a plan-net and in its body."""
 
 
 class CausalLinkBody(PlanPart):
@@ -59,6 +70,36 @@ class OrderingBody(PlanPart):
     before: str
     after: str
     reason: OrderingReason
+    kept_by: Keeping | None = Field(
+        default=None, description="what keeps it while the robots carry the plan out alone"
+    )
+
+
+class LateGoalBody(PlanPart):
+    """A goal that the plan reaches after its deadline."""
+
+    goal: SymbolicFact
+    late_s: float
+
+
+class DifferenceBody(PlanPart):
+    """What became of another plan's actions, by their ids there and here."""
+
+    kept: dict[str, str] = Field(description="old id → new id: the same robots do the same in the same order")
+    reassigned: dict[str, str] = Field(description="old id → new id: others do it")
+    dropped: tuple[str, ...] = Field(description="old ids")
+    added: tuple[str, ...]
+    shifted: dict[str, float] = Field(description="new id → seconds later, negative: earlier")
+    later_s: float = Field(description="by so much the plan ends later")
+    words: tuple[str, ...]
+
+
+class RepairsBody(PlanPart):
+    """The plan that this one takes the place of, how it was repaired, and what is different."""
+
+    plan_id: str
+    course: Course
+    difference: DifferenceBody
 
 
 class PlanBody(PlanPart):
@@ -77,6 +118,16 @@ class PlanBody(PlanPart):
     recruitment: dict[str, str]
     objects: dict[str, str]
     makespan_s: float
+    distance_m: float = Field(default=0.0, description="driven by all robots together")
+    energy_j: float = Field(default=0.0, description="used by all robots together")
+    critical_path: tuple[str, ...] = Field(
+        default=(), description="a longest chain of actions: what the makespan is made of"
+    )
+    late: tuple[LateGoalBody, ...] = ()
+    clearances: int = Field(default=0, description="orderings for which a robot waits until it is cleared")
+    label: str = Field(default="", description="what it is best at among the goal's alternatives")
+    comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
+    repairs: RepairsBody | None = Field(default=None, description="if the world had overtaken a plan before")
     engine: str = ""
     planning_s: float = 0.0
     lower_bound_s: float | None = None
@@ -99,12 +150,18 @@ class PlanBody(PlanPart):
                     for link in net.causal_links
                 ],
                 "orderings": [
-                    OrderingBody(before=o.before, after=o.after, reason=o.reason) for o in net.orderings
+                    OrderingBody(before=o.before, after=o.after, reason=o.reason, kept_by=o.kept_by)
+                    for o in net.orderings
                 ],
                 "robots": net.robots,
                 "recruitment": dict(net.recruitment),
                 "objects": types_in(_facts_of(net), knowledge_base),
                 "makespan_s": net.makespan_s,
+                "distance_m": net.distance_m,
+                "energy_j": net.energy_j,
+                "critical_path": net.critical_path,
+                "clearances": net.clearances,
+                "late": [LateGoalBody(goal=form.one(goal), late_s=s) for goal, s in net.late.items()],
                 **particulars,
             }
         )
@@ -140,9 +197,11 @@ class PlanBody(PlanPart):
                 for link in self.causal_links
             ),
             orderings=tuple(
-                Ordering(before=o.before, after=o.after, reason=o.reason) for o in self.orderings
+                Ordering(before=o.before, after=o.after, reason=o.reason, kept_by=o.kept_by)
+                for o in self.orderings
             ),
             recruitment=dict(self.recruitment),
+            late={back.one(late.goal): late.late_s for late in self.late},
         )
 
 
@@ -167,22 +226,8 @@ class _Form:
         return symbolic_all(facts, self._knowledge_base)
 
     def action(self, action: PlanNetAction) -> ActionBody:
-        return ActionBody(
-            id=action.id,
-            tag=action.tag,
-            arguments=dict(action.arguments),
-            agents=action.agents,
-            preconditions=self.all(action.preconditions),
-            deletes=self.all(action.deletes),
-            intended_effects=self.all(action.intended_effects),
-            other_effects=self.all(action.other_effects),
-            duration_s=action.duration_s,
-            earliest_start_s=action.earliest_start_s,
-            latest_start_s=action.latest_start_s,
-            earliest_end_s=action.earliest_end_s,
-            slack_s=action.slack_s,
-            description=action.description,
-        )
+        slots = {name: getattr(action, name) for name in ActionBody.model_fields}
+        return ActionBody.model_validate(slots | {slot: self.all(slots[slot]) for slot in FACT_SLOTS})
 
 
 class _Back:
@@ -198,17 +243,5 @@ class _Back:
         return tuple(self.one(fact) for fact in facts)
 
     def action(self, action: ActionBody) -> PlanNetAction:
-        return PlanNetAction(
-            id=action.id,
-            tag=action.tag,
-            arguments=dict(action.arguments),
-            agents=action.agents,
-            preconditions=self.all(action.preconditions),
-            deletes=self.all(action.deletes),
-            intended_effects=self.all(action.intended_effects),
-            other_effects=self.all(action.other_effects),
-            duration_s=action.duration_s,
-            earliest_start_s=action.earliest_start_s,
-            latest_start_s=action.latest_start_s,
-            description=action.description,
-        )
+        slots: dict[str, Any] = {field.name: getattr(action, field.name) for field in fields(PlanNetAction)}
+        return PlanNetAction(**slots | {slot: self.all(slots[slot]) for slot in FACT_SLOTS})

@@ -22,12 +22,21 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535)
     database_url: str | None = None
     token: str | None = Field(default=None, min_length=16)
-    planning_time_limit_s: float = Field(default=30.0, gt=0)
+    planning_time_limit_s: float = Field(default=30.0, gt=0, description="for goals that ask for none")
+    planning_longest_s: float = Field(default=600.0, gt=0, description="the longest a goal may ask for")
+    planning_effort_s: float | None = Field(
+        default=None, ge=0, description="to improve a first plan; unset: by the problem's size"
+    )
+    planning_memory_mb: int = Field(default=2048, ge=64)
+    planning_processes: int = Field(default=2, ge=1, le=64, description="goals planned side by side")
     answer_patience_s: float = Field(
         default=10.0, gt=0, description="wall-clock seconds before a robot is silent"
     )
     margin_relative: float = Field(default=0.5, ge=0)
     margin_s: float = Field(default=20.0, ge=0)
+    low_battery: float = Field(
+        default=0.2, ge=0, le=1, description="a robot whose battery holds less is not recruited"
+    )
 
     def resolved_database_url(self) -> str:
         return self.database_url or f"sqlite:///{self.data / 'macta.sqlite'}"

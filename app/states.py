@@ -2,6 +2,8 @@
 
 from enum import StrEnum
 
+from robots.wire import ScriptState
+
 
 class GoalState(StrEnum):
     SUBMITTED = "submitted"  # waits for the planner or, with a reason, for a running mission
@@ -46,6 +48,14 @@ ENDED = frozenset(
         MissionState.CANCELLED,
     }
 )
+
+
+TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
+
+
+def has_ended(delivery: str, state: str | None) -> bool:
+    """True if a script's robot has nothing more to do for it: it refused it, or has ended it, well or badly."""
+    return delivery == "refused" or state in TERMINAL_SCRIPTS
 
 
 class Connection(StrEnum):

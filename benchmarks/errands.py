@@ -11,6 +11,7 @@ from math import dist
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,
+    Clearance,
     Message,
     PacketReport,
     PacketState,
@@ -154,7 +155,7 @@ class Result:
 
 
 class Crew:
-    """A simulated world whose robots are given scripts; keeps their reports, confirms them as a service."""
+    """A simulated world whose robots are given scripts; keeps their reports, confirms and clears as a service."""
 
     def __init__(self, world: WorldFile, *, seed: int, jitter_m: float = 0.4) -> None:
         self.world = world
@@ -165,9 +166,12 @@ class Crew:
         self._changed_s: dict[str, float] = {}
         self._retries: dict[str, int] = {}
         self._packets: dict[tuple[str, str], BehaviourPacket] = {}
+        self._scripts: list[BehaviourScript] = []
+        self._over: set[tuple[str, str]] = set()
         self._seen: set[str] = set()
 
     def send(self, scripts: Sequence[BehaviourScript]) -> None:
+        self._scripts += scripts
         for each in scripts:
             for step in each.packets:
                 self._packets[each.id, step.id] = step
@@ -204,6 +208,18 @@ class Crew:
             self._running_s[robot] = report.at_s
         elif report.state in (PacketState.FINISHED, PacketState.FAILED):
             self.ran.append(self._figure(robot, report))
+        if report.state is PacketState.FINISHED:
+            self._over.add((report.script_id, report.packet_id))
+            self._clear(report.packet_id)
+
+    def _clear(self, action: str) -> None:
+        """Tell the robots that wait for it that an action has ended, once all who do it have said so."""
+        doers = [each for each in self._scripts if any(step.id == action for step in each.packets)]
+        if all((each.id, action) in self._over for each in doers):
+            for each in self._scripts:
+                if any(action in step.after for step in each.packets):
+                    clearance = Clearance(script_id=each.id, ended=(action,))
+                    self._say(each.robot, Performative.REQUEST, clearance)
 
     def _figure(self, robot: str, report: PacketReport) -> Ran:
         step = self._packets[report.script_id, report.packet_id]

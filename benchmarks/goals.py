@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from app.goals.grammar import parse_goal
 from app.organiser import Organised, load_library, organise
-from app.vocabulary import planner_fact
+from app.vocabulary import planner_fact, symbolic_all
 from app.world_model import initial_facts, initial_spots, objects_of, planning_problem
 from benchmarks.errands import Crew
-from planner import KnowledgeBase, PlanNet, load_knowledge_base
+from planner import KnowledgeBase, PlanNet, PlanningRequest, load_knowledge_base
 from planner.fast_downward import FastDownwardEngine
 from robots.wire import BehaviourScript, ScriptReport, SymbolicFact
 from robots.world import WorldFile, load_world
@@ -62,14 +62,23 @@ def prepare(world: WorldFile, sentence: str, base: KnowledgeBase, *, time_limit_
     objects = objects_of(world)
     wanted = [planner_fact(goal, base, objects) for goal in goals]
     problem = planning_problem(world, facts, wanted, spots=initial_spots(world))
-    result = FastDownwardEngine(base).plan(problem, time_limit_s=time_limit_s)
+    result = FastDownwardEngine(base).plan(problem, PlanningRequest(time_limit_s=time_limit_s))
     if result.plan_net is None:
         raise NoMission(f"{result.status}: {result.reason}")
+    return written(world, result.plan_net, base)
+
+
+def written(world: WorldFile, plan_net: PlanNet, base: KnowledgeBase) -> Mission:
+    """Organise a plan-net.
+
+    :raises NoMission: if that fails.
+    """
     repertoires = {robot.name: robot.repertoire for robot in world.robots}
-    organised = organise(result.plan_net, load_library(base), repertoires, "mission", base)
+    organised = organise(plan_net, load_library(base), repertoires, "mission", base)
     if not isinstance(organised, Organised):
         raise NoMission(organised.reason)
-    return Mission(world=world, goals=goals, plan_net=result.plan_net, scripts=organised.scripts)
+    goals = symbolic_all(plan_net.goals, base)
+    return Mission(world=world, goals=goals, plan_net=plan_net, scripts=organised.scripts)
 
 
 def carry_out(mission: Mission, *, seed: int) -> Ended:

@@ -8,7 +8,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -70,7 +71,6 @@ def told(name: str, figures: Sequence[float]) -> str:
 
 
 def measure(api: httpx2.Client, runs: int) -> None:
-    until(lambda: len(_poses(api)) == 4)
     to_plan, to_motion = [], []
     for _ in range(runs):
         took_s, plan_id = goal_to_plan_s(api, PLANNED)
@@ -83,7 +83,9 @@ def measure(api: httpx2.Client, runs: int) -> None:
     print(told("approval to the first robot moving", to_motion))
 
 
-def main(runs: int = 5, speed: int = 1) -> None:
+@contextmanager
+def served(speed: int = 1) -> Iterator[httpx2.Client]:
+    """A client of a service of its own, with the sample store and a fresh record."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["macta", "serve", "--port", "0", "--data", folder, "--speed", str(speed)]
         service = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -93,10 +95,16 @@ def main(runs: int = 5, speed: int = 1) -> None:
             token = parse_qs(address.query)["token"][0]
             base = f"{address.scheme}://{address.netloc}"
             with httpx2.Client(base_url=base, headers={"authorization": f"Bearer {token}"}) as api:
-                measure(api, runs)
+                until(lambda: len(_poses(api)) == 4)
+                yield api
         finally:
             service.terminate()
             service.wait()
+
+
+def main(runs: int = 5, speed: int = 1) -> None:
+    with served(speed) as api:
+        measure(api, runs)
 
 
 if __name__ == "__main__":

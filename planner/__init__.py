@@ -1,25 +1,55 @@
 """The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets. Pure; imports
 nothing of ours."""
 
-from planner.engine import PlanningEngine, PlanningProblem, PlanningResult, PlanningStatus
+from planner.engine import (
+    UNOBSERVED,
+    Objective,
+    Observer,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    Progress,
+)
 from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
-from planner.execution import Violation, first_violation
+from planner.execution import awaits_of, keep_in_step
 from planner.fact import Fact
 from planner.fast_downward import FastDownwardEngine
-from planner.knowledge import GroundAction, KnowledgeBase, load_knowledge_base, read_knowledge_base
-from planner.plan_net import GOAL, INITIAL, CausalLink, Ordering, OrderingReason, PlanNet, PlanNetAction
+from planner.knowledge import (
+    GroundAction,
+    KnowledgeBase,
+    load_knowledge_base,
+    read_knowledge_base,
+    scale_term,
+)
+from planner.plan_net import (
+    GOAL,
+    INITIAL,
+    CausalLink,
+    Keeping,
+    Ordering,
+    OrderingReason,
+    PlanNet,
+    PlanNetAction,
+)
+from planner.up_registration import register_with_unified_planning
 from planner.validation import faults_of, linearisation, replay
 
 __all__ = [
     "GOAL",
     "INITIAL",
+    "UNOBSERVED",
     "CausalLink",
     "Fact",
     "FastDownwardEngine",
     "GroundAction",
     "InvalidPlan",
+    "Keeping",
     "KnowledgeBase",
     "KnowledgeBaseError",
+    "Objective",
+    "Observer",
     "Ordering",
     "OrderingReason",
     "PlanNet",
@@ -27,13 +57,17 @@ __all__ = [
     "PlannerError",
     "PlanningEngine",
     "PlanningProblem",
+    "PlanningRequest",
     "PlanningResult",
     "PlanningStatus",
-    "Violation",
+    "Progress",
+    "awaits_of",
     "faults_of",
-    "first_violation",
+    "keep_in_step",
     "linearisation",
     "load_knowledge_base",
     "read_knowledge_base",
+    "register_with_unified_planning",
     "replay",
+    "scale_term",
 ]

@@ -1,4 +1,4 @@
-"""From a partial order to the plan-net: earliest and latest starts by longest path, ids, descriptions."""
+"""From a partial order to the plan-net: time windows, ids, descriptions."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,63 +6,67 @@ from planner.extraction import FROM_START, PartialOrder
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_net import GOAL, INITIAL, CausalLink, Ordering, PlanNet, PlanNetAction
+from planner.schedule import Windows, windows
 
 
 def assemble(
-    order: PartialOrder, goals: Sequence[Fact], knowledge_base: KnowledgeBase, recruitment: Mapping[str, str]
+    order: PartialOrder,
+    goals: Sequence[Fact],
+    knowledge_base: KnowledgeBase,
+    recruitment: Mapping[str, str],
+    deadlines_s: Mapping[Fact, float] | None = None,
 ) -> PlanNet:
-    """The scheduled plan-net; actions are called a1, a2, … in the order of their earliest start."""
-    earliest, latest = schedule(order)
-    ranked = sorted(range(len(order.actions)), key=lambda position: (earliest[position], position))
-    ids = {position: f"a{rank}" for rank, position in enumerate(ranked, start=1)}
-    ends = {FROM_START: INITIAL, len(order.actions): GOAL}
+    """The scheduled plan-net; actions are called a1, a2, … in the order of their earliest start.
+
+    :param deadlines_s: goals' deadlines, seconds from the plan's start; they bound the latest starts. What cannot
+        be kept stands in the plan-net's `late`.
+    """
+    end = len(order.actions)
+    achievers = {link.fact: link.producer for link in order.links if link.consumer == end}
+    spans = [action.duration_s for action in order.actions]
+    times = windows(spans, order.orderings, _ends_by(achievers, deadlines_s or {}))
+    ranked = sorted(range(end), key=lambda position: (times.earliest[position], position))
+    rank = {position: number for number, position in enumerate([*ranked, end], start=1)}
+    names = {position: f"a{number}" for position, number in rank.items()}
+    names |= {FROM_START: INITIAL, end: GOAL}
     return PlanNet(
         goals=tuple(goals),
         actions=tuple(
-            _action(ids[p], order.actions[p], earliest[p], latest[p], knowledge_base) for p in ranked
+            _action(names[p], order.actions[p], times.earliest[p], times.latest[p], knowledge_base)
+            for p in ranked
         ),
         causal_links=tuple(
-            CausalLink(
-                producer=(ids | ends)[link.producer], fact=link.fact, consumer=(ids | ends)[link.consumer]
-            )
-            for link in sorted(
-                order.links, key=lambda link: (_rank(link.consumer, ids), link.producer, link.fact)
-            )
+            CausalLink(producer=names[link.producer], fact=link.fact, consumer=names[link.consumer])
+            for link in sorted(order.links, key=lambda link: (rank[link.consumer], link.producer, link.fact))
         ),
         orderings=tuple(
-            Ordering(before=ids[before], after=ids[after], reason=reason)
-            for (before, after), reason in sorted(
-                order.orderings.items(), key=lambda item: (_rank(item[0][0], ids), _rank(item[0][1], ids))
-            )
+            Ordering(before=names[before], after=names[after], reason=order.orderings[before, after])
+            for before, after in sorted(order.orderings, key=lambda pair: (rank[pair[0]], rank[pair[1]]))
         ),
         recruitment=dict(sorted(recruitment.items())),
+        late=_late(achievers, deadlines_s or {}, times, spans),
     )
 
 
-def schedule(order: PartialOrder) -> tuple[list[float], list[float]]:
-    """Earliest and latest starts by position, seconds; latest such that the makespan stays as it is."""
-    count = len(order.actions)
-    spans = [action.duration_s for action in order.actions]
-    before: list[list[int]] = [[] for _ in range(count)]
-    after: list[list[int]] = [[] for _ in range(count)]
-    for one, other in order.orderings:
-        before[other].append(one)
-        after[one].append(other)
-    # The order is a sub-order of the positions, so ascending positions are a topological order.
-    earliest = [0.0] * count
-    for position in range(count):
-        earliest[position] = max((earliest[p] + spans[p] for p in before[position]), default=0.0)
-    makespan = max((start + span for start, span in zip(earliest, spans, strict=True)), default=0.0)
-    latest = [0.0] * count
-    for position in reversed(range(count)):
-        latest[position] = min((latest[p] for p in after[position]), default=makespan) - spans[position]
-    return [round(start, 3) for start in earliest], [
-        round(max(early, late), 3) for early, late in zip(earliest, latest, strict=True)
-    ]
+def _ends_by(achievers: Mapping[Fact, int], deadlines_s: Mapping[Fact, float]) -> dict[int, float]:
+    """By when each achiever must end: the earliest deadline of what it achieves."""
+    ends: dict[int, float] = {}
+    for goal, producer in achievers.items():
+        if goal in deadlines_s and producer != FROM_START:
+            ends[producer] = min(ends.get(producer, deadlines_s[goal]), deadlines_s[goal])
+    return ends
 
 
-def _rank(position: int, ids: Mapping[int, str]) -> int:
-    return int(ids[position][1:]) if position in ids else len(ids) + 1
+def _late(
+    achievers: Mapping[Fact, int], deadlines_s: Mapping[Fact, float], times: Windows, spans: Sequence[float]
+) -> dict[Fact, float]:
+    late: dict[Fact, float] = {}
+    for goal, producer in achievers.items():
+        if goal in deadlines_s and producer != FROM_START:
+            seconds = round(times.earliest[producer] + spans[producer] - deadlines_s[goal], 3)
+            if seconds > 0:
+                late[goal] = seconds
+    return late
 
 
 def _action(
@@ -83,4 +87,7 @@ def _action(
         earliest_start_s=earliest,
         latest_start_s=latest,
         description=template.format(**{**action.arguments, **times}),
+        distance_m=action.distance_m,
+        energy_j=action.energy_j,
+        under_way=action.under_way,
     )

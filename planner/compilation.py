@@ -10,11 +10,12 @@ holds `UNIFIED_PLANNING_LOCK`. (Expressions there are kept for good but by conte
 nothing twice.)
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from threading import RLock
 from typing import Any
 
+from planner.duration_table import duration_parameters, duration_table
 from planner.engine import PlanningProblem
 from planner.errors import InvalidPlan
 from planner.fact import Fact
@@ -70,12 +71,15 @@ def twin_predicates(knowledge_base: KnowledgeBase, goals: Sequence[Fact]) -> fro
 def compile_problem(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> CompiledProblem:
     """The problem in unified-planning's form: lifted, typed, with action costs."""
     with UNIFIED_PLANNING_LOCK:
-        up_problem = _Compiler(knowledge_base, problem).run()
+        up_problem = Compiler(knowledge_base, problem).run()
     return CompiledProblem(knowledge_base=knowledge_base, problem=problem, up_problem=up_problem)
 
 
-class _Compiler:
-    """Builds one unified-planning problem."""
+class Compiler:
+    """Builds one unified-planning problem: instantaneous actions with costs.
+
+    The methods from `_new_action` to `_minimise` say what an action is made of; other kinds override them.
+    """
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         from unified_planning.environment import get_environment
@@ -129,10 +133,8 @@ class _Compiler:
         return self._expressions.FluentExp(self._fluents[f"{prefix}_{fact.predicate}"], arguments)
 
     def _add_operator(self, op: Operator) -> tuple[Any, Any]:
-        from unified_planning.model import InstantaneousAction
-
         parameters = {f"x_{name}": self._type(kind) for name, kind in op.parameters.items()}
-        action = InstantaneousAction(up_operator(op), _env=self._environment, **parameters)
+        action = self._new_action(up_operator(op), parameters)
 
         def of(prefix: str, literal: Literal) -> Any:
             terms = [
@@ -142,42 +144,56 @@ class _Compiler:
             return self._expressions.FluentExp(self._fluents[f"{prefix}_{literal.predicate}"], terms)
 
         for literal in op.preconditions:
-            action.add_precondition(of("p", literal))
+            changes = literal.predicate in self._base.fluents and literal not in op.deletes
+            self._need(action, of("p", literal), lasting=changes)
         for one, other in op.distinct:
             pair = [action.parameter(f"x_{name}") for name in (one, other)]
-            action.add_precondition(self._expressions.Not(self._expressions.Equals(*pair)))
+            self._need(action, self._expressions.Not(self._expressions.Equals(*pair)), lasting=False)
         effects = dict.fromkeys(op.intended_effects + op.other_effects)
         for literal in op.deletes:
-            if literal not in effects:
-                action.add_effect(of("p", literal), False)
-            if literal.predicate in self._twins and literal not in op.intended_effects:
-                action.add_effect(of("i", literal), False)
+            self._delete(action, of("p", literal), restored=literal in effects)
+            if literal.predicate in self._twins:
+                self._delete(action, of("i", literal), restored=literal in op.intended_effects)
         for literal in effects:
-            action.add_effect(of("p", literal), True)
+            self._add(action, of("p", literal))
         for literal in op.intended_effects:
             if literal.predicate in self._twins:
-                action.add_effect(of("i", literal), True)
+                self._add(action, of("i", literal))
         cost = self._cost(op, action)
         self._up.add_action(action)
         return action, cost
 
+    def _new_action(self, name: str, parameters: Mapping[str, Any]) -> Any:
+        from unified_planning.model import InstantaneousAction
+
+        return InstantaneousAction(name, _env=self._environment, **parameters)
+
+    def _need(self, action: Any, condition: Any, *, lasting: bool) -> None:
+        """:param lasting: to the action's end; else at its start, for what then ends or never changes."""
+        action.add_precondition(condition)
+
+    def _delete(self, action: Any, fluent: Any, *, restored: bool) -> None:
+        """:param restored: the action's own effects bring it about again."""
+        if not restored:
+            action.add_effect(fluent, False)
+
+    def _add(self, action: Any, fluent: Any) -> None:
+        action.add_effect(fluent, True)
+
     def _cost(self, op: Operator, action: Any) -> Any:
         """The action's cost: a number, or a static function of the parameters its duration depends on."""
-        used = _duration_parameters(op)
+        used = duration_parameters(op)
         if not used:
-            return self._expressions.Int(_tenths(op.duration_s({}, {}) or 0.0))
+            return self._expressions.Int(_tenths(op.duration_s({}, self._problem.functions) or 0.0))
         signature = {name: op.parameters[name] for name in used}
         defined = self._add_fluent(f"d_{op.name}", signature)
         cost = self._add_fluent(f"k_{op.name}", signature, self._types.IntType())
-        static = self._problem.facts
-        for binding in _durations(op, static, self._problem.functions, self._base):
-            arguments = [self._objects[binding[name]] for name in used]
-            seconds = op.duration_s(binding, self._problem.functions)
-            if seconds is not None:
-                self._up.set_initial_value(self._expressions.FluentExp(defined, arguments), True)
-                self._up.set_initial_value(self._expressions.FluentExp(cost, arguments), _tenths(seconds))
+        for row, seconds in duration_table(op, self._problem, self._base):
+            arguments = [self._objects[name] for name in row]
+            self._up.set_initial_value(self._expressions.FluentExp(defined, arguments), True)
+            self._up.set_initial_value(self._expressions.FluentExp(cost, arguments), _tenths(seconds))
         terms = [action.parameter(f"x_{name}") for name in used]
-        action.add_precondition(self._expressions.FluentExp(defined, terms))
+        self._need(action, self._expressions.FluentExp(defined, terms), lasting=False)
         return self._expressions.FluentExp(cost, terms)
 
     def _minimise(self, costs: Mapping[Any, Any]) -> None:
@@ -188,60 +204,3 @@ class _Compiler:
 
 def _tenths(seconds: float) -> int:
     return max(1, round(seconds * COST_PER_SECOND))
-
-
-def _duration_parameters(op: Operator) -> tuple[str, ...]:
-    """The operator's parameters its duration depends on, teams spelt out."""
-    used: dict[str, None] = {}
-    for _, terms in op.duration.calls:
-        for term in terms:
-            used |= dict.fromkeys(op.teams.get(term, (term,)))
-    return tuple(used)
-
-
-def _durations(
-    op: Operator,
-    facts: frozenset[Fact],
-    functions: Mapping[tuple[str, tuple[str, ...]], float],
-    base: KnowledgeBase,
-) -> Iterator[dict[str, str]]:
-    """The bindings of the duration's parameters for which its functions have values and the statics hold.
-
-    A join over the functions' tables and the static pre-conditions, so that it grows with what is connected.
-    """
-    tables: list[tuple[tuple[str, ...], set[tuple[str, ...]]]] = []
-    for name, terms in op.duration.calls:
-        rows = {args for (function, args) in functions if function == name}
-        for member in op.members:
-            tables.append((tuple(member.get(term, term) for term in terms), rows))
-    used = set(_duration_parameters(op))
-    for literal in op.preconditions:
-        if literal.predicate not in base.fluents and used.issuperset(set(literal.terms) & set(op.parameters)):
-            tables.append(
-                (literal.terms, {fact.args for fact in facts if fact.predicate == literal.predicate})
-            )
-    bindings: list[dict[str, str]] = [{}]
-    for terms, rows in sorted(tables, key=lambda table: len(table[1])):
-        bindings = [
-            joined
-            for binding in bindings
-            for row in sorted(rows)
-            if (joined := _join(op, binding, terms, row))
-        ]
-    distinct = list(op.distinct)
-    for binding in bindings:
-        if not any(binding.get(one, "") == binding.get(other, "-") for one, other in distinct):
-            yield binding
-
-
-def _join(
-    op: Operator, binding: dict[str, str], terms: tuple[str, ...], row: tuple[str, ...]
-) -> dict[str, str] | None:
-    joined = dict(binding)
-    for term, value in zip(terms, row, strict=True):
-        if term not in op.parameters:
-            if term != value:
-                return None
-        elif joined.setdefault(term, value) != value:
-            return None
-    return joined

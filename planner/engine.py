@@ -15,12 +15,40 @@ class PlanningProblem:
 
     `objects` maps each object to its type; `functions` gives the numbers durations are made of, e.g.
     ("distance_m", ("door_1", "interchange_1")) -> 3.2; absent means the two are not connected.
+    `deadlines_s` says by when a goal is to be true, seconds from the plan's start (negative if that is over);
+    `priorities` how much its lateness counts, higher is more urgent, 0 unless told.
     """
 
     objects: Mapping[str, str]
     facts: frozenset[Fact]
     goals: tuple[Fact, ...]
     functions: Mapping[tuple[str, tuple[str, ...]], float] = field(default_factory=dict)
+    deadlines_s: Mapping[Fact, float] = field(default_factory=dict)
+    priorities: Mapping[Fact, int] = field(default_factory=dict)
+
+
+class Objective(StrEnum):
+    """What a plan is to have little of; ties are broken by the others."""
+
+    MAKESPAN = "makespan"
+    ROBOTS = "robots"
+    ENERGY = "energy"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningRequest:
+    """How a problem is to be solved.
+
+    :param time_limit_s: an engine answers by then, with the best plan it has.
+    :param effort_s: time to improve the first plan; None leaves it to the engine, by the problem's size.
+    :param seed: same problem, request and machine-independent effort (`effort_s` None): same plan-net.
+    """
+
+    time_limit_s: float = 60.0
+    effort_s: float | None = None
+    objective: Objective = Objective.MAKESPAN
+    memory_limit_mb: int = 2048
+    seed: int = 0
 
 
 class PlanningStatus(StrEnum):
@@ -34,7 +62,10 @@ class PlanningStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningResult:
-    """`plan_net` is set exactly when solved; `reason` says why not otherwise, in words an operator reads."""
+    """`plan_net` is set exactly when solved; `reason` says why not otherwise, in words an operator reads.
+
+    `lower_bound_s` is a proven lower bound of the makespan: no plan is shorter.
+    """
 
     status: PlanningStatus
     engine: str
@@ -44,9 +75,48 @@ class PlanningResult:
     lower_bound_s: float | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """Where an engine stands: the makespan of its best plan and its bound so far."""
+
+    engine: str
+    elapsed_s: float
+    makespan_s: float | None = None
+    lower_bound_s: float | None = None
+
+
+class Observer:
+    """Whoever watches an engine plan: told of progress, asked whether to stop and take the best."""
+
+    def progress(self, progress: Progress) -> None:
+        """Called now and then while the engine runs."""
+
+    def should_stop(self) -> bool:
+        """True: end soon and answer with the best plan so far."""
+        return False
+
+
+UNOBSERVED = Observer()
+
+
 class PlanningEngine(Protocol):
     """Problem in, validated plan-net or a result that says why not."""
 
     name: str
 
-    def plan(self, problem: PlanningProblem, *, time_limit_s: float) -> PlanningResult: ...
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult: ...
+
+
+__all__ = [
+    "UNOBSERVED",
+    "Objective",
+    "Observer",
+    "PlanningEngine",
+    "PlanningProblem",
+    "PlanningRequest",
+    "PlanningResult",
+    "PlanningStatus",
+    "Progress",
+]

@@ -9,5 +9,25 @@ class KnowledgeBaseError(PlannerError, ValueError):
     """Raised when a knowledge base, or a fact put to it, does not fit; names the slot and the choices."""
 
 
+class Unsupported(PlannerError, ValueError):
+    """Raised when a problem from elsewhere has a feature that plan-net actions lack; names it and the way out."""
+
+
 class InvalidPlan(PlannerError):
     """Raised when an engine's sequence of actions does not reach the goals from the problem's facts."""
+
+
+class CyclicOrder(PlannerError):
+    """Raised when orderings contradict each other: `nodes` are on cycles or behind them."""
+
+    def __init__(self, nodes: list[int]) -> None:
+        super().__init__(f"the orderings are cyclic among {nodes}")
+        self.nodes = nodes
+
+
+class UnknownEngine(PlannerError, ValueError):
+    """Raised when an engine is asked for by a name that none has; names the choices."""
+
+
+class UnknownAction(PlannerError, ValueError):
+    """Raised when a mission's progress speaks of an action that its plan-net lacks; names those it has."""

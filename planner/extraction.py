@@ -1,27 +1,25 @@
 """From a sequence of actions to a partial order: causal links, threats, orderings (MACTA §4: the plan-net).
 
-Works on positions in the sequence; -1 stands for the initial state, `len(sequence)` for the goals. The order
-found is a sub-order of the sequence, so it cannot be cyclic.
+Works on positions in the sequence, as the causal links do. The order found is a sub-order of the sequence, so
+it cannot be cyclic. Only the nearest of what orders a fact's users or a robot's actions is written down where
+the rest follows from it, so the work grows with the plan, not with its square.
 """
 
-from collections.abc import Mapping, Sequence
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from planner.causality import FROM_START, Link, causal_links
 from planner.errors import InvalidPlan
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_net import OrderingReason
+from planner.precedence import Precedence
+from planner.progression import carry_out
+from planner.redundancy import without_redundant
 
-FROM_START = -1
-
-
-@dataclass(frozen=True, slots=True, order=True)
-class Link:
-    """A causal link between positions."""
-
-    producer: int
-    fact: Fact
-    consumer: int
+__all__ = ["FROM_START", "Link", "PartialOrder", "causal_links", "extract", "fault_of", "without_redundant"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +40,7 @@ def extract(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Seq
         raise InvalidPlan(fault)
     actions = without_redundant(sequence, facts, goals)
     links = causal_links(actions, facts, goals)
-    return PartialOrder(actions=actions, links=links, orderings=reduced(_orderings(actions, links), links))
+    return PartialOrder(actions=actions, links=links, orderings=_reduced(_orderings(actions, links)))
 
 
 def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> str | None:
@@ -53,105 +51,55 @@ def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Se
         missing = [fact for fact in action.preconditions if fact not in state]
         if missing:
             return f"{action} needs {missing[0]}, which does not hold"
-        state.difference_update(action.deletes)
-        achieved.difference_update(action.deletes)
-        state.update(action.effects)
-        achieved.update(action.intended_effects)
+        carry_out(action, state, achieved)
     return next((f"the goal {goal} is not achieved" for goal in goals if goal not in achieved), None)
-
-
-def without_redundant(
-    sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]
-) -> tuple[GroundAction, ...]:
-    """The sequence without the actions it can do without (each tried with all that then lack a condition)."""
-    kept = list(sequence)
-    position = 0
-    while position < len(kept):
-        trial = _without(kept, position, facts)
-        if fault_of(trial, facts, goals) is None:
-            kept = trial
-        else:
-            position += 1
-    return tuple(kept)
-
-
-def _without(sequence: list[GroundAction], position: int, facts: frozenset[Fact]) -> list[GroundAction]:
-    state, kept = set(facts), []
-    for index, action in enumerate(sequence):
-        if index != position and all(fact in state for fact in action.preconditions):
-            state.difference_update(action.deletes)
-            state.update(action.effects)
-            kept.append(action)
-    return kept
-
-
-def causal_links(
-    actions: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]
-) -> tuple[Link, ...]:
-    """For each condition its earliest producer after the last delete: the least ordering this choice
-    allows."""
-    links: list[Link] = []
-    for consumer, action in enumerate(actions):
-        links += [
-            Link(_producer(actions, facts, fact, consumer), fact, consumer) for fact in action.preconditions
-        ]
-    end = len(actions)
-    links += [
-        Link(_producer(actions, facts, goal, end, goal=True), goal, end) for goal in dict.fromkeys(goals)
-    ]
-    return tuple(links)
-
-
-def _producer(
-    actions: Sequence[GroundAction], facts: frozenset[Fact], fact: Fact, consumer: int, *, goal: bool = False
-) -> int:
-    producer: int | None = FROM_START if fact in facts else None
-    for position in range(consumer):
-        action = actions[position]
-        if fact in action.deletes:
-            producer = None
-        effects = action.intended_effects if goal else action.effects
-        if producer is None and fact in effects:
-            producer = position
-    if producer is None:
-        raise InvalidPlan(f"nothing brings about {fact}")
-    return producer
 
 
 def _orderings(
     actions: Sequence[GroundAction], links: Sequence[Link]
 ) -> dict[tuple[int, int], OrderingReason]:
-    """Every ordering the links, the threats to them and shared robots ask for."""
+    """The orderings the links, the threats to them and shared robots ask for, first reason first."""
     pairs: dict[tuple[int, int], OrderingReason] = {}
     for link in links:
         if link.producer != FROM_START and link.consumer != len(actions):
             pairs.setdefault((link.producer, link.consumer), OrderingReason.CAUSAL)
-    for link in links:
-        for position, action in enumerate(actions):
-            if link.fact in action.deletes and position not in (link.producer, link.consumer):
-                if position > link.consumer:
-                    pairs.setdefault((link.consumer, position), OrderingReason.THREAT)
-                elif link.producer != FROM_START and position < link.producer:
-                    pairs.setdefault((position, link.producer), OrderingReason.THREAT)
-    for after, action in enumerate(actions):
-        for before in range(after):
-            if set(action.agents) & set(actions[before].agents):
-                pairs.setdefault((before, after), OrderingReason.RESOURCE)
+    for pair in _threats(actions, links):
+        pairs.setdefault(pair, OrderingReason.THREAT)
+    latest: dict[str, int] = {}
+    for position, action in enumerate(actions):
+        for agent in action.agents:
+            if agent in latest:
+                pairs.setdefault((latest[agent], position), OrderingReason.RESOURCE)
+            latest[agent] = position
     return pairs
 
 
-def reduced(
-    pairs: Mapping[tuple[int, int], OrderingReason], links: Sequence[Link]
-) -> dict[tuple[int, int], OrderingReason]:
+def _threats(actions: Sequence[GroundAction], links: Sequence[Link]) -> Iterator[tuple[int, int]]:
+    """The pairs that keep the deletes of a link's fact before its producer or after its consumer.
+
+    A delete by an action that itself needs the fact has a link of its own, which keeps the deletes beyond it
+    away: there the search outwards from the link ends.
+    """
+    deletes: dict[Fact, list[int]] = defaultdict(list)
+    for position, action in enumerate(actions):
+        for fact in action.deletes:
+            deletes[fact].append(position)
+    consumers = {(link.fact, link.consumer) for link in links}
+    for link in links:
+        positions = deletes.get(link.fact, [])
+        if link.consumer != len(actions):
+            for position in positions[bisect_right(positions, link.consumer) :]:
+                yield link.consumer, position
+                if (link.fact, position) in consumers:
+                    break
+        if link.producer != FROM_START:
+            for position in reversed(positions[: bisect_left(positions, link.producer)]):
+                yield position, link.producer
+                if (link.fact, position) in consumers:
+                    break
+
+
+def _reduced(pairs: Mapping[tuple[int, int], OrderingReason]) -> dict[tuple[int, int], OrderingReason]:
     """The transitive reduction. The links keep what is causal, so no such information is lost."""
-    successors: dict[int, set[int]] = {}
-    for before, after in pairs:
-        successors.setdefault(before, set()).add(after)
-    beyond: dict[int, set[int]] = {}
-    for node in sorted({n for pair in pairs for n in pair}, reverse=True):
-        beyond[node] = set().union(*({s} | beyond.get(s, set()) for s in successors.get(node, ())))
-    return {
-        (before, after): reason
-        for (before, after), reason in sorted(pairs.items())
-        if not any(after in beyond.get(via, ()) for via in successors[before] if via != after)
-    }
+    count = 1 + max((after for _, after in pairs), default=0)
+    return {pair: pairs[pair] for pair in sorted(Precedence.of(count, pairs).reduction())}

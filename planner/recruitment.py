@@ -1,32 +1,49 @@
 """Why each robot of a plan was chosen, in an operator's words (MACTA §4: recruiting is part of planning)."""
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 
 from planner.knowledge import GroundAction
+from planner.plan_net import PlanNet, PlanNetAction
 from planner.statics import Statics
 
+Action = GroundAction | PlanNetAction
 
-def recruitment_of(actions: Sequence[GroundAction], statics: Statics) -> dict[str, str]:
+
+def recruitment_of(actions: Sequence[Action], statics: Statics) -> dict[str, str]:
     """A sentence for each robot: what it is to do and can, what it reaches, and who else would qualify."""
-    robots = sorted({agent for action in actions for agent in action.agents})
-    return {robot: _sentence(robot, actions, statics) for robot in robots}
+    work: dict[str, list[Action]] = defaultdict(list)
+    for action in actions:
+        for agent in action.agents:
+            work[agent].append(action)
+    return {robot: _sentence(robot, work, statics) for robot in sorted(work)}
 
 
-def _sentence(robot: str, actions: Sequence[GroundAction], statics: Statics) -> str:
-    mine = [action for action in actions if robot in action.agents]
+def by_work(plan_net: PlanNet) -> list[str]:
+    """The plan's robots, those with the most to do first."""
+    work_s: dict[str, float] = defaultdict(float)
+    for action in plan_net.actions:
+        for robot in action.agents:
+            work_s[robot] += action.duration_s
+    return sorted(work_s, key=lambda robot: (-work_s[robot], robot))
+
+
+def _sentence(robot: str, work: Mapping[str, Sequence[Action]], statics: Statics) -> str:
+    mine = work[robot]
     tags = list(dict.fromkeys(action.tag for action in mine))
-    used = {
-        arg for action in mine for fact in action.preconditions if fact in statics.facts for arg in fact.args
-    }
-    places = sorted(used - {robot} - set(tags))
+    needed = {fact for action in mine for fact in action.preconditions if fact in statics.facts}
+    places = sorted({arg for fact in needed for arg in fact.args} - {robot} - set(tags))
     others = [
-        other
-        for other in statics.robots
-        if other != robot and all(statics.holds_for(other, action.preconditions, robot) for action in mine)
+        other for other in statics.robots if other != robot and statics.obstacle(other, needed, robot) is None
+    ]
+    idle = [other for other in others if other not in work]
+    busy = [other for other in others if other in work]
+    rivals = [
+        f"{_list(idle)} would qualify too, the plan found has no need of it" if idle else "",
+        f"{_list(busy)} would qualify too but has other work" if busy else "",
     ]
     alone = "no other robot qualifies"
-    rivals = f"{_list(others)} would qualify too, the plan found has no need of it" if others else alone
-    return f"can {_list(tags)} and serves {_list(places)}; {rivals}"
+    return f"can {_list(tags)} and serves {_list(places)}; {'; '.join(filter(None, rivals)) or alone}"
 
 
 def _list(names: Sequence[str]) -> str:

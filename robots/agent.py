@@ -14,6 +14,7 @@ from robots.synthesis import Motion
 from robots.telemetry import telemetry
 from robots.wire import (
     Acknowledgement,
+    Clearance,
     Control,
     Message,
     Performative,
@@ -96,6 +97,9 @@ class BehaviouralAgent:
             self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
         elif isinstance(body, Control):
             why_not = self._executive.control(body.script_id, body.verb, self._percepts, now_s)
+            self._agree_or_refuse(message, body.script_id, why_not, now_s)
+        elif isinstance(body, Clearance):
+            why_not = self._executive.clear(body.script_id, body.ended)
             self._agree_or_refuse(message, body.script_id, why_not, now_s)
         elif isinstance(body, StatusQuery):
             status = self._executive.status(body.script_id, self._percepts, now_s)

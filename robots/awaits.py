@@ -1,7 +1,7 @@
 """What a robot must sense before it takes over from another: symbolic facts as sensor conditions.
 
-Robots are coupled by sensing alone (MACTA §5: "no need for the robots to directly communicate"). The measures
-are our choice.
+Robots are coupled by sensing wherever that suffices (MACTA §5: "no need for the robots to directly
+communicate"). The measures are our choice.
 """
 
 from robots.conditions import Beside, Clear, Condition, Empty, Holding, LiesAt, Near, Vacant

@@ -67,6 +67,7 @@ class Readings:
     gripper: Gripper
     capture_head_m: tuple[float, float] = (0.0, 0.0)
     battery: float = 1.0
+    charging: bool = False
     extra: Mapping[str, float] = field(default_factory=dict)
 
 

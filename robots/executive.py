@@ -1,6 +1,6 @@
 """The executive: carries out one behaviour script, packet after packet, without a link (MACTA §3, fig. 3)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from robots.errors import RepertoireError
 from robots.facts import perceived
@@ -82,9 +82,8 @@ class Executive:
         self, script_id: str, verb: ControlVerb, percepts: Percepts | None, now_s: float
     ) -> str | None:
         """Cancel, pause or resume the script under way, or say why not. The gripper stays as it is."""
-        if self._script is None or script_id != self._script.id or not self.active:
-            known = self._states.get(script_id)
-            return f"script {script_id} has ended: {known}" if known else f"no script {script_id} here"
+        if (stale := self._stale(script_id)) is not None:
+            return stale
         if verb is ControlVerb.CANCEL:
             self._end(
                 ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, "cancelled on request"
@@ -93,6 +92,14 @@ class Executive:
             self._pause(ScriptState.PAUSED, percepts, now_s)
         elif verb is ControlVerb.RESUME and self.state is ScriptState.PAUSED:
             self._pause(ScriptState.RUNNING, percepts, now_s)
+        return None
+
+    def clear(self, script_id: str, ended: Iterable[str]) -> str | None:
+        """Note that actions have ended which packets of the script under way come after, or say why not."""
+        if (stale := self._stale(script_id)) is not None:
+            return stale
+        for run in self._runs:
+            run.clear(ended)
         return None
 
     def step(self, percepts: Percepts, step_s: float) -> Motion:
@@ -123,6 +130,7 @@ class Executive:
             packet_id=run.packet.id if run else None,
             packet_state=self.packet_state if run else None,
             perceived=perceived(percepts) if percepts else (),
+            detail=run.waits_for if run else "",
         )
 
     @property
@@ -136,6 +144,13 @@ class Executive:
         """The reports made since they were last taken, oldest first."""
         reports, self._reports = self._reports, []
         return reports
+
+    def _stale(self, script_id: str) -> str | None:
+        """Why an order on the script cannot be followed; None if it is under way."""
+        if self.active and script_id == self.script_id:
+            return None
+        known = self._states.get(script_id)
+        return f"script {script_id} has ended: {known}" if known else f"no script {script_id} here"
 
     def _follow(
         self, run: PacketRun, outcome: Outcome, percepts: Percepts | None, now_s: float = 0.0

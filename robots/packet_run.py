@@ -1,7 +1,8 @@
-"""One behaviour packet's run: wait for its sensor pre-conditions, let its patterns act, stop at its post-
-conditions.
+"""One behaviour packet's run: wait for clearance and its sensor pre-conditions, let its patterns act, stop at
+its post-conditions.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from robots.conditions import unmet
@@ -45,6 +46,8 @@ class PacketRun:
         self.state = PacketState.WAITING
         self._bound = bound
         self._profile = profile
+        self._uncleared = set(packet.after)
+        self._missing: list[str] = []
         self._waited_s = 0.0
         self._ran_s = 0.0
         self._lost_s = 0.0
@@ -54,11 +57,20 @@ class PacketRun:
     def over(self) -> bool:
         return self.state in (PacketState.FINISHED, PacketState.FAILED)
 
+    @property
+    def waits_for(self) -> str:
+        """What it could not start for when last tried, in words; empty once it runs."""
+        return "; ".join(self._missing)
+
+    def clear(self, ended: Iterable[str]) -> None:
+        """These actions have ended; it need not wait for them any more. May come long before its turn."""
+        self._uncleared.difference_update(ended)
+
     def step(self, percepts: Percepts, step_s: float) -> Outcome:
         """Advance by one tick."""
         if self.state is PacketState.WAITING:
             self.state = PacketState.INITIALIZING
-            return Outcome(change=Change(state=self.state))
+            return Outcome(change=Change(state=self.state, detail=self._awaited_clearance()))
         if self.state is PacketState.INITIALIZING:
             return self._wait(percepts, step_s)
         if self.state is PacketState.RUNNING:
@@ -70,15 +82,21 @@ class PacketRun:
         return Outcome(change=Change(state=self.state, category=category, detail=f"{self.packet.tag} {why}"))
 
     def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
-        missing = unmet(self._bound.before, percepts)
-        if not missing:
+        clearance = self._awaited_clearance()
+        self._missing = [*([clearance] if clearance else []), *unmet(self._bound.before, percepts)]
+        if not self._missing:
             self.state = PacketState.RUNNING
             return Outcome(change=Change(state=self.state))
         self._waited_s += step_s
         if self._waited_s > self.packet.wait_timeout_s:
-            why = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {'; '.join(missing)}"
-            return self.fail(FailureCategory.WORLD_CHANGED, why)
+            why = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {self.waits_for}"
+            category = FailureCategory.DEADLINE if clearance else FailureCategory.WORLD_CHANGED
+            return self.fail(category, why)
         return self._act(self._bound.waiting, percepts)
+
+    def _awaited_clearance(self) -> str:
+        uncleared = [action for action in self.packet.after if action in self._uncleared]
+        return f"waits for clearance: {', '.join(uncleared)}" if uncleared else ""
 
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
         missing = unmet(self._bound.after, percepts)

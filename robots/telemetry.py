@@ -18,6 +18,7 @@ def telemetry(percepts: Percepts, executive: Executive) -> Telemetry:
         ranges_m=tuple(float(r) if isfinite(r) else None for r in percepts.readings.ranges_m),
         holding=percepts.holding,
         battery=percepts.readings.battery,
+        charging=percepts.readings.charging,
         script_id=executive.script_id,
         script_state=executive.state,
         packet_id=run.packet.id if run else None,

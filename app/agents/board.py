@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from app.states import Connection
@@ -10,17 +10,24 @@ from robots.wire import Telemetry
 
 SILENT_AFTER_S = 5.0
 """Seconds (wall clock) without a word after which a robot counts as offline."""
+LOW_BATTERY = 0.2
+REFRESHED = 0.05
+"""So much above the low mark a battery must be before its robot counts as fit again (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotView:
-    """A robot as last heard. `heard_at` is the wall clock's epoch seconds, None before the first word."""
+    """A robot as last heard. `heard_at` is the wall clock's epoch seconds, None before the first word.
+
+    :param resting: why the robot is not recruited now, in words; empty if it may be.
+    """
 
     name: str
     world: str
     telemetry: Telemetry | None = None
     heard_at: float | None = None
     broken: bool = False
+    resting: str = ""
 
     def connection(self, now: float) -> Connection:
         if self.broken:
@@ -33,7 +40,11 @@ class RobotView:
 class RobotBoard:
     """The newest view of every robot; readers wait for changes."""
 
-    def __init__(self, robots: Iterable[tuple[str, str]]) -> None:
+    def __init__(self, robots: Iterable[tuple[str, str]], *, low_battery: float = LOW_BATTERY) -> None:
+        """:param low_battery: a robot whose battery holds less, 0 to 1, is not recruited."""
+        self.rested: list[Callable[[str], None]] = []
+        """Called with the world when a robot of it may be recruited again, by the thread that heard so."""
+        self._low_battery = low_battery
         self._changed = threading.Condition()
         self._views = {name: RobotView(name=name, world=world) for name, world in robots}
         self._generation = 0
@@ -42,6 +53,10 @@ class RobotBoard:
         with self._changed:
             return {n: v for n, v in self._views.items() if world is None or v.world == world}
 
+    def resting(self, world: str) -> Mapping[str, str]:
+        """The robots of the world that are not recruited now, each with the reason in words."""
+        return {name: view.resting for name, view in self.views(world).items() if view.resting}
+
     def heard(self, robot: str, telemetry: Telemetry | None = None) -> None:
         """The robot said something; with telemetry, that is its newest view."""
         with self._changed:
@@ -49,9 +64,23 @@ class RobotBoard:
             if view is None:
                 return
             telemetry = telemetry or view.telemetry
-            self._views[robot] = replace(view, telemetry=telemetry, heard_at=time.time(), broken=False)
+            resting = "" if telemetry is None else self._why_resting(telemetry, was=view.resting)
+            self._views[robot] = replace(
+                view, telemetry=telemetry, heard_at=time.time(), broken=False, resting=resting
+            )
             self._generation += 1
             self._changed.notify_all()
+        if view.resting and not resting:
+            for tell in self.rested:
+                tell(view.world)
+
+    def _why_resting(self, telemetry: Telemetry, *, was: str) -> str:
+        # NOTE: a battery at the mark would otherwise call the robot fit and unfit ten times a second.
+        enough = self._low_battery + (REFRESHED if was else 0.0)
+        level = f"its battery at {telemetry.battery:.0%}"
+        if telemetry.charging:
+            return f"which charges, {level}"
+        return f"which rests, {level}" if telemetry.battery < min(enough, 1.0) else ""
 
     def broke(self, world: str) -> None:
         """The link to the world's robots is gone."""

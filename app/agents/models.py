@@ -1,4 +1,4 @@
-"""Agent models: they deliver scripts, controls and questions until a robot answers, and record what robots report.
+"""Agent models: they deliver scripts and all that concerns them until a robot answers, and record what robots report.
 
 The record says what is still to be delivered, so a restart forgets nothing; a message keeps its id however often it is
 sent, so a robot acts on it once.
@@ -20,6 +20,7 @@ from robots.link import Link, LinkClosed
 from robots.wire import (
     BehaviourScript,
     Body,
+    Clearance,
     Control,
     ControlVerb,
     Message,
@@ -107,7 +108,11 @@ class AgentModels:
                 self._repeat(
                     script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body)
                 )
-            elif script.control is not None:
+                continue
+            if script.clearance is not None:
+                clearance = Clearance(script_id=script.id, ended=tuple(script.cleared))
+                self._repeat(script.robot, f"{script.id}:{script.clearance}", Performative.REQUEST, clearance)
+            if script.control is not None:
                 verb = ControlVerb(script.control.split(":")[0])
                 performative = Performative.CANCEL if verb is ControlVerb.CANCEL else Performative.REQUEST
                 order = Control(script_id=script.id, verb=verb)
@@ -118,7 +123,10 @@ class AgentModels:
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
         unanswered = or_(
-            ScriptRow.delivery == "pending", ScriptRow.control.is_not(None), ScriptRow.question.is_not(None)
+            ScriptRow.delivery == "pending",
+            ScriptRow.clearance.is_not(None),
+            ScriptRow.control.is_not(None),
+            ScriptRow.question.is_not(None),
         )
         query = (
             select(ScriptRow, MissionRow.state)

@@ -35,8 +35,8 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
         redoc_url=None,
     )
     problems.install(api)
-    api.include_router(goals_router(service.goals))
-    api.include_router(plans_router(service.plans))
+    api.include_router(goals_router(service.goals, service.choices))
+    api.include_router(plans_router(service.plans, service.explaining))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
     api.include_router(robots_router(service.worlds))

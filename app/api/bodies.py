@@ -1,11 +1,14 @@
 """The bodies of requests and answers, beside the plan body."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from app.database import GoalRow, MissionRow, PlanRow, ScriptRow
 from app.plan_body import PlanBody
+from app.plans.choices import Search
+from planner import Objective
 from robots.wire import BehaviourScript, SymbolicFact
 
 Item = TypeVar("Item")
@@ -24,6 +27,11 @@ class SubmitGoal(Request):
     priority: int = Field(default=0, ge=-100, le=100)
     deadline_s: float | None = Field(default=None, gt=0, description="seconds from now, world's clock")
     auto_approve: bool = False
+    time_limit_s: float | None = Field(default=None, gt=0, description="for the planning, wall clock")
+    effort_s: float | None = Field(
+        default=None, ge=0, description="to improve the first plan; left out: by the problem's size"
+    )
+    objective: Objective = Objective.MAKESPAN
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
@@ -52,6 +60,27 @@ class Page(BaseModel, Generic[Item]):
     next: str | None = None
 
 
+class PlanningProgress(BaseModel):
+    """How far the planning of a goal is: the best plan so far and the proven bound, if any yet."""
+
+    engine: str
+    elapsed_s: float
+    makespan_s: float | None = None
+    lower_bound_s: float | None = Field(default=None, description="no plan is shorter")
+
+
+class SeekAlternatives(Request):
+    count: int = Field(default=4, ge=1, le=20, description="at most so many plans to choose from")
+
+
+class AlternativesSearch(BaseModel):
+    """How the search for alternatives to the proposed plan stands."""
+
+    state: Search
+    count: int
+    reason: str = ""
+
+
 class GoalBody(BaseModel):
     id: str
     world: str
@@ -63,6 +92,10 @@ class GoalBody(BaseModel):
     priority: int
     deadline_s: float | None
     auto_approve: bool
+    planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
+    alternatives: AlternativesSearch | None = Field(
+        default=None, description="while plans are open to decision, once alternatives were asked for"
+    )
     plan_id: str | None
     mission_id: str | None
     created_by: str
@@ -79,12 +112,35 @@ def plan_body(row: PlanRow) -> PlanBody:
     decision = {
         "state": row.state,
         "reason": row.reason,
+        "label": row.label,
+        "comparison": row.comparison,
         "created_at": row.created_at,
         "comment": row.comment,
         "decided_by": row.decided_by,
         "decided_at": row.decided_at,
     }
     return PlanBody.model_validate({**row.body, **decision})
+
+
+class PlanChoice(BaseModel):
+    """A plan beside the others of its goal: what it is best at and its figures."""
+
+    id: str
+    state: str
+    label: str
+    comparison: str
+    makespan_s: float
+    distance_m: float
+    energy_j: float
+    robots: list[str]
+    clearances: int
+    actions: int
+
+    @classmethod
+    def of(cls, row: PlanRow) -> Self:
+        body = plan_body(row)
+        plain = {name: getattr(body, name) for name in cls.model_fields if name not in ("actions", "robots")}
+        return cls(**plain, robots=list(body.robots), actions=len(body.actions))
 
 
 class PacketProgress(BaseModel):
@@ -97,6 +153,9 @@ class PacketProgress(BaseModel):
     started_at_s: float | None = None
     finished_at_s: float | None = None
     detail: str = ""
+    waits_for: list[str] = Field(
+        default=[], description="actions, with their robots, that it is not cleared of yet"
+    )
 
 
 class ScriptProgress(BaseModel):
@@ -109,7 +168,8 @@ class ScriptProgress(BaseModel):
     packets: list[PacketProgress]
 
     @classmethod
-    def of(cls, row: ScriptRow) -> Self:
+    def of(cls, row: ScriptRow, doers: Mapping[str, Sequence[str]]) -> Self:
+        """:param doers: the robots of each action of the mission."""
         script = BehaviourScript.model_validate(row.body)
         packets = [
             PacketProgress(
@@ -118,6 +178,11 @@ class ScriptProgress(BaseModel):
                 description=packet.description,
                 expected_start_s=packet.expected_start_s,
                 expected_duration_s=packet.expected_duration_s,
+                waits_for=[
+                    f"{action} of {' and '.join(doers.get(action, ()))}"
+                    for action in packet.after
+                    if action not in row.cleared
+                ],
                 **_reported(row.packets.get(packet.id, {})),
             )
             for packet in script.packets
@@ -159,7 +224,13 @@ class MissionBody(BaseModel):
     @classmethod
     def of(cls, row: MissionRow, scripts: list[ScriptRow]) -> Self:
         plain = {name: getattr(row, name) for name in cls.model_fields if name != "progress"}
-        return cls.model_validate({**plain, "progress": [ScriptProgress.of(script) for script in scripts]})
+        doers: dict[str, list[str]] = {}
+        for script in scripts:
+            for packet in script.body["packets"]:
+                doers.setdefault(packet["id"], []).append(script.robot)
+        return cls.model_validate(
+            {**plain, "progress": [ScriptProgress.of(script, doers) for script in scripts]}
+        )
 
 
 class ScriptBody(BaseModel):
@@ -202,6 +273,17 @@ class WorldItem(BaseModel):
 
 class WorldBody(WorldItem):
     layout: dict[str, Any]
+
+
+class DurationBody(BaseModel):
+    """How long an action takes in a world, as a factor of what the knowledge base expects."""
+
+    action: str
+    robots: int = Field(description="how many do it together")
+    samples: int = Field(description="finished packets it was learned from; old ones fade")
+    mean: float = Field(description="of actual to expected duration")
+    spread: float = Field(description="standard deviation of the same, few samples drawn towards the prior")
+    factor: float = Field(description="what plans multiply the duration by: few samples drawn towards 1")
 
 
 class FactBody(SymbolicFact):

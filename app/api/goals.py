@@ -5,10 +5,14 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Query
 
-from app.api.bodies import Decision, GoalBody, Page, SubmitGoal, plan_body
+from app.api.bodies import Decision, GoalBody, Page, PlanChoice, SeekAlternatives, SubmitGoal, plan_body
+from app.explanation_body import ActionExplanationBody, ExplanationBody
 from app.goals.desk import GoalDesk, GoalRequest
 from app.plan_body import PlanBody
+from app.plans.choices import Choices
 from app.plans.desk import PlanDesk
+from app.plans.explaining import Explaining
+from app.plans.limits import PlanningWish
 from app.states import GoalState, PlanState
 
 Limit = Annotated[int, Query(ge=1, le=1000)]
@@ -24,13 +28,15 @@ class Decided(PlanBody):
     mission_id: str | None = None
 
 
-def goals_router(goals: GoalDesk) -> APIRouter:
+def goals_router(goals: GoalDesk, choices: Choices) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/goals", status_code=202)
     def submit_goal(body: SubmitGoal, idempotency_key: IdempotencyKey = None) -> GoalBody:
         """State a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
-        request = GoalRequest(**{**body.model_dump(), "goal": body.goal})
+        wish = PlanningWish(time_limit_s=body.time_limit_s, effort_s=body.effort_s, objective=body.objective)
+        given = body.model_dump(exclude={"time_limit_s", "effort_s", "objective"})
+        request = GoalRequest(**{**given, "goal": body.goal, "planning": wish})
         return GoalBody.of(goals.submit(request, actor=ACTOR, key=idempotency_key))
 
     @router.get("/goals")
@@ -42,12 +48,34 @@ def goals_router(goals: GoalDesk) -> APIRouter:
 
     @router.get("/goals/{goal_id}")
     def get_goal(goal_id: str) -> GoalBody:
+        """A goal and what came of it; while it is being planned, `planning` says how far that is."""
         return GoalBody.of(goals.get(goal_id))
+
+    @router.post("/goals/{goal_id}:stop", status_code=202)
+    def stop_planning(goal_id: str) -> GoalBody:
+        """End the planning and take the best plan so far. 409 if it has not begun."""
+        return GoalBody.of(goals.stop(goal_id, actor=ACTOR))
+
+    @router.post("/goals/{goal_id}:cancel", status_code=202)
+    def cancel_goal(goal_id: str, body: Decision | None = None) -> GoalBody:
+        """Withdraw a goal before it is carried out; its planning ends. 409 once a mission runs for it."""
+        return GoalBody.of(goals.cancel(goal_id, actor=ACTOR, comment=body.comment if body else ""))
+
+    @router.post("/goals/{goal_id}:alternatives", status_code=202)
+    def seek_alternatives(goal_id: str, body: SeekAlternatives | None = None) -> GoalBody:
+        """Have other plans found than the proposed one; follow `alternatives`. 409 if none waits for a decision."""
+        count = (body or SeekAlternatives()).count
+        return GoalBody.of(choices.seek(goal_id, count, actor=ACTOR))
+
+    @router.get("/goals/{goal_id}/plans")
+    def compare_plans(goal_id: str) -> Page[PlanChoice]:
+        """The goal's open plans side by side, shortest first. Approving one of them supersedes the others."""
+        return Page(items=[PlanChoice.of(row) for row in choices.plans(goal_id)])
 
     return router
 
 
-def plans_router(plans: PlanDesk) -> APIRouter:
+def plans_router(plans: PlanDesk, explaining: Explaining) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/plans")
@@ -64,6 +92,16 @@ def plans_router(plans: PlanDesk) -> APIRouter:
     def get_plan(plan_id: str) -> PlanBody:
         return plan_body(plans.get(plan_id))
 
+    @router.get("/plans/{plan_id}/explanation")
+    def explain_plan(plan_id: str) -> ExplanationBody:
+        """Why the plan is as it is; while it is open to decision, what it costs to do without each robot."""
+        return explaining.explanation(plan_id)
+
+    @router.get("/plans/{plan_id}/actions/{action_id}/explanation")
+    def explain_action(plan_id: str, action_id: str) -> ActionExplanationBody:
+        """Why one action is there, by this robot, in this place of the order."""
+        return explaining.of_action(plan_id, action_id)
+
     @router.post("/plans/{plan_id}:approve", status_code=202)
     def approve_plan(plan_id: str, body: Decision | None = None) -> Decided:
         """Set the robots to work. 409 if the world has changed under the plan; a fresh one is then made."""
@@ -73,7 +111,7 @@ def plans_router(plans: PlanDesk) -> APIRouter:
 
     @router.post("/plans/{plan_id}:reject", status_code=202)
     def reject_plan(plan_id: str, body: Decision | None = None) -> Decided:
-        """Turn the plan down; its goal is withdrawn."""
+        """Turn the plan down; with the last open plan its goal is withdrawn."""
         row = plans.reject(plan_id, actor=ACTOR, comment=body.comment if body else "")
         return Decided(**plan_body(row).model_dump())
 

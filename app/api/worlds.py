@@ -8,6 +8,7 @@ from fastapi import APIRouter, Header, Response
 
 from app.api.bodies import (
     CorrectFacts,
+    DurationBody,
     FactBody,
     FactsBody,
     Page,
@@ -17,6 +18,7 @@ from app.api.bodies import (
     WorldItem,
 )
 from app.api.goals import ACTOR
+from app.durations import Kind, Learned
 from app.errors import Invalid
 from app.world_model.desk import RobotReport, WorldDesk
 from robots.wire import SymbolicFact
@@ -42,6 +44,11 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
     def get_facts(world_id: str, response: Response) -> FactsBody:
         """Every fact that holds, with who said so and when (world's clock)."""
         return _facts(worlds, world_id, response)
+
+    @router.get("/worlds/{world_id}/durations")
+    def get_durations(world_id: str) -> Page[DurationBody]:
+        """What robots' reports taught of how long actions take; plans are made with it."""
+        return Page(items=[_duration(*known) for known in worlds.durations(world_id).items()])
 
     @router.put("/worlds/{world_id}/facts")
     def correct_facts(
@@ -92,6 +99,17 @@ def _facts(
         for (predicate, args), row in rows
     ]
     return FactsBody(items=items, version=version, dropped=list(dropped))
+
+
+def _duration(kind: Kind, learned: Learned) -> DurationBody:
+    return DurationBody(
+        action=kind[0],
+        robots=kind[1],
+        samples=learned.samples,
+        mean=round(learned.mean, 3),
+        spread=round(learned.spread, 3),
+        factor=round(learned.factor, 3),
+    )
 
 
 def _version(if_match: str | None) -> int | None:

@@ -11,7 +11,7 @@ from rich.table import Column
 
 from app.api.bodies import MissionBody, plan_body
 from app.cli.settings import settings_of
-from app.cli.show import show_plan
+from app.cli.show import show_plan, tell_of_start
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.database import GoalRow
@@ -40,6 +40,7 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
     understood(world, initial_facts(world, knowledge_base), [text], knowledge_base)
+    tell_of_start(console)
     with tempfile.TemporaryDirectory(prefix="macta-demo-") as folder:
         settings = settings_of({"data": Path(folder), "database_url": None})
         return _carried_out(console, settings, world, text, speed, seed)
@@ -101,7 +102,8 @@ def _update(
         current = next((p for p in script.packets if p.state not in ("finished", "waiting")), None)
         doing = script.state or f"script {script.delivery}"
         if current is not None:
-            waits = " (waiting to sense its pre-condition)" if current.state == "initializing" else ""
+            waiting = current.detail or "waiting to sense its pre-condition"
+            waits = f" ({waiting})" if current.state == "initializing" else ""
             doing = f"{current.tag}: {current.description}{waits}"
         progress.update(tasks[script.robot], completed=done, description=doing)
     started = mission.started_at_s

@@ -15,7 +15,7 @@ from rich.markup import escape
 
 from app.errors import MactaError
 from app.world_model import initial_facts
-from planner import KnowledgeBaseError, load_knowledge_base
+from planner import KnowledgeBaseError, Objective, PlanningRequest, load_knowledge_base
 from robots.world import WorldFile, WorldFileError, load_world
 from sim import SimulationError
 
@@ -25,7 +25,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Plans goals for teams of robots, has them approved, and sees them carried out.",
 )
-worlds = typer.Typer(no_args_is_help=True, help="World files: check them, print their schema.")
+worlds = typer.Typer(no_args_is_help=True, help="World files: make and check them, print their schema.")
 app.add_typer(worlds, name="world")
 
 World = Annotated[
@@ -112,18 +112,48 @@ def demo(
 
 @app.command()
 def plan(
-    goal: Annotated[list[str], typer.Option(help="What to achieve; may be given several times.")],
+    goal: Annotated[
+        list[str] | None, typer.Option(help="What to achieve; may be given several times.")
+    ] = None,
     world: World = "sample_store",
     time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds the planner may take.")] = 30.0,
+    effort: Annotated[
+        float | None, typer.Option(min=0, help="Seconds to improve the first plan; left out: by its size.")
+    ] = None,
+    objective: Annotated[Objective, typer.Option(help="What to have little of.")] = Objective.MAKESPAN,
+    engine: Annotated[
+        str, typer.Option(help="All that are installed, in turn, or one by name; a wrong name lists them.")
+    ] = "portfolio",
     json: Annotated[
         bool, typer.Option("--json", help="Print the plan body as JSON, and nothing else.")
     ] = False,
+    alternatives: Annotated[
+        int, typer.Option(min=0, max=20, help="Compare so many plans that really differ.")
+    ] = 0,
+    explain: Annotated[bool, typer.Option("--explain", help="Say why the plan is as it is.")] = False,
+    pddl: Annotated[Path | None, typer.Option(help="Folder to write the problem to as PDDL.")] = None,
+    domain: Annotated[Path | None, typer.Option(help="A PDDL domain to plan with, not a world.")] = None,
+    problem: Annotated[Path | None, typer.Option(help="The PDDL problem of that domain.")] = None,
+    agent: Annotated[
+        list[str] | None,
+        typer.Option(help="A type of agents in the PDDL domain; left out: actions' first parameters."),
+    ] = None,
 ) -> None:
-    """Plan only, no server: print the plan-net for a goal."""
+    """Plan only, no server: print the plan-net for a goal. Ctrl-C takes the best plan so far."""
+    from app.cli.beside import Wanted
     from app.cli.plan import plan as run
+    from app.cli.plan import plan_pddl
 
+    wanted = Wanted(alternatives=alternatives, explanation=explain)
     with carefully():
-        raise typer.Exit(run(_world(world), goal, time_limit, as_json=json))
+        request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=objective)
+        if domain and problem and not goal and not pddl:
+            given = (domain, problem, agent or [], request)
+            raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, wanted=wanted))
+        if domain or problem or agent or not goal:
+            fail("give --goal, or --domain and --problem with --agent if need be")
+        given_goal = (_world(world), goal, request)
+        raise typer.Exit(run(*given_goal, engine_name=engine, as_json=json, wanted=wanted, pddl=pddl))
 
 
 @worlds.command()
@@ -135,6 +165,31 @@ def validate(
         world = _world(file)
     robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
     typer.echo(f"{world.name}: valid; {robots} robots, {places} locations, {samples} samples")
+
+
+Count = Annotated[int | None, typer.Option(min=0, help="How many; left out: by the other numbers.")]
+
+
+@worlds.command()
+def generate(
+    aisles: Count = None,
+    store_robots: Count = None,
+    yard_robots: Count = None,
+    interchanges: Count = None,
+    doors: Count = None,
+    bays: Count = None,
+    samples: Annotated[int, typer.Option(min=0, help="How many; aisles and robots go by it.")] = 4,
+    compartments: Annotated[int, typer.Option(min=2, help="The yard and the stores behind it.")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of where the samples lie.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="File to write; standard output unless told.")] = None,
+) -> None:
+    """Write a world file of a sample store of any size."""
+    from app.cli.generate import generate as run
+
+    given = {"aisles": aisles, "store_robots": store_robots, "yard_robots": yard_robots}
+    given |= {"interchanges": interchanges, "doors": doors, "bays": bays}
+    with carefully():
+        run(samples, compartments, given, seed, out)
 
 
 @worlds.command()

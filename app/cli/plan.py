@@ -2,27 +2,54 @@
 
 import json
 import sys
+from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
+from app.cli.beside import Wanted
+from app.cli.live import LivePlanning
+from app.cli.pddl import read_files, write_files
 from app.cli.show import show_plan
 from app.cli.understanding import understood
 from app.errors import Invalid
 from app.plan_body import PlanBody
 from app.vocabulary import planner_fact
 from app.world_model import initial_facts, initial_spots, objects_of, planning_problem
-from planner import KnowledgeBase, PlanningProblem, PlanningResult, load_knowledge_base
-from planner.fast_downward import FastDownwardEngine
+from planner import (
+    KnowledgeBase,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    load_knowledge_base,
+)
+from planner.engines import engine_named
+from planner.errors import UnknownEngine
 from robots.world import WorldFile
 
+NOTHING_MORE = Wanted()
 
-def plan(world: WorldFile, sentences: list[str], time_limit_s: float, *, as_json: bool) -> int:
-    """Print the plan-net; 0 if there is one, 1 if not.
 
-    :raises Invalid: if the sentences state no goal that makes sense; as JSON that is printed, too.
+def plan(
+    world: WorldFile,
+    sentences: list[str],
+    request: PlanningRequest,
+    *,
+    engine_name: str,
+    as_json: bool,
+    wanted: Wanted = NOTHING_MORE,
+    pddl: Path | None = None,
+) -> int:
+    """Print the plan-net; 0 if there is one, 1 if not. Ctrl-C takes the best one so far.
+
+    :param wanted: what to show beside the plan.
+    :param pddl: a folder to write the problem to as PDDL before it is planned.
+    :raises Invalid: if the sentences state no goal that makes sense (as JSON that is printed, too), or the
+        engine does not exist.
     """
     knowledge_base = load_knowledge_base()
+    engine = _engine(engine_name, knowledge_base)
     try:
         problem = _problem(world, sentences, knowledge_base)
     except Invalid as refusal:
@@ -36,19 +63,73 @@ def plan(world: WorldFile, sentences: list[str], time_limit_s: float, *, as_json
                 }
             )
         raise
-    result = FastDownwardEngine(knowledge_base).plan(problem, time_limit_s=time_limit_s)
+    if pddl is not None:
+        write_files(pddl, knowledge_base, problem)
+    return _answer(engine, problem, request, knowledge_base, as_json=as_json, wanted=wanted, world=world.name)
+
+
+def plan_pddl(
+    domain: Path,
+    problem: Path,
+    agents: list[str],
+    request: PlanningRequest,
+    *,
+    engine_name: str,
+    as_json: bool,
+    wanted: Wanted = NOTHING_MORE,
+) -> int:
+    """As `plan`, for a problem that PDDL files state.
+
+    :raises Invalid: if a file is missing, no PDDL, or has features we cannot plan with.
+    """
+    read = read_files(domain, problem, agents)
+    engine = _engine(engine_name, read.knowledge_base)
+    return _answer(
+        engine,
+        read.problem,
+        request,
+        read.knowledge_base,
+        as_json=as_json,
+        wanted=wanted,
+        world=problem.stem,
+    )
+
+
+def _answer(
+    engine: PlanningEngine,
+    problem: PlanningProblem,
+    request: PlanningRequest,
+    knowledge_base: KnowledgeBase,
+    *,
+    as_json: bool,
+    wanted: Wanted,
+    world: str,
+) -> int:
+    errors = Console(stderr=True, highlight=False)
+    with LivePlanning(errors, is_shown=errors.is_terminal and not as_json) as live:
+        result = engine.plan(problem, request, live)
+        beside = wanted.find(engine, knowledge_base, problem, request, live, result)
     if result.plan_net is None:
         if as_json:
             _print(_without_plan(result))
         words = f"[bold red]No plan[/] ({result.status}): {escape(result.reason)}"
-        Console(stderr=True, highlight=False).print(words)
+        errors.print(words)
         return 1
-    body = PlanBody.of_result(result, knowledge_base, world=world.name)
+    body = PlanBody.of_result(result, knowledge_base, world=world)
     if as_json:
-        sys.stdout.write(body.model_dump_json(indent=2) + "\n")
+        _print(beside.document(body))
     else:
-        show_plan(Console(highlight=False), body)
+        console = Console(highlight=False)
+        show_plan(console, body)
+        beside.show(console, body)
     return 0
+
+
+def _engine(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
+    try:
+        return engine_named(name, knowledge_base)
+    except UnknownEngine as error:
+        raise Invalid(f"--engine: {error}") from error
 
 
 def _print(document: dict[str, object]) -> None:

@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from app.cli.settings import settings_of
+from app.cli.show import tell_of_start
 from app.composition import RunningWorld, Service
 from app.errors import Invalid
 from app.settings import Settings
@@ -93,6 +94,7 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     settings = settings_of(given)
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     listener = _listen(settings)
+    tell_of_start(Console(stderr=True))
     viewer = Viewer()
     with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
         running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)

@@ -1,5 +1,7 @@
 """Plan-nets as an operator reads them in a terminal."""
 
+from collections.abc import Sequence
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
@@ -7,16 +9,50 @@ from rich.table import Table
 
 from app.plan_body import ActionBody, PlanBody
 
+LONGEST_PATH = 12
+"""As many actions of a critical path are named; of a longer one, the ends."""
+
+
+def tell_of_start(console: Console) -> None:
+    """Why it may take a while until anything is planned."""
+    console.print(
+        "[dim]Getting ready; the first time, the planner is compiled, which takes half a minute.[/]"
+    )
+
 
 def show_plan(console: Console, plan: PlanBody) -> None:
-    """The actions with their time windows, the causal links, and why each robot was chosen."""
+    """The actions with their time windows, the causal links, why each robot was chosen, and what it all takes."""
     console.print(_actions(plan))
     console.print(_links(plan))
     for robot, why in sorted(plan.recruitment.items()):
-        console.print(f"[bold]{robot}[/]: {escape(why)}")
+        console.print(f"[bold]{robot}[/] ({_work(plan, robot)}): {escape(why)}")
+    if plan.critical_path:
+        console.print(f"Critical path: {_path(plan.critical_path)}")
+    for late in plan.late:
+        console.print(f"[bold red]{escape(str(late.goal))}[/] comes {late.late_s:.0f} s after its deadline")
     console.print(
-        f"Expected to take [bold]{plan.makespan_s:.0f} s[/]; planned by {plan.engine} in {plan.planning_s:.2f} s.\n"
+        f"Expected to take [bold]{plan.makespan_s:.0f} s[/], {_effort(plan.distance_m, plan.energy_j)}; "
+        f"planned by {plan.engine} in {plan.planning_s:.2f} s.\n"
     )
+
+
+def _work(plan: PlanBody, robot: str) -> str:
+    """What the robot's actions take; those of a team are shared out evenly."""
+    mine = [action for action in plan.actions if robot in action.agents]
+    distance_m = sum(action.distance_m / len(action.agents) for action in mine)
+    return _effort(distance_m, sum(action.energy_j / len(action.agents) for action in mine))
+
+
+def _effort(distance_m: float, energy_j: float) -> str:
+    energy = f"{energy_j / 1000:.1f} kJ" if energy_j >= 1000 else f"{energy_j:.0f} J"
+    return f"{distance_m:.0f} m, {energy}"
+
+
+def _path(ids: Sequence[str]) -> str:
+    if len(ids) > LONGEST_PATH:
+        half = LONGEST_PATH // 2
+        ids = [*ids[:half], f"({len(ids) - 2 * half} more)", *ids[-half:]]
+    return " → ".join(ids)
 
 
 def _actions(plan: PlanBody) -> Table:
@@ -34,9 +70,15 @@ def _actions(plan: PlanBody) -> Table:
             escape(_doing(action)),
             f"{action.earliest_start_s:.0f} – {action.latest_start_s:.0f}",
             f"{action.duration_s:.0f}",
-            f"{action.slack_s:.0f}" if action.slack_s >= 0.5 else "[bold]critical[/]",
+            _slack(action),
         )
     return table
+
+
+def _slack(action: ActionBody) -> str:
+    if action.critical:
+        return "[bold]critical[/]"
+    return f"{action.slack_s:.0f}" if action.slack_s >= 1 else f"{action.slack_s:.1f}"
 
 
 def _doing(action: ActionBody) -> str:

@@ -3,6 +3,7 @@
 from app.database.engine import Database
 from app.database.tables import (
     Base,
+    DurationRow,
     EventRow,
     FactRow,
     GoalRow,
@@ -16,6 +17,7 @@ from app.database.tables import (
 __all__ = [
     "Base",
     "Database",
+    "DurationRow",
     "EventRow",
     "FactRow",
     "GoalRow",

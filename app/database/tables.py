@@ -19,13 +19,14 @@ class Base(DeclarativeBase):
 
 
 class WorldRow(Base):
-    """A world; `version` counts the changes of its facts."""
+    """A world; `version` counts the changes of its facts, `releases` how often something in it became free."""
 
     __tablename__ = "worlds"
     id: Mapped[str] = mapped_column(String(64), primary_key=True)
     title: Mapped[str]
     layout: Mapped[dict[str, Any]]
     version: Mapped[int] = mapped_column(default=1)
+    releases: Mapped[int] = mapped_column(default=0)
 
 
 class FactRow(Base):
@@ -42,6 +43,13 @@ class FactRow(Base):
 
 
 class GoalRow(Base):
+    """A goal and what came of it.
+
+    `releases_seen` are the world's releases it was last planned after; `limits` what was asked of the planning,
+    `planning` how far that is, while it runs, and `stop_requested` that its best plan so far is to be taken;
+    `alternatives` how the search for other plans than the proposed one stands.
+    """
+
     __tablename__ = "goals"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), index=True)
@@ -55,6 +63,11 @@ class GoalRow(Base):
     reason: Mapped[str] = mapped_column(default="")
     outcome: Mapped[str | None]
     attempts: Mapped[int] = mapped_column(default=0)
+    releases_seen: Mapped[int] = mapped_column(default=0)
+    limits: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    planning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    stop_requested: Mapped[bool] = mapped_column(default=False)
+    alternatives: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     plan_id: Mapped[str | None]
     mission_id: Mapped[str | None]
     created_by: Mapped[str]
@@ -63,7 +76,10 @@ class GoalRow(Base):
 
 
 class PlanRow(Base):
-    """A plan-net as proposed; `body` is the API's plan body."""
+    """A plan-net as proposed: `body` is the API's, `duration_factors` what its durations were scaled by.
+
+    `label` and `comparison` say how it stands among the goal's alternatives; `explanation` is kept once asked for.
+    """
 
     __tablename__ = "plans"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
@@ -73,6 +89,10 @@ class PlanRow(Base):
     reason: Mapped[str] = mapped_column(default="")
     body: Mapped[dict[str, Any]]
     world_version: Mapped[int]
+    duration_factors: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    label: Mapped[str] = mapped_column(default="")
+    comparison: Mapped[str] = mapped_column(default="")
+    explanation: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     comment: Mapped[str | None]
     decided_by: Mapped[str | None]
     decided_at: Mapped[str | None]
@@ -108,6 +128,7 @@ class ScriptRow(Base):
 
     `delivery` is pending, acknowledged, refused or withdrawn; `control` a verb the robot has not acknowledged yet;
     `question` the id of a status query it has not answered yet; `packets` each packet's state and times as reported;
+    `cleared` the actions it is to know the end of, `clearance` names the message of it that is not acknowledged yet;
     `heard_at_s` is when the robot last said how it stands.
     """
 
@@ -126,7 +147,21 @@ class ScriptRow(Base):
     category: Mapped[str | None]
     perceived: Mapped[list[Any]]
     question: Mapped[str | None]
+    cleared: Mapped[list[Any]] = mapped_column(default=list)
+    clearance: Mapped[str | None]
     heard_at_s: Mapped[float | None]
+
+
+class DurationRow(Base):
+    """What was learned of an action's durations: samples, mean and variance of actual to expected."""
+
+    __tablename__ = "durations"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    action: Mapped[str] = mapped_column(String(64), primary_key=True)
+    team: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    samples: Mapped[int]
+    mean: Mapped[float]
+    variance: Mapped[float]
 
 
 class MessageRow(Base):

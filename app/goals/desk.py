@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sqlalchemy.orm import Session
 
@@ -12,12 +12,18 @@ from app.database.paging import page
 from app.errors import Conflict, Invalid, NotFound
 from app.goals.check import GoalIssue, blocking, check_goals
 from app.goals.grammar import Clarification, parse_goal
+from app.goals.record import goal_to_change
 from app.ids import new_id
-from app.states import GoalState
+from app.plans.limits import PlanningLimits, PlanningWish
+from app.plans.proposing import close_plans
+from app.states import GoalState, PlanState
 from app.world_model import Facts
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
+
+CANCELLED = "cancelled"
+"""The outcome of a goal that was cancelled before it was carried out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +36,7 @@ class GoalRequest:
     priority: int = 0
     deadline_s: float | None = None
     auto_approve: bool = False
+    planning: PlanningWish = field(default_factory=PlanningWish)
 
 
 class GoalDesk:
@@ -41,6 +48,7 @@ class GoalDesk:
         *,
         world: Callable[[str | None], WorldFile],
         clocks: Mapping[str, Clock],
+        limits: PlanningLimits,
         enqueue: Callable[[Session, GoalRow], None],
     ) -> None:
         """
@@ -49,7 +57,7 @@ class GoalDesk:
         """
         self._database, self._events, self._facts = core.database, core.events, core.facts
         self._knowledge_base = core.knowledge_base
-        self._world, self._clocks, self._enqueue = world, clocks, enqueue
+        self._world, self._clocks, self._limits, self._enqueue = world, clocks, limits, enqueue
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
         """Record a goal and have it planned. The same idempotency key answers the same goal again.
@@ -58,6 +66,7 @@ class GoalDesk:
         :raises Conflict: if the world stands against it now, likewise; nothing is recorded then.
         """
         world = self._world(request.world)
+        self._limits.check(request.planning)
         goal_id = new_id("goal") if key is None else f"goal-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
         with self._database.write() as session:
             known = session.get(GoalRow, goal_id)
@@ -75,6 +84,7 @@ class GoalDesk:
                 deadline_s=request.deadline_s,
                 deadline_at_s=_after(self._clocks[world.name], request.deadline_s),
                 auto_approve=request.auto_approve,
+                limits=request.planning.to_json(),
                 state=GoalState.SUBMITTED,
                 reason="",
                 attempts=0,
@@ -93,6 +103,36 @@ class GoalDesk:
             raise NotFound(f"no goal {goal_id!r}", code="unknown-goal")
         return row
 
+    def stop(self, goal_id: str, *, actor: str) -> GoalRow:
+        """Have the planning end and its best plan so far taken. Once planned, there is nothing to stop.
+
+        :raises Conflict: if planning has not begun.
+        """
+        with self._database.write() as session:
+            goal = goal_to_change(session, goal_id)
+            if goal.state == GoalState.SUBMITTED:
+                raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
+            if goal.state == GoalState.PLANNING and not goal.stop_requested:
+                goal.stop_requested = True
+                self._events.append(session, "goal.stop_requested", goal.id, actor=actor)
+            return goal
+
+    def cancel(self, goal_id: str, *, actor: str, comment: str = "") -> GoalRow:
+        """Withdraw a goal that is not carried out yet. Its planning ends, a plan that is proposed expires.
+
+        :raises Conflict: if a mission carries it out, or it has ended otherwise.
+        """
+        with self._database.write() as session:
+            goal = goal_to_change(session, goal_id)
+            if goal.outcome == CANCELLED:
+                return goal
+            _refuse_begun(goal)
+            goal.state, goal.outcome, goal.planning = GoalState.WITHDRAWN, CANCELLED, None
+            goal.reason = f"cancelled: {comment}" if comment else "cancelled"
+            close_plans(session, self._events, goal, PlanState.EXPIRED, "its goal was cancelled")
+            self._events.append(session, "goal.withdrawn", goal.id, actor=actor, reason=goal.reason)
+            return goal
+
     def newest(
         self,
         *,
@@ -103,6 +143,15 @@ class GoalDesk:
     ) -> tuple[Sequence[GoalRow], str | None]:
         with self._database.read() as session:
             return page(session, GoalRow, limit=limit, after=after, world=world, state=state)
+
+
+def _refuse_begun(goal: GoalRow) -> None:
+    if goal.state == GoalState.COMMITTED:
+        raise Conflict(
+            f"goal {goal.id} is being carried out; cancel mission {goal.mission_id}", code="goal-committed"
+        )
+    if goal.state not in (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED):
+        raise Conflict(f"goal {goal.id} is {goal.state}, it cannot be cancelled", code="goal-ended")
 
 
 def _understood(text: str, world: WorldFile, facts: Facts) -> Sequence[SymbolicFact]:
@@ -120,10 +169,11 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     """The goal that an idempotency key was used for, if the request is the same."""
     goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
     same_wish = row.text == request.text if request.text is not None else row.goal == goal
-    same_terms = (row.priority, row.deadline_s, row.auto_approve) == (
+    same_terms = (row.priority, row.deadline_s, row.auto_approve, row.limits) == (
         request.priority,
         request.deadline_s,
         request.auto_approve,
+        request.planning.to_json(),
     )
     if row.world != world.name or not same_wish or not same_terms:
         raise Conflict("this idempotency key was used for another goal", code="idempotency-key-reused")

@@ -9,8 +9,7 @@ from app.core import Core
 from app.database import MissionRow, ScriptRow
 from app.database.paging import page
 from app.errors import Conflict, NotFound
-from app.missions.reports import TERMINAL_SCRIPTS
-from app.states import MissionState
+from app.states import TERMINAL_SCRIPTS, MissionState
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]

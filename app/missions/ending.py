@@ -25,7 +25,7 @@ def end_mission(
     """
     scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
     for script in scripts:
-        script.question = script.control = None
+        script.question = script.control = script.clearance = None
         if script.delivery == "pending":
             script.delivery = "withdrawn"
     mission.state, mission.failure = state, failure

@@ -1,11 +1,15 @@
 """The book of robots' reports: each recorded once, with its consequences, in one transaction."""
 
+from collections.abc import Callable
+
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import MessageRow, MissionRow, PlanRow, ScriptRow
+from app.durations import learn
+from app.missions.clearance import has_ended, renew_clearances, scripts_of
 from app.plan_body import PlanBody
-from app.states import MissionState
+from app.states import TERMINAL_SCRIPTS, MissionState
 from app.world_model import applied, reconciled
 from robots.wire import (
     Acknowledgement,
@@ -19,15 +23,16 @@ from robots.wire import (
 )
 
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
-TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
 
 
 class ReportBook:
     """Records what robots say. A message whose id is known already changes nothing."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, *, released: Callable[[Session, str], None]) -> None:
+        """:param released: called in the report's transaction with the world in which something is free again."""
         self._database, self._workflows, self._events = core.database, core.workflows, core.events
-        self._facts, self._knowledge_base = core.facts, core.knowledge_base
+        self._facts, self._knowledge_base, self._holdings = core.facts, core.knowledge_base, core.holdings
+        self._released = released
 
     def record(self, message: Message) -> bool:
         """Record a robot's answer or report; False if it was recorded before or concerns no known script."""
@@ -35,9 +40,12 @@ class ReportBook:
             if session.get(MessageRow, message.id) is not None:
                 return False
             body = message.body
-            script = session.get(ScriptRow, getattr(body, "script_id", ""), with_for_update=True)
+            script = session.get(ScriptRow, getattr(body, "script_id", ""))
             if script is None or script.robot != message.sender:
                 return False
+            # The mission is locked first: its other scripts change with it.
+            mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
+            session.refresh(script, with_for_update=True)
             session.add(
                 MessageRow(
                     id=message.id,
@@ -46,8 +54,10 @@ class ReportBook:
                     body=message.model_dump(mode="json"),
                 )
             )
-            mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
+            before = self._holdings.of_mission(session, mission)
             self._consequences(session, message, script, mission)
+            if self._holdings.of_mission(session, mission) != before:
+                self._released(session, mission.world)
             self._workflows.wake(session, mission.id, message.id)
             return True
 
@@ -57,8 +67,7 @@ class ReportBook:
         match message.body:
             case Acknowledgement():
                 self._answered(session, message, script, mission, "acknowledged")
-            case Refusal(reason=reason):
-                script.detail = reason
+            case Refusal():
                 self._answered(session, message, script, mission, "refused")
             case PacketReport() as report:
                 self._packet(session, report, script, mission)
@@ -70,28 +79,28 @@ class ReportBook:
     def _answered(
         self, session: Session, message: Message, script: ScriptRow, mission: MissionRow, delivery: str
     ) -> None:
-        """The robot agreed to or refused a request: of a script, or of a control."""
+        """The robot agreed to or refused a request: of a script, of a control, or a clearance."""
+        reason = message.body.reason if isinstance(message.body, Refusal) else ""
         if message.in_reply_to == f"{script.id}:request":
             if script.delivery == "pending":
-                script.delivery = delivery
+                script.delivery, script.detail = delivery, reason
                 if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
                     # It was on its way when the operator paused the mission.
                     script.orders += 1
                     script.control = f"pause:{script.orders}"
                 self._events.append(
-                    session, f"script.{delivery}", script.id, robot=script.robot, reason=script.detail
+                    session, f"script.{delivery}", script.id, robot=script.robot, reason=reason
                 )
-        elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
+            return
+        for order in ("control", "clearance"):
+            sent = getattr(script, order)
+            if sent is None or message.in_reply_to != f"{script.id}:{sent}":
+                continue
+            setattr(script, order, None)
             if delivery == "refused":
-                self._events.append(
-                    session,
-                    "control.refused",
-                    script.id,
-                    robot=script.robot,
-                    control=script.control,
-                    reason=script.detail,
-                )
-            script.control = None
+                script.detail = reason
+                data = {"robot": script.robot, order: sent, "reason": reason}
+                self._events.append(session, f"{order}.refused", script.id, **data)
 
     def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
         known = dict(script.packets.get(report.packet_id, {}))
@@ -109,7 +118,10 @@ class ReportBook:
             script.state = ScriptState.RUNNING
         self._started(session, mission, report.at_s)
         if report.state is PacketState.FINISHED:
-            self._came_true(session, report, script, mission)
+            if has_ended(scripts_of(session, mission), report.packet_id):
+                self._came_true(session, report, script, mission)
+            learn(session, mission, script, report.packet_id, known)
+            renew_clearances(session, self._events, mission)
         self._events.append(
             session,
             f"packet.{report.state.value}",
@@ -151,8 +163,10 @@ class ReportBook:
         script.state, script.detail, script.heard_at_s = report.state, report.detail, report.at_s
         script.category = report.category
         script.perceived = [fact.model_dump(mode="json") for fact in report.perceived]
-        script.control = script.question = None
-        if report.state is not ScriptState.FINISHED:
+        script.control = script.question = script.clearance = None
+        if report.state is ScriptState.FINISHED:
+            renew_clearances(session, self._events, mission)
+        else:
             self._reconcile(session, report, script, mission)
         self._events.append(
             session,
@@ -194,6 +208,7 @@ class ReportBook:
         elif report.state not in TERMINAL_SCRIPTS:
             # A terminal state comes with its own report, which says what was perceived.
             script.state = report.state
+        self._note_waiting(report, script)
         self._events.append(
             session,
             "script.status",
@@ -203,3 +218,11 @@ class ReportBook:
             packet=report.packet_id,
             detail=report.detail,
         )
+
+    def _note_waiting(self, report: StatusReport, script: ScriptRow) -> None:
+        """What the robot's packet waits for now; the report that it came up may be old or still under way."""
+        if report.packet_id is None or report.packet_state is not PacketState.INITIALIZING:
+            return
+        known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
+        if known["state"] == PacketState.INITIALIZING:
+            script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}

@@ -1,27 +1,33 @@
-"""The time a mission is expected to take, and when after it the robots are asked (MACTA §4)."""
+"""What a mission may take beyond its expected time before the robots are asked (MACTA §4)."""
 
 from dataclasses import dataclass
+from math import sqrt
 
+from app.durations.learned import PRIOR, Durations
 from planner import PlanNet
+
+ENOUGH = 5
+"""So many samples of each action on the critical path make the learned spread worth more than the fixed part."""
+DEVIATIONS = 3.0
+"""How many standard deviations of the mission's duration the margin covers (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Margin:
-    """What a mission may take beyond its estimate before the robots are asked: a part of it, and seconds."""
+    """What a mission may take beyond its estimate: what the learned spreads ask for, but `absolute_s` at least.
+
+    As long as too little is learned: `relative` times the estimate, and `absolute_s`.
+    """
 
     relative: float = 0.5
     absolute_s: float = 20.0
 
-    def of(self, estimate_s: float) -> float:
-        """The margin in seconds."""
-        return self.relative * estimate_s + self.absolute_s
-
-
-def estimate_s(plan_net: PlanNet) -> float:
-    """The plan-net's makespan: every action starts as early as its orderings allow."""
-    return plan_net.makespan_s
-
-
-def enquiry_at_s(start_s: float, estimate_s: float, margin: Margin) -> float:
-    """When the robots are asked, in the clock of `start_s`."""
-    return start_s + estimate_s + margin.of(estimate_s)
+    def of(self, plan_net: PlanNet, learned: Durations) -> float:
+        """The margin in seconds. The durations along the critical path vary independently (our choice)."""
+        critical = [plan_net.action(action_id) for action_id in plan_net.critical_path]
+        known = [learned.get((action.tag, len(action.agents)), PRIOR) for action in critical]
+        if any(one.samples < ENOUGH for one in known):
+            return self.relative * plan_net.makespan_s + self.absolute_s
+        spans = zip(critical, known, strict=True)
+        variance = sum((action.duration_s * one.relative_spread) ** 2 for action, one in spans)
+        return max(self.absolute_s, DEVIATIONS * sqrt(variance))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from app.organiser.coupling import Awaits, awaits_of, unkept_ordering, unsensed
+from app.organiser.coupling import Awaits, awaited, cleared
 from app.organiser.library import Library
 from app.organiser.matching import Found, find_packet, linking_goals
 from app.vocabulary import symbolic_all
@@ -47,9 +47,6 @@ def organise(
     :param repertoires: robot → tags of the packets it can carry out.
     :param script_ids: robot → script id; by default mission and robot.
     """
-    trouble = unsensed(plan_net, knowledge_base) or unkept_ordering(plan_net)
-    if trouble is not None:
-        return OrganiserFailure(reason=trouble)
     found: dict[tuple[str, str], Found] = {}
     for action in plan_net.actions:
         for agent in action.agents:
@@ -65,7 +62,7 @@ def organise(
                 return OrganiserFailure(reason=packet)
             found[action.id, agent] = packet
     name = script_ids or (lambda robot: f"{mission_id}-{robot}")
-    write = _Writer(plan_net, knowledge_base, found, awaits_of(plan_net))
+    write = _Writer(plan_net, knowledge_base, found, awaited(plan_net, knowledge_base))
     return Organised(
         scripts=tuple(
             BehaviourScript(
@@ -91,22 +88,24 @@ class _Writer:
         awaits: Awaits,
     ) -> None:
         self._plan_net, self._knowledge_base = plan_net, knowledge_base
-        self._found, self._awaits = found, awaits
+        self._found, self._awaits, self._cleared = found, awaits, cleared(plan_net)
+        self._agents = {action.id: action.agents for action in plan_net.actions}
 
     def packets(self, robot: str) -> list[BehaviourPacket]:
         return [self._packet(action, robot) for action in self._plan_net.of_robot(robot)]
 
     def _packet(self, action: PlanNetAction, robot: str) -> BehaviourPacket:
         found = self._found[action.id, robot]
-        awaited = self._awaits.get((action.id, robot), ())
-        required = tuple(f for f in action.preconditions if f in found.requires or f in awaited)
+        awaits = self._awaits.get((action.id, robot), ())
+        required = tuple(f for f in action.preconditions if f in found.requires or f in awaits)
         base = self._knowledge_base
         return BehaviourPacket(
             id=action.id,
             tag=found.tag,
             arguments=dict(action.arguments),
             requires=symbolic_all(required, base),
-            awaits=symbolic_all(awaited, base),
+            awaits=symbolic_all(awaits, base),
+            after=self._after(action, robot),
             achieves=symbolic_all(linking_goals(self._plan_net, action), base),
             expected_start_s=action.earliest_start_s,
             expected_duration_s=action.duration_s,
@@ -114,3 +113,8 @@ class _Writer:
             wait_timeout_s=max(SHORTEST_WAIT_S, WAIT_FACTOR * self._plan_net.makespan_s),
             description=action.description,
         )
+
+    def _after(self, action: PlanNetAction, robot: str) -> tuple[str, ...]:
+        """The actions it is to be cleared of: not those it does alone, for it knows when they have ended."""
+        before = self._cleared.get(action.id, ())
+        return tuple(one for one in before if self._agents[one] != (robot,))

@@ -1,51 +1,97 @@
-"""What running missions hold: their robots, places and samples are not to be planned with."""
+"""What running missions still need: their robots, places and samples are not to be planned with."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import MissionRow, PlanRow
+from app.database import MissionRow, PlanRow, ScriptRow
 from app.plan_body import PlanBody
-from app.states import ENDED
-from app.world_model import Reservation, reservation_of
+from app.states import ENDED, has_ended
+from app.world_model import Reservation, all_of, named_in, needed_by
 from planner import KnowledgeBase
+from robots.wire import PacketState
+
+REMEMBERED = 200
+"""So many plans' needs are kept in memory."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Held:
-    """A running mission and what it holds."""
+    """A running mission and what it still needs."""
 
     mission_id: str
     reservation: Reservation
 
     def __str__(self) -> str:
-        names = sorted({*self.reservation.robots, *self.reservation.locations, *self.reservation.samples})
-        return f"mission {self.mission_id}, which uses {', '.join(names)}"
+        return f"mission {self.mission_id}, which uses {', '.join(sorted(self.reservation.names))}"
 
 
-def held_by_missions(session: Session, world: str, knowledge_base: KnowledgeBase) -> Sequence[Held]:
-    """The running missions of a world, oldest first."""
-    query = (
-        select(MissionRow.id, PlanRow.body)
-        .join(PlanRow, PlanRow.id == MissionRow.plan_id)
-        .where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
-        .order_by(MissionRow.created_at, MissionRow.id)
-    )
-    return [
-        Held(
-            mission_id=mission_id,
-            reservation=reservation_of(PlanBody.model_validate(body).to_plan_net(knowledge_base)),
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Needs:
+    """What a plan needs: its goals until the mission's end, each action's things until all its robots are done."""
+
+    goals: Reservation
+    actions: Mapping[str, tuple[tuple[str, ...], Reservation]]
+
+    def left(self, idle: Collection[str], done: Collection[tuple[str, str]]) -> Reservation:
+        """What is still needed.
+
+        :param idle: the robots whose scripts have ended, well or badly.
+        :param done: action and robot, where the robot has done its part of the action.
+        """
+        open_ = (
+            needs
+            for action, (robots, needs) in self.actions.items()
+            if any(robot not in idle and (action, robot) not in done for robot in robots)
         )
-        for mission_id, body in session.execute(query)
-    ]
+        return all_of([self.goals, *open_])
 
 
-def all_reserved(held: Sequence[Held]) -> Reservation:
-    """Everything that some running mission holds."""
-    return Reservation(
-        robots=frozenset().union(*(h.reservation.robots for h in held)),
-        locations=frozenset().union(*(h.reservation.locations for h in held)),
-        samples=frozenset().union(*(h.reservation.samples for h in held)),
-    )
+class Holdings:
+    """Reads from the record what missions still need; robots' reports make it less and less."""
+
+    def __init__(self, knowledge_base: KnowledgeBase) -> None:
+        self._knowledge_base = knowledge_base
+        self._needs: dict[str, _Needs] = {}
+
+    def of_world(self, session: Session, world: str) -> Sequence[Held]:
+        """The running missions of a world that still need something, oldest first."""
+        query = (
+            select(MissionRow)
+            .where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+            .order_by(MissionRow.created_at, MissionRow.id)
+        )
+        missions = session.scalars(query).all()
+        return [Held(mission_id=m.id, reservation=self.of_mission(session, m)) for m in missions]
+
+    def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
+        """What a running mission still needs."""
+        columns = (ScriptRow.robot, ScriptRow.delivery, ScriptRow.state, ScriptRow.packets)
+        scripts = session.execute(select(*columns).where(ScriptRow.mission_id == mission.id)).all()
+        idle = {robot for robot, delivery, state, _ in scripts if has_ended(delivery, state)}
+        done = {
+            (packet, robot)
+            for robot, _, _, packets in scripts
+            for packet, known in packets.items()
+            if known["state"] == PacketState.FINISHED
+        }
+        return self._of_plan(session, mission.plan_id).left(idle, done)
+
+    def _of_plan(self, session: Session, plan_id: str) -> _Needs:
+        if plan_id not in self._needs:
+            if len(self._needs) >= REMEMBERED:
+                self._needs.clear()
+            body = PlanBody.model_validate(session.get_one(PlanRow, plan_id).body)
+            net = body.to_plan_net(self._knowledge_base)
+            self._needs[plan_id] = _Needs(
+                goals=named_in(net.goals),
+                actions={action.id: (action.agents, needed_by(action)) for action in net.actions},
+            )
+        return self._needs[plan_id]
+
+
+def all_reserved(held: Iterable[Held]) -> Reservation:
+    """Everything that some running mission still needs."""
+    return all_of(one.reservation for one in held)

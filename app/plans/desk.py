@@ -10,15 +10,16 @@ from app.database import GoalRow, MissionRow, PlanRow
 from app.database.paging import page
 from app.database.tables import utc_now
 from app.durable import MISSIONS
+from app.durations import learned_durations
 from app.errors import Conflict, NotFound
 from app.ids import new_id
 from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.organiser import Margin
 from app.plan_body import PlanBody
-from app.plans.active import held_by_missions
+from app.plans.proposing import close_plans, open_plans
 from app.states import GoalState, MissionState, PlanState
 from app.vocabulary import symbolic
-from app.world_model import broken, reservation_of
+from app.world_model import broken, taken_by
 
 AUTOMATIC = "auto_approve"
 """Who decided on a plan whose goal was submitted with `auto_approve`."""
@@ -34,9 +35,9 @@ class PlanDesk:
         margin: Margin,
         replan: Callable[[Session, GoalRow, str], None],
     ) -> None:
-        """:param replan: has a goal planned afresh, with the reason why."""
+        """:param replan: has a goal planned again, with the reason why."""
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
-        self._facts, self._knowledge_base = core.facts, core.knowledge_base
+        self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
         self._margin, self._replan = margin, replan
 
     def get(self, plan_id: str) -> PlanRow:
@@ -57,7 +58,7 @@ class PlanDesk:
     def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
         """Approve a plan and start its mission; once approved, approving again answers the same mission.
 
-        :raises Conflict: if it was decided otherwise, or the world has changed under it; then a fresh plan is made.
+        :raises Conflict: if it was decided otherwise, or the world has changed under it; then it is repaired.
         """
         with self._database.write() as session:
             plan = _plan(session, plan_id, to_change=True)
@@ -67,7 +68,7 @@ class PlanDesk:
             goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
             mission_id = self.approve_or_expire(session, plan, goal, actor=actor, comment=comment)
         if mission_id is None:
-            detail = f"the world has changed since the plan was made: {plan.reason}; planning afresh"
+            detail = f"the world has changed since the plan was made: {plan.reason}; it is being repaired"
             raise Conflict(detail, code="plan-stale")
         return plan, mission_id
 
@@ -76,19 +77,24 @@ class PlanDesk:
     ) -> str | None:
         """Approve inside the caller's transaction and answer the mission's id.
 
-        None if the world has changed under the plan: then it has expired and the goal is planned afresh.
+        None if the world has changed under the plan: then it has expired, and a repaired one is to take its place.
         """
         stale = self._stale(session, plan)
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
-        plan.state, plan.reason = PlanState.EXPIRED, stale
+        plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
         self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
+        close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
         self._replan(session, goal, f"the plan was overtaken: {stale}")
         return None
 
     def _approve(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
         self._decide(session, plan, PlanState.APPROVED, actor, comment)
+        close_plans(
+            session, self._events, goal, PlanState.SUPERSEDED, f"plan {plan.id} was approved", but=plan.id
+        )
         body = PlanBody.model_validate(plan.body)
+        net = body.to_plan_net(self._knowledge_base)
         mission = MissionRow(
             id=new_id("mission"),
             goal_id=goal.id,
@@ -97,11 +103,11 @@ class PlanDesk:
             state=MissionState.PENDING,
             estimate_s=body.makespan_s,
             original_estimate_s=body.makespan_s,
-            margin_s=self._margin.of(body.makespan_s),
+            margin_s=self._margin.of(net, learned_durations(session, plan.world)),
             deadline_s=goal.deadline_at_s,
         )
         session.add(mission)
-        goal.state, goal.mission_id = GoalState.COMMITTED, mission.id
+        goal.state, goal.plan_id, goal.mission_id = GoalState.COMMITTED, plan.id, mission.id
         self._events.append(
             session, "mission.pending", mission.id, goal=goal.id, plan=plan.id, robots=list(body.robots)
         )
@@ -109,7 +115,7 @@ class PlanDesk:
         return mission.id
 
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
-        """Reject a plan; its goal is withdrawn. Rejecting again changes nothing."""
+        """Reject a plan; its goal is withdrawn with the last plan open. Rejecting again changes nothing."""
         with self._database.write() as session:
             plan = _plan(session, plan_id, to_change=True)
             if plan.state == PlanState.REJECTED:
@@ -117,6 +123,10 @@ class PlanDesk:
             _refuse_decided(plan)
             goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
             self._decide(session, plan, PlanState.REJECTED, actor, comment)
+            session.flush()
+            if left := open_plans(session, goal.id):
+                goal.plan_id = left[0].id
+                return plan
             goal.state, goal.outcome = GoalState.WITHDRAWN, "plan_rejected"
             goal.reason = f"plan rejected: {comment}" if comment else "plan rejected"
             self._events.append(session, "goal.withdrawn", goal.id, reason=goal.reason)
@@ -133,8 +143,8 @@ class PlanDesk:
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
         facts = self._facts.facts(session, plan.world)
         gone = [f"{symbolic(fact, self._knowledge_base)} is no longer true" for fact in broken(net, facts)]
-        mine = reservation_of(net)
-        for held in held_by_missions(session, plan.world, self._knowledge_base):
+        mine = taken_by(net)
+        for held in self._holdings.of_world(session, plan.world):
             if mine.overlaps(held.reservation):
                 gone.append(
                     f"{', '.join(mine.shared(held.reservation))} now belong to mission {held.mission_id}"

@@ -1,69 +1,56 @@
 """A goal's planning as a durable workflow: plan it, propose the plan, or say why there is none."""
 
-from collections.abc import Callable, Mapping, Sequence
-from math import ceil
+from collections.abc import Callable
+from dataclasses import replace
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow, PlanRow
 from app.durable import PLANNING, StepFailed, step
-from app.goals.check import blocking, check_goals
-from app.ids import new_id
-from app.plan_body import PlanBody
-from app.plans.active import Held, all_reserved, held_by_missions
-from app.plans.worker import PlanningWorker
-from app.states import GoalState, PlanState
-from app.vocabulary import planner_fact
-from app.world_model import objects_of, planning_problem
-from planner import PlanningProblem, PlanningResult, PlanningStatus
-from robots.clock import Clock
-from robots.wire import SymbolicFact
-from robots.world import WorldFile
+from app.plan_body import RepairsBody
+from app.plans.limits import PlanningLimits, PlanningWish
+from app.plans.posing import Posed, Posing
+from app.plans.process import Watch, WorkFailed
+from app.plans.proposing import Proposing
+from app.plans.repairing import Overtaken, Repairing, overtaken
+from app.plans.waiting import WaitingGoals
+from app.plans.watch import GoalWatch
+from app.plans.worker import PlanningWorker, WorkerClosed
+from app.states import GoalState
+from planner import PlanningRequest, PlanningResult, PlanningStatus
+from planner.repair import Repair
 
 WORKFLOW = "plan_goal"
 
-Spots = Callable[[str], Mapping[str, tuple[float, float]]]
-"""Where the open-floor places of a world's robots are, (x, y) in metres."""
 Approve = Callable[[Session, PlanRow, GoalRow], object]
 
 
 class Planning:
-    """Plans goals one step each; a goal that must wait for a running mission is planned again when that ends."""
+    """Plans goals one step each; a goal without a plan waits while missions or resting robots may be why."""
 
     def __init__(
         self,
         core: Core,
         *,
-        worlds: Mapping[str, WorldFile],
-        clocks: Mapping[str, Clock],
-        spots: Spots,
+        posing: Posing,
+        proposing: Proposing,
+        waiting: WaitingGoals,
         worker: PlanningWorker,
-        time_limit_s: float,
+        limits: PlanningLimits,
         approve: Approve,
     ) -> None:
         """:param approve: approves a proposed plan at once, for goals that were submitted so."""
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
-        self._facts, self._knowledge_base = core.facts, core.knowledge_base
-        self._worlds, self._clocks, self._spots = worlds, clocks, spots
-        self._worker, self._time_limit_s, self._approve = worker, time_limit_s, approve
+        self._knowledge_base, self._waiting = core.knowledge_base, waiting
+        self._posing, self._proposing = posing, proposing
+        self._worker, self._limits, self._approve = worker, limits, approve
 
     def enqueue(self, session: Session, goal: GoalRow, reason: str = "") -> None:
         """Have the goal planned (again), if the caller's transaction commits."""
         goal.attempts += 1
-        goal.state, goal.reason = GoalState.SUBMITTED, reason
+        goal.state, goal.reason, goal.stop_requested = GoalState.SUBMITTED, reason, False
         self._workflows.start(session, PLANNING, WORKFLOW, f"{goal.id}:{goal.attempts}", goal.id)
-
-    def enqueue_waiting(self, session: Session, world: str) -> None:
-        """Robots of the world are free again: plan the goals that wait, the most urgent first."""
-        query = (
-            select(GoalRow)
-            .where(GoalRow.world == world, GoalRow.state == GoalState.SUBMITTED, GoalRow.reason != "")
-            .order_by(GoalRow.priority.desc(), GoalRow.created_at)
-        )
-        for goal in session.scalars(query).all():
-            self.enqueue(session, goal)
 
     def run(self, goal_id: str) -> None:
         """The workflow. A step that keeps failing ends the goal, so that it is not planned for ever."""
@@ -90,80 +77,68 @@ class Planning:
                 return goal.state
             goal.state, goal.reason = GoalState.PLANNING, ""
             self._events.append(session, "goal.planning", goal.id)
-            held = held_by_missions(session, goal.world, self._knowledge_base)
-            refusal, problem = self._problem(session, goal, held)
-            version = self._facts.version(session, goal.world)
-        result = refusal or self._worker.plan(problem, time_limit_s=self._time_limit_s)
+            posed = self._posing.pose(session, goal)
+            goal.releases_seen = posed.releases
+            request = self._limits.request(PlanningWish.from_json(goal.limits))
+            old = overtaken(session, goal, self._knowledge_base)
+        watch = GoalWatch(self._database, self._events, goal_id)
+        try:
+            result, repairs = self._solved(posed, old, request, watch)
+        except WorkerClosed:  # the service ends; the goal is planned when it is back
+            return GoalState.PLANNING
+        if result.plan_net is None and posed.waits_for and (never := posed.why_never(self._knowledge_base)):
+            result, posed = _refusal(never), replace(posed, held=(), resting={})
         with self._database.write() as session:
             goal = session.get_one(GoalRow, goal_id, with_for_update=True)
+            goal.planning = None
             if goal.state == GoalState.PLANNING:
-                self._conclude(session, goal, result, held, version)
+                self._conclude(session, goal, result, posed, repairs)
             return goal.state
 
-    def _problem(
-        self, session: Session, goal: GoalRow, held: Sequence[Held]
-    ) -> tuple[PlanningResult | None, PlanningProblem]:
-        """The planning problem, and the refusal if the goal makes no sense in the world as it is by now."""
-        world = self._worlds[goal.world]
-        facts = self._facts.facts(session, goal.world)
-        wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-        objects = objects_of(world)
-        goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        problem = planning_problem(
-            world, facts, goals, spots=self._spots(goal.world), reserved=all_reserved(held)
+    def _solved(
+        self, posed: Posed, old: Overtaken | None, request: PlanningRequest, watch: Watch
+    ) -> tuple[PlanningResult, RepairsBody | None]:
+        """The problem planned, or the overtaken plan repaired, with how the new one differs from it."""
+        if posed.refusal:
+            return _refusal(posed.refusal), None
+        if old is None:
+            return self._worker.plan(posed.problem, request, watch), None
+        work = Repairing(
+            knowledge_base=self._knowledge_base, plan_net=old.plan_net, problem=posed.problem, request=request
         )
-        issues = blocking(check_goals(wanted, world, facts, self._knowledge_base))
-        if not issues:
-            return None, problem
-        reason = "; ".join(issue.detail for issue in issues)
-        return _refusal(reason), problem
+        try:
+            repair: Repair = self._worker.do(work, request.time_limit_s, watch)
+        except WorkFailed as failure:
+            return failure.result, None
+        return repair.result, old.repaired_by(repair)
 
     def _conclude(
-        self, session: Session, goal: GoalRow, result: PlanningResult, held: Sequence[Held], version: int
+        self,
+        session: Session,
+        goal: GoalRow,
+        result: PlanningResult,
+        posed: Posed,
+        repairs: RepairsBody | None,
     ) -> None:
         if result.plan_net is not None:
-            self._propose(session, goal, result, version)
-        elif held:
-            waits_for = " and ".join(str(mission) for mission in held)
-            goal.state, goal.reason = GoalState.SUBMITTED, f"waits for {waits_for}"
+            self._propose(session, goal, result, posed, repairs)
+        elif posed.waits_for:
+            goal.state, goal.reason = GoalState.SUBMITTED, f"waits for {posed.waits_for}"
             self._events.append(session, "goal.waiting", goal.id, reason=goal.reason)
-            if not held_by_missions(session, goal.world, self._knowledge_base):
-                self.enqueue(session, goal)  # they ended while we planned
+            self._waiting.look_again(session, goal)
         else:
             self._unsolvable(session, goal, result.status, result.reason or result.status.value)
 
-    def _propose(self, session: Session, goal: GoalRow, result: PlanningResult, version: int) -> None:
-        plan_id = new_id("plan")
-        body = PlanBody.of_result(
-            result,
-            self._knowledge_base,
-            id=plan_id,
-            goal_id=goal.id,
-            world=goal.world,
-            state=PlanState.PROPOSED,
-            world_version=version,
-        )
-        if goal.deadline_at_s is not None:
-            late_s = ceil(self._clocks[goal.world].now_s() + body.makespan_s - goal.deadline_at_s)
-            goal.reason = f"the plan is expected to end {late_s} s after the deadline" if late_s > 0 else ""
-        plan = PlanRow(
-            id=plan_id,
-            goal_id=goal.id,
-            world=goal.world,
-            state=PlanState.PROPOSED,
-            body=body.model_dump(mode="json"),
-            world_version=version,
-        )
-        session.add(plan)
-        goal.state, goal.plan_id = GoalState.PLANNED, plan_id
-        self._events.append(
-            session,
-            "plan.proposed",
-            plan_id,
-            goal=goal.id,
-            makespan_s=body.makespan_s,
-            robots=list(body.robots),
-        )
+    def _propose(
+        self,
+        session: Session,
+        goal: GoalRow,
+        result: PlanningResult,
+        posed: Posed,
+        repairs: RepairsBody | None,
+    ) -> None:
+        plan = self._proposing.propose(session, goal, result, posed, repairs)
+        goal.state, goal.plan_id, goal.reason = GoalState.PLANNED, plan.id, plan.reason
         if goal.auto_approve:
             session.flush()
             self._approve(session, plan, goal)

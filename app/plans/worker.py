@@ -1,94 +1,156 @@
-"""The planning process: engines run beside the service, warm, so that no request pays their import."""
+"""The planning processes: a few, warm, so that no request pays an import and a long problem blocks no short one."""
 
-import multiprocessing
-import os
-import signal
 import threading
-from collections.abc import Callable
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future
+from queue import Empty, Queue
+from typing import Any
 
-from planner import PlanningEngine, PlanningProblem, PlanningResult, PlanningStatus
+from app.errors import Unavailable
+from app.plans.process import (
+    POLL_S,
+    MakeEngine,
+    Planned,
+    PlanningProcess,
+    ProcessDied,
+    Watch,
+    Work,
+    WorkFailed,
+    cancelled,
+)
+from planner import PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
 
-GRACE_S = 10.0
-"""An engine keeps its own time limit; past this much more the process is given up."""
 ATTEMPTS = 2
 """How often a problem is tried when the process dies under it."""
 
-_engine: list[PlanningEngine] = []
 
-
-def _warm_up(make_engine: Callable[[], PlanningEngine]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    _engine.append(make_engine())
-
-
-def _end_with_parent() -> None:
-    """A pool's process would wait for work for ever if the service were killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _plan(problem: PlanningProblem, time_limit_s: float) -> PlanningResult:
-    return _engine[0].plan(problem, time_limit_s=time_limit_s)
-
-
-def _ready() -> bool:
-    return bool(_engine)
+class WorkerClosed(Exception):
+    """Raised when the worker is closed while a problem waits for its plan: nothing is known of the problem."""
 
 
 class PlanningWorker:
-    """One warm planning process, replaced when it dies or overruns. Problems take turns, in any thread."""
+    """Plans in warm processes, each replaced when it dies or hangs. Thread-safe; problems wait their turn."""
 
-    def __init__(self, make_engine: Callable[[], PlanningEngine]) -> None:
-        """:param make_engine: picklable; builds the warm engine inside the process."""
-        self._make_engine = make_engine
-        self._turn = threading.Lock()
-        self._closed = False
-        self._pool = self._new_pool()
+    def __init__(self, make_engine: MakeEngine, *, processes: int = 1) -> None:
+        """:param make_engine: picklable; builds the warm engine inside a process."""
+        self._make_engine, self._count = make_engine, processes
+        self._lock = threading.Lock()
+        self._all: list[PlanningProcess] = []
+        self._free: Queue[PlanningProcess] = Queue()
+        self._first: Future[bool] = Future()
+        self._started = self._closed = False
+
+    @property
+    def pids(self) -> list[int]:
+        """The processes' ids."""
+        with self._lock:
+            return [process.pid for process in self._all if process.pid is not None]
 
     def warm_up(self) -> "Future[bool]":
-        """Start the process; the future is done once the engine is ready."""
-        return self._pool.submit(_ready)
+        """Start the processes; the future is done once the first of them can plan.
 
-    def plan(self, problem: PlanningProblem, *, time_limit_s: float) -> PlanningResult:
-        """Plan in the process; that it died or hung is a result with a reason, not an exception.
+        It raises Unavailable if that does not come up.
+        """
+        with self._lock:
+            begun, self._started = self._started, True
+        if not begun:
+            for _ in range(self._count):
+                self._add()
+        return self._first
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, watch: Watch | None = None
+    ) -> PlanningResult:
+        """Plan in a process; that it died or hung is a result with a reason, not an exception.
 
         The time limit begins when it is the problem's turn.
+
+        :raises WorkerClosed: if it is closed before there is a result.
         """
-        with self._turn:
-            for _ in range(ATTEMPTS):
-                try:
-                    return self._pool.submit(_plan, problem, time_limit_s).result(time_limit_s + GRACE_S)
-                except TimeoutError:
-                    self._replace()
-                    return _failed(PlanningStatus.TIMED_OUT, f"no answer within {time_limit_s:.0f} s")
-                except (BrokenProcessPool, CancelledError, OSError, RuntimeError):
-                    if self._closed:
-                        break
-                    self._replace()
-        return _failed(PlanningStatus.FAILED, "the planning process died")
+        work = Planned(problem=problem, request=request)
+        try:
+            result: PlanningResult = self.do(work, request.time_limit_s, watch)
+        except WorkFailed as failure:
+            return failure.result
+        return result
+
+    def do(self, work: Work, time_limit_s: float, watch: Watch | None = None) -> Any:
+        """Have the work done in a process, and answer what it answers.
+
+        The time limit begins when it is its turn.
+
+        :raises WorkFailed: if it has no answer, with the reason.
+        :raises WorkerClosed: if the worker is closed before there is one.
+        """
+        self.warm_up()
+        watch = watch or Watch()
+        how = ""
+        for _ in range(ATTEMPTS):
+            process = self._next(watch)
+            try:
+                return process.do(work, time_limit_s, watch)
+            except ProcessDied as death:
+                if self._closed:
+                    raise WorkerClosed from death
+                how = str(death)
+            finally:
+                self._give_back(process)
+        raise WorkFailed(PlanningStatus.FAILED, f"the planning process died ({how})")
 
     def close(self) -> None:
-        self._closed = True
-        self._end()
+        """End the processes; whoever waits for a result is told by WorkerClosed."""
+        with self._lock:
+            self._closed = True
+            processes, self._all = self._all, []
+        for process in processes:
+            process.end()
 
-    def _replace(self) -> None:
-        self._end()
-        self._pool = self._new_pool()
+    def _next(self, watch: Watch) -> PlanningProcess:
+        """The next free process.
 
-    def _end(self) -> None:
-        for process in list((self._pool._processes or {}).values()):
-            process.terminate()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        :raises WorkFailed: if nobody wants it any more.
+        """
+        while not watch.is_cancelled():
+            if self._closed:
+                raise WorkerClosed
+            try:
+                return self._free.get(timeout=POLL_S)
+            except Empty:
+                continue
+        raise cancelled()
 
-    def _new_pool(self) -> ProcessPoolExecutor:
-        context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(1, context, initializer=_warm_up, initargs=(self._make_engine,))
+    def _give_back(self, process: PlanningProcess) -> None:
+        if process.is_alive:
+            self._free.put(process)
+            return
+        with self._lock:
+            if process in self._all:
+                self._all.remove(process)
+        self._add()
 
+    def _add(self) -> None:
+        """Start one more process, free once it is warm."""
+        with self._lock:
+            if self._closed:
+                return
+            process = PlanningProcess(self._make_engine)
+            self._all.append(process)
+        threading.Thread(target=self._welcome, args=(process,), daemon=True).start()
 
-def _failed(status: PlanningStatus, reason: str) -> PlanningResult:
-    return PlanningResult(status=status, engine="planning process", planning_s=0.0, reason=reason)
+    def _welcome(self, process: PlanningProcess) -> None:
+        try:
+            process.wait_until_ready()
+        except ProcessDied as death:
+            # NOTE: it is given out all the same, so that who waits learns of its death instead of waiting for ever.
+            self._report(Unavailable(f"the planning process does not start ({death}); the log says why"))
+        else:
+            self._report(None)
+        self._free.put(process)
+
+    def _report(self, failure: Exception | None) -> None:
+        with self._lock:
+            if self._first.done():
+                return
+            if failure is None:
+                self._first.set_result(True)
+            else:
+                self._first.set_exception(failure)

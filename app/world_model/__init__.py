@@ -5,26 +5,30 @@ Pure but for `store` and `desk`, which keep the facts in the record and are not 
 
 from app.world_model.beliefs import Change, Facts, occupants, place_of, revised, revision, spot_of
 from app.world_model.initial import initial_facts, initial_spots
-from app.world_model.problem import Reservation, objects_of, planning_problem, reservation_of
+from app.world_model.problem import objects_of, planning_problem
 from app.world_model.progress import applied, broken, rests_on
 from app.world_model.reconcile import reconciled
+from app.world_model.reservation import Reservation, all_of, named_in, needed_by, taken_by
 
 __all__ = [
     "Change",
     "Facts",
     "Reservation",
+    "all_of",
     "applied",
     "broken",
     "initial_facts",
     "initial_spots",
+    "named_in",
+    "needed_by",
     "objects_of",
     "occupants",
     "place_of",
     "planning_problem",
     "reconciled",
-    "reservation_of",
     "rests_on",
     "revised",
     "revision",
     "spot_of",
+    "taken_by",
 ]

@@ -5,13 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 
 from app.agents import RobotBoard, RobotView
 from app.core import Core
 from app.database import FactRow, MissionRow, ScriptRow, WorldRow
+from app.durations import Durations, learned_durations
 from app.errors import Invalid, NotFound, Outdated
-from app.states import ENDED, Connection
+from app.states import ENDED, TERMINAL_SCRIPTS, Connection
 from app.vocabulary import symbolic, symbolic_all
 from app.world_model.beliefs import (
     CLEAR,
@@ -102,6 +103,12 @@ class WorldDesk:
             version = self._facts.version(session, world)
         form = self._knowledge_base.to_relation
         return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
+
+    def durations(self, world: str) -> Durations:
+        """What was learned of how long actions take in the world."""
+        self.world(world)
+        with self._database.read() as session:
+            return learned_durations(session, world)
 
     def correct(
         self,
@@ -206,7 +213,11 @@ class WorldDesk:
         query = (
             select(MissionRow.world, ScriptRow.robot, MissionRow.id)
             .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
-            .where(MissionRow.state.not_in(ENDED))
+            .where(
+                MissionRow.state.not_in(ENDED),
+                ScriptRow.delivery != "refused",
+                or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
+            )
         )
         with self._database.read() as session:
             return {(world, robot): mission for world, robot, mission in session.execute(query)}

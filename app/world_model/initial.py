@@ -38,13 +38,13 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
     layout |= {Fact(VACANT, (place.name,)) for place in world.locations if place.capacity > 0}
-    lie = [Fact(OBJECT_POSITION, (sample.name, IN, sample.at)) for sample in world.samples]
+    layout |= {Fact(OBJECT_POSITION, (sample.name, IN, sample.at)) for sample in world.samples}
     objects = objects_of(world)
     extra = [
         planner_fact(SymbolicFact(predicate=f.predicate, args=f.args), knowledge_base, objects)
         for f in world.facts
     ]
-    return revised(frozenset(layout), [*lie, *extra])
+    return revised(frozenset(layout), extra)
 
 
 def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:

@@ -1,68 +1,16 @@
 """The planning problem that the world model poses: objects, facts and the numbers durations are made of."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import permutations
 from math import dist
 
-from app.world_model.beliefs import (
-    OBJECT_POSITION,
-    REACHES,
-    TRANSPORTED,
-    Facts,
-    position_of,
-    robots_in,
-    spot_of,
-)
-from planner import Fact, PlanNet, PlanningProblem
-from robots.world import RobotSpec, WorldFile
+from app.world_model.beliefs import REACHES, ROBOT_POSITION, Facts, spot_of
+from app.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
+from planner import Fact, PlanningProblem
+from robots.world import WorldFile
 
 ROBOT, OBJECT, LOCATION, AREA = "robot", "object", "location", "area"
 Point = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reservation:
-    """Robots, locations and samples that something else uses."""
-
-    robots: frozenset[str] = frozenset()
-    locations: frozenset[str] = frozenset()
-    samples: frozenset[str] = frozenset()
-
-    @property
-    def names(self) -> frozenset[str]:
-        return self.robots | self.locations | self.samples
-
-    def shared(self, other: "Reservation") -> tuple[str, ...]:
-        """What both reserve, in alphabetical order."""
-        return tuple(sorted(self.names & other.names))
-
-    def overlaps(self, other: "Reservation") -> bool:
-        return bool(self.names & other.names)
-
-
-NOTHING_RESERVED = Reservation()
-
-
-def reservation_of(plan_net: PlanNet) -> Reservation:
-    """The robots, locations and samples that a plan-net's actions use."""
-    facts = [f for a in plan_net.actions for f in (*a.preconditions, *a.deletes, *a.effects)]
-    robots = frozenset(plan_net.robots) | robots_in(facts)
-    locations = {place for fact in facts for place in _locations(fact)} - robots
-    samples = {f.args[0] for f in facts if f.predicate in {OBJECT_POSITION, TRANSPORTED}}
-    return Reservation(robots=robots, locations=frozenset(locations), samples=frozenset(samples))
-
-
-def _locations(fact: Fact) -> Sequence[str]:
-    match fact.predicate, fact.args:
-        case (("robot_position" | "object_position"), (_, _, ref)):
-            return (ref,)
-        case (("vacant" | "clear"), (location, *_)):
-            return (location,)
-        case "transported", (_, _, _, ref1, _, ref2):
-            return (ref1, ref2)
-        case _:
-            return ()
 
 
 def objects_of(world: WorldFile) -> dict[str, str]:
@@ -85,15 +33,15 @@ def planning_problem(
     """What is to be planned, from what is believed.
 
     :param spots: where open-floor locations are, (x, y) in metres; a robot's start where it is not told.
-    :param reserved: what running missions use and the plan must leave alone.
+    :param reserved: what running missions still need and the plan must leave alone.
     """
-    free = frozenset(fact for fact in facts if not _withheld(fact, reserved))
-    functions: dict[tuple[str, tuple[str, ...]], float] = {}
-    for robot in world.robots:
-        functions["speed_m_s", (robot.name,)] = robot.speed_m_s
-        points = _points(world, robot, free, spots or {})
-        for (one, here), (other, there) in permutations(points.items(), 2):
-            functions["distance_m", (one, other)] = round(dist(here, there), 3)
+    free = frozenset(fact for fact in facts if not is_withheld(fact, reserved))
+    functions: dict[tuple[str, tuple[str, ...]], float] = {
+        ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
+    }
+    functions |= _distances(
+        _points(world, spots or {}), _ways(facts)
+    )  # a robot may drive off a reserved place
     objects = objects_of(world)
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(
@@ -104,23 +52,35 @@ def planning_problem(
     )
 
 
-def _points(world: WorldFile, robot: RobotSpec, facts: Facts, spots: Mapping[str, Point]) -> dict[str, Point]:
-    """The places a robot drives between."""
-    reached = {f.args[1] for f in facts if f.predicate == REACHES and f.args[0] == robot.name}
-    points = {place.name: place.at for place in world.locations if place.name in reached}
-    position = position_of(robot.name, facts)
-    if position is not None and position.args[2] == spot_of(robot.name):
-        points[spot_of(robot.name)] = spots.get(spot_of(robot.name), robot.start[:2])
-    return points
+def _points(world: WorldFile, spots: Mapping[str, Point]) -> dict[str, Point]:
+    """Where everything is that a robot drives to or from; a robot's spot is its start where it is not told."""
+    starts = {spot_of(robot.name): robot.start[:2] for robot in world.robots}
+    return {place.name: place.at for place in world.locations} | starts | dict(spots)
 
 
-def _withheld(fact: Fact, reserved: Reservation) -> bool:
-    match fact.predicate:
-        case "can":
-            return fact.args[0] in reserved.robots
-        case "clear" | "vacant":
-            return fact.args[0] in reserved.locations
-        case "object_position":
-            return fact.args[0] in reserved.samples
-        case _:
-            return False
+def _ways(facts: Facts) -> Mapping[str, set[str]]:
+    """For each place those that some robot drives to from there: what it reaches, and where it stands."""
+    driven: dict[str, set[str]] = defaultdict(set)
+    for fact in facts:
+        if fact.predicate == REACHES:
+            driven[fact.args[0]].add(fact.args[1])
+        elif fact.predicate == ROBOT_POSITION and fact.args[2] == spot_of(fact.args[0]):
+            driven[fact.args[0]].add(fact.args[2])
+    ways: dict[str, set[str]] = defaultdict(set)
+    for places in driven.values():
+        for place in places:
+            ways[place] |= places
+    return ways
+
+
+def _distances(
+    points: Mapping[str, Point], ways: Mapping[str, set[str]]
+) -> dict[tuple[str, tuple[str, ...]], float]:
+    """The straight distances in metres, both ways."""
+    distances: dict[tuple[str, tuple[str, ...]], float] = {}
+    for one in sorted(ways.keys() & points.keys()):
+        for other in sorted(ways[one] & points.keys()):
+            if one < other:
+                distance_m = round(dist(points[one], points[other]), 3)
+                distances["distance_m", (one, other)] = distances["distance_m", (other, one)] = distance_m
+    return distances

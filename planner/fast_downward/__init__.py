@@ -1,5 +1,4 @@
-"""Fast Downward as a planning engine: PDDL out, separate processes, sequences back, restrictions where they
-clash."""
+"""Fast Downward as a planning engine: PDDL out, separate processes, sequences back."""
 
 from planner.fast_downward.engine import FastDownwardEngine
 

@@ -2,24 +2,34 @@
 ourselves."""
 
 import time
+from collections.abc import Iterable, Sequence
 
-from planner.assembly import assemble
 from planner.compilation import compile_problem
+from planner.detours import without_detours
 from planner.diagnosis import why_unsolvable
-from planner.engine import PlanningProblem, PlanningResult, PlanningStatus
+from planner.engine import (
+    UNOBSERVED,
+    Observer,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    Progress,
+)
 from planner.errors import InvalidPlan, KnowledgeBaseError
-from planner.extraction import extract
 from planner.fast_downward.pddl import write_pddl
-from planner.fast_downward.restrictions import Restrictions
-from planner.fast_downward.search import Search
-from planner.fast_downward.trial import Trial, Trials
-from planner.knowledge import KnowledgeBase
+from planner.fast_downward.search import Found, Search
+from planner.finishing import confirm, finish, merit
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.native import Limits
 from planner.plan_net import PlanNet
 from planner.statics import Statics
 
+Outcome = tuple[PlanningStatus, PlanNet | None, str]
+
 
 class FastDownwardEngine:
-    """Plans with Fast Downward; every plan-net is validated and safe in every order its scripts allow.
+    """Plans with Fast Downward; every plan-net is validated.
 
     The first use imports unified-planning (1-2 s): a long-lived process calls `warm_up()` before it is
     needed.
@@ -27,24 +37,26 @@ class FastDownwardEngine:
 
     name = "fast-downward"
 
-    def __init__(
-        self, knowledge_base: KnowledgeBase, *, memory_limit_mb: int = 2048, max_trials: int = 16
-    ) -> None:
+    def __init__(self, knowledge_base: KnowledgeBase) -> None:
         self._base = knowledge_base
-        self._memory_limit_mb, self._max_trials = memory_limit_mb, max_trials
 
     def warm_up(self) -> None:
         """Import what is slow to import, by compiling an empty problem."""
         write_pddl(compile_problem(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=())))
 
-    def plan(self, problem: PlanningProblem, *, time_limit_s: float) -> PlanningResult:
-        """A plan-net, or why not; the processes started are ended at the time limit."""
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        """A plan-net, or why not; the processes started are ended at the time limit.
+
+        With an effort the first plan is improved on for so long; without, the same problem has the same plan.
+        """
         begun = time.monotonic()
         plan_net: PlanNet | None = None
         try:
             for fact in (*sorted(problem.facts), *problem.goals):
                 self._base.check(fact, problem.objects)
-            status, plan_net, reason = self._plan(problem, begun + time_limit_s)
+            status, plan_net, reason = _Run(self.name, self._base, problem, request, observer).outcome()
         except (KnowledgeBaseError, InvalidPlan) as error:
             status, reason = PlanningStatus.FAILED, str(error)
         return PlanningResult(
@@ -55,35 +67,88 @@ class FastDownwardEngine:
             reason=reason,
         )
 
-    def _plan(self, problem: PlanningProblem, deadline: float) -> tuple[PlanningStatus, PlanNet | None, str]:
-        if all(goal in problem.facts for goal in problem.goals):
-            order = extract((), problem.facts, problem.goals)
-            return PlanningStatus.SOLVED, assemble(order, problem.goals, self._base, {}), ""
-        statics = Statics(self._base, problem)
-        restrictions = Restrictions(statics)
-        search = Search(self._base, deadline, memory_limit_mb=self._memory_limit_mb)
-        trials = Trials(self._base, problem, statics, search)
-        unsafe = ""
-        for count, restriction in enumerate(restrictions, start=1):
-            trial = trials.run(restriction)
-            if trial.is_good:
-                return PlanningStatus.SOLVED, trial.plan_net, ""
-            if trial.plan_net is not None and trial.violation is not None:
-                unsafe = unsafe or trial.violation.reason
-                restrictions.learn(restriction, trial.violation, trial.plan_net)
-            elif not unsafe:
-                return self._no_plan(problem, trial, search)
-            if count >= self._max_trials or search.is_over:
-                break
-        return PlanningStatus.NOT_FOUND, None, f"no plan was found that is safe to carry out: {unsafe}"
 
-    def _no_plan(
-        self, problem: PlanningProblem, trial: Trial, search: Search
-    ) -> tuple[PlanningStatus, PlanNet | None, str]:
-        """The answer when there is no plan even without a restriction."""
-        status, reason = trial.found.status, trial.found.reason
-        if status is PlanningStatus.UNSOLVABLE:
-            return status, None, why_unsolvable(self._base, problem)
-        if status is PlanningStatus.TIMED_OUT and not search.is_over:
-            return PlanningStatus.NOT_FOUND, None, why_unsolvable(self._base, problem)
-        return status, None, reason
+class _Run:
+    """The planning of one problem."""
+
+    def __init__(
+        self,
+        name: str,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        request: PlanningRequest,
+        observer: Observer,
+    ) -> None:
+        self._name, self._base, self._problem = name, knowledge_base, problem
+        self._statics = Statics(knowledge_base, problem)
+        self._request, self._observer, self._begun = request, observer, time.monotonic()
+        limits = Limits(deadline=self._begun + request.time_limit_s, memory_mb=request.memory_limit_mb)
+        self._search = Search(knowledge_base, limits, observer.should_stop)
+
+    def outcome(self) -> Outcome:
+        if all(goal in self._problem.facts for goal in self._problem.goals):
+            return self._best([Found(status=PlanningStatus.SOLVED)])
+        lean = self._statics.lean(self._problem)
+        status, plan_net, reason = self._first(lean)
+        if plan_net is None:
+            unsolvable = status is PlanningStatus.UNSOLVABLE
+            return status, None, why_unsolvable(self._base, self._problem) if unsolvable else reason
+        self._tell(plan_net)
+        if self._request.effort_s and not self._search.is_over:
+            plan_net = self._improved(plan_net, lean, self._request.effort_s)
+        return status, plan_net, reason
+
+    def _first(self, lean: PlanningProblem) -> Outcome:
+        """The first plan-net, else what the searches for all goals at once say."""
+        search, problem = self._search, self._problem
+        outcome = first = self._best(search.at_once(lean))
+        if outcome[1] is None and len(problem.goals) > 1:
+            outcome = self._best([search.one_by_one(problem, self._statics)])
+        if outcome[1] is None and lean.objects != problem.objects:
+            # Bystanders are left out at first; who knows whether one of them helps.
+            outcome = first = self._best(search.at_once(problem))
+        if outcome[1] is None and first[0] is PlanningStatus.TIMED_OUT and not search.is_over:
+            outcome = first = self._best(search.at_once(problem, patient=True))
+        return outcome if outcome[1] is not None else first
+
+    def _best(self, found: Iterable[Found]) -> Outcome:
+        """The best plan-net of what was found; if there is none, what the first one says."""
+        plan_nets: list[PlanNet] = []
+        failures: list[Outcome] = []
+        for one in found:
+            if one.status is not PlanningStatus.SOLVED:
+                failures.append((one.status, None, one.reason))
+                continue
+            plan_net = self._finished(one.sequence)
+            if isinstance(plan_net, str):
+                failures.append((PlanningStatus.NOT_FOUND, None, f"no acceptable plan was found: {plan_net}"))
+            else:
+                plan_nets.append(plan_net)
+        if not plan_nets:
+            return failures[0]
+        best = min(plan_nets, key=merit)
+        confirm(best, self._problem, self._base)
+        return PlanningStatus.SOLVED, best, ""
+
+    def _improved(self, best: PlanNet, lean: PlanningProblem, effort_s: float) -> PlanNet:
+        """The best of the plan-net and those that are found with more effort."""
+
+        def take(sequence: Sequence[GroundAction]) -> None:
+            nonlocal best
+            plan_net = self._finished(sequence)
+            if not isinstance(plan_net, str) and merit(plan_net) < merit(best):
+                best = plan_net
+                self._tell(best)
+
+        self._search.improve(lean, effort_s, take)
+        confirm(best, self._problem, self._base)
+        return best
+
+    def _finished(self, sequence: Sequence[GroundAction]) -> PlanNet | str:
+        straight = without_detours(sequence, self._problem, self._base)
+        return finish(straight, self._problem, self._base, self._statics)
+
+    def _tell(self, plan_net: PlanNet) -> None:
+        elapsed_s = time.monotonic() - self._begun
+        progress = Progress(engine=self._name, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)
+        self._observer.progress(progress)

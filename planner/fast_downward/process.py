@@ -4,18 +4,16 @@ The wheel's own driver is a third process and costs a further 0.1 s, so translat
 directly.
 """
 
-import os
 import re
 import signal
-import subprocess
 import sys
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
 from planner.engine import PlanningStatus
+from planner.native import Ended, Limits, never, run
 
 GREEDY = (
     "let(hlm,eval_modify_costs(landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),cost_type=one),"
@@ -29,6 +27,13 @@ CHEAP = (
 )
 """Lazy A* on the costs: mostly shorter; for one goal as cheap as the optimum wherever that was found."""
 
+_WEIGHTED = ",".join(f"lazy_wastar([hff,hlm],preferred=[hff,hlm],w={weight})" for weight in (5, 3, 2, 1))
+EVER_CHEAPER = (
+    "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),"
+    f"let(hff,ff(),iterated([{_WEIGHTED}],repeat_last=true)))"
+)
+"""As the alias lama from its third search on: one plan after the other, each cheaper than the last."""
+
 _EXHAUSTED = "Completely explored state space"
 _SEARCHED_ENOUGH = "Time limit reached"
 _OUT_OF_MEMORY = frozenset({20, 22, 24})
@@ -37,12 +42,16 @@ _UNSOLVABLE = frozenset({10, 11})
 _STEP = re.compile(r"^\(([^)]*)\)")
 
 
+Steps = tuple[tuple[str, tuple[str, ...]], ...]
+"""Operators and their objects, in order."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
     """What a search said: the steps (operator and objects) if solved, else why not."""
 
     status: PlanningStatus
-    steps: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    steps: Steps = ()
     reason: str = ""
 
 
@@ -56,71 +65,63 @@ def binaries() -> Path | None:
 
 
 class FastDownwardProcess:
-    """Translator and search on files of one folder, all ended at `deadline` (monotonic seconds)."""
+    """Translator and search on files of one folder, all ended at their limits or when it is enough."""
 
-    def __init__(self, folder: Path, deadline: float, *, memory_limit_mb: int = 2048) -> None:
-        self._folder, self._deadline, self._memory_kb = folder, deadline, memory_limit_mb * 1024
+    def __init__(self, folder: Path, limits: Limits, is_enough: Callable[[], bool] = never) -> None:
+        self._folder, self._limits, self._is_enough = folder, limits, is_enough
 
     def translate(self, domain: str, problem: str) -> Answer | None:
         """Ground the task; None if that went well."""
         (self._folder / "domain.pddl").write_text(domain)
         (self._folder / "problem.pddl").write_text(problem)
         command = [sys.executable, "-S", "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
-        code, output = self._run(command)
-        return None if code == 0 else _failure(code, output)
+        ended = self._run(command, self._is_enough)
+        return None if ended.code == 0 else _failure(ended)
 
     def search(self, configuration: str, max_time_s: float) -> Answer:
         """Search the translated task for at most so long."""
         plan = self._folder / "plan"
         plan.unlink(missing_ok=True)
-        folder = binaries()
-        if folder is None:
+        if binaries() is None:
             return Answer(status=PlanningStatus.FAILED, reason="Fast Downward is not installed")
-        command = [
-            str(folder / "downward"),
-            "--internal-plan-file",
-            str(plan),
-            "--search",
-            configuration.format(max_time_s=max_time_s),
-        ]
-        code, output = self._run(command, stdin=self._folder / "output.sas")
+        ended = self._search(configuration.format(max_time_s=max_time_s), self._is_enough)
         if plan.is_file():
             return Answer(status=PlanningStatus.SOLVED, steps=_steps(plan.read_text()))
-        return _failure(code, output)
+        return _failure(ended)
 
-    def _run(self, command: Sequence[str], stdin: Path | None = None) -> tuple[int | None, str]:
-        """Exit code and output; code None if it was ended at the deadline."""
-        # A shell sets the memory limit: setting it between fork and exec is not safe in a process with
-        # threads.
-        limited = ["/bin/sh", "-c", f'ulimit -v {self._memory_kb} 2>/dev/null; exec "$@"', "sh", *command]
-        environment = {**os.environ, "PYTHONPATH": str(binaries() or ""), "PYTHONHASHSEED": "0"}
-        with open(stdin or os.devnull, "rb") as source:
-            process = subprocess.Popen(
-                limited,
-                cwd=self._folder,
-                env=environment,
-                stdin=source,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        try:
-            output, _ = process.communicate(timeout=max(0.01, self._deadline - time.monotonic()))
-            return process.returncode, output.decode(errors="replace")
-        except subprocess.TimeoutExpired:
-            return None, ""
-        finally:
-            _end(process)
+    def improve(self, take: Callable[[Steps], None]) -> None:
+        """Search the translated task for ever cheaper plans, each taken as soon as it is found."""
+        count = 0
+
+        def is_enough() -> bool:
+            nonlocal count
+            # A plan file ends with its cost.
+            while "; cost" in (text := _text(self._folder / f"plan.{count + 1}")):
+                count += 1
+                take(_steps(text))
+            return self._is_enough()
+
+        self._search(EVER_CHEAPER, is_enough)
+        is_enough()
+
+    def _search(self, configuration: str, is_enough: Callable[[], bool]) -> Ended:
+        binary, plan = f"{binaries()}/downward", str(self._folder / "plan")
+        command = [binary, "--internal-plan-file", plan, "--search", configuration]
+        return self._run(command, is_enough, stdin=self._folder / "output.sas")
+
+    def _run(self, command: Sequence[str], is_enough: Callable[[], bool], stdin: Path | None = None) -> Ended:
+        return run(
+            command,
+            folder=self._folder,
+            limits=self._limits,
+            stdin=stdin,
+            environment={"PYTHONPATH": str(binaries() or ""), "PYTHONHASHSEED": "0"},
+            is_enough=is_enough,
+        )
 
 
-def _end(process: "subprocess.Popen[bytes]") -> None:
-    """End the whole process group, if it still runs."""
-    if process.poll() is None:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-
-
-def _failure(code: int | None, output: str) -> Answer:
+def _failure(ended: Ended) -> Answer:
+    code, output = ended.code, ended.output
     last = output.strip().splitlines()[-1:] or ["no output"]
     if code is None or code in _OUT_OF_TIME or _SEARCHED_ENOUGH in output:
         return Answer(status=PlanningStatus.TIMED_OUT, reason="the time limit was reached")
@@ -132,7 +133,11 @@ def _failure(code: int | None, output: str) -> Answer:
     return Answer(status=PlanningStatus.FAILED, reason=f"Fast Downward ended with code {code}: {last[0]}")
 
 
-def _steps(text: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def _text(file: Path) -> str:
+    return file.read_text() if file.is_file() else ""
+
+
+def _steps(text: str) -> Steps:
     steps = []
     for line in text.splitlines():
         if (match := _STEP.match(line.strip())) is not None:

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,13 +13,14 @@ from planner.fact import Fact
 from planner.fast_downward.pddl import write_pddl
 from planner.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
 from planner.knowledge import GroundAction, KnowledgeBase
+from planner.native import Limits, never
+from planner.progression import progressed
 from planner.statics import Statics
 
 SECOND_TIME_S = 0.3
 """For a second opinion when there is a plan already."""
 SEARCH_TIME_S = 2.0
-"""A search that takes longer than this is on a plateau; another restriction or one goal at a time does
-better."""
+"""A search that takes longer than this is on a plateau; one goal at a time does better."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,21 +33,41 @@ class Found:
 
 
 class Search:
-    """Runs the searches; all of them end at `deadline` (monotonic seconds)."""
+    """Runs the searches; all of them end at their limits or when it is enough."""
 
-    def __init__(self, knowledge_base: KnowledgeBase, deadline: float, *, memory_limit_mb: int) -> None:
-        self._base, self._deadline, self._memory_limit_mb = knowledge_base, deadline, memory_limit_mb
+    def __init__(
+        self, knowledge_base: KnowledgeBase, limits: Limits, is_enough: Callable[[], bool] = never
+    ) -> None:
+        self._base, self._limits, self._is_enough = knowledge_base, limits, is_enough
 
     @property
     def is_over(self) -> bool:
-        return time.monotonic() >= self._deadline
+        return self._limits.is_over or self._is_enough()
 
-    def at_once(self, problem: PlanningProblem) -> Iterator[Found]:
-        """What each configuration finds for all the goals together; at least one answer."""
+    def at_once(self, problem: PlanningProblem, *, patient: bool = False) -> Iterator[Found]:
+        """What each configuration finds for all the goals together; at least one answer.
+
+        :param patient: share out all the time that is left.
+        """
         compiled = compile_problem(self._base, problem)
-        for answer in self._answers(*write_pddl(compiled)):
+        time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
+        for answer in self._answers(*write_pddl(compiled), time_s):
             steps = tuple(compiled.ground(operator, objects) for operator, objects in answer.steps)
             yield Found(status=answer.status, sequence=steps, reason=answer.reason)
+
+    def improve(
+        self, problem: PlanningProblem, effort_s: float, take: Callable[[Sequence[GroundAction]], None]
+    ) -> None:
+        """Search for ever cheaper sequences, each taken as soon as it is found."""
+        compiled = compile_problem(self._base, problem)
+        with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
+            deadline = time.monotonic() + min(effort_s, self._limits.left_s)
+            limits = replace(self._limits, deadline=deadline)
+            process = FastDownwardProcess(Path(folder), limits, self._is_enough)
+            if process.translate(*write_pddl(compiled)) is None:
+                process.improve(
+                    lambda steps: take([compiled.ground(operator, objects) for operator, objects in steps])
+                )
 
     def one_by_one(self, problem: PlanningProblem, statics: Statics) -> Found:
         """A sequence that reaches one goal after the other, those that cannot be reached yet later."""
@@ -61,7 +82,7 @@ class Search:
                     break
             else:
                 return found
-            state = _after(state, found.sequence)
+            state = progressed(state, found.sequence)
             sequence += found.sequence
             achieved.append(goal)
             waiting.remove(goal)
@@ -70,26 +91,20 @@ class Search:
             return Found(status=PlanningStatus.NOT_FOUND, reason=fault)
         return Found(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
 
-    def _answers(self, domain: str, problem: str) -> Iterator[Answer]:
+    def _answers(self, domain: str, problem: str, time_s: float) -> Iterator[Answer]:
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
-            process = FastDownwardProcess(Path(folder), self._deadline, memory_limit_mb=self._memory_limit_mb)
+            process = FastDownwardProcess(Path(folder), self._limits, self._is_enough)
             failure = process.translate(domain, problem)
             if failure is not None:
                 yield failure
                 return
             # A* on the costs first: it seldom sits on a plateau, the greedy one now and then does for long.
-            cheap = process.search(CHEAP, SEARCH_TIME_S)
+            cheap = process.search(CHEAP, time_s)
             yield cheap
             if cheap.status is not PlanningStatus.UNSOLVABLE:
-                yield process.search(GREEDY, SECOND_TIME_S if cheap.steps else SEARCH_TIME_S)
+                yield process.search(GREEDY, SECOND_TIME_S if cheap.steps else time_s)
 
 
 def _cost(found: Found) -> tuple[bool, float]:
     """Solved before not, then the least time of all robots together."""
     return found.status is not PlanningStatus.SOLVED, sum(action.duration_s for action in found.sequence)
-
-
-def _after(facts: frozenset[Fact], sequence: Sequence[GroundAction]) -> frozenset[Fact]:
-    for action in sequence:
-        facts = (facts - set(action.deletes)) | set(action.effects)
-    return facts

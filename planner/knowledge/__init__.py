@@ -1,11 +1,13 @@
 """The planner's knowledge base: plan-net actions with all slots of table 3, as checked data (MACTA §4-§5)."""
 
 from planner.knowledge.base import KnowledgeBase
+from planner.knowledge.duration import DURATION_SCALE, scale_term
 from planner.knowledge.load import load_knowledge_base, read_knowledge_base
 from planner.knowledge.operator import GroundAction, Operator
 from planner.knowledge.schema import ActionSpec, KnowledgeBaseFile, ParameterSpec, PredicateSpec, TypeSpec
 
 __all__ = [
+    "DURATION_SCALE",
     "ActionSpec",
     "GroundAction",
     "KnowledgeBase",
@@ -16,4 +18,5 @@ __all__ = [
     "TypeSpec",
     "load_knowledge_base",
     "read_knowledge_base",
+    "scale_term",
 ]

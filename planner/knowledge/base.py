@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
-from planner.knowledge.duration import Functions
+from planner.knowledge.expression import Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
 from planner.knowledge.schema import RELATION, ActionSpec, KnowledgeBaseFile, PredicateSpec
 
@@ -100,6 +100,10 @@ class KnowledgeBase:
             for name, kind in op.parameters.items():
                 if not self.file.is_a(self._type_of(binding[name], objects), kind):
                     raise KnowledgeBaseError(_choices(f"{action}.{name}", binding[name], kind, self, objects))
+            if same := [pair for pair in op.distinct if binding[pair[0]] == binding[pair[1]]]:
+                raise KnowledgeBaseError(
+                    f"{action}: {' and '.join(same[0])} are both {binding[same[0][0]]!r}"
+                )
             ground = op.ground(binding, functions)
             if ground is not None:
                 return ground

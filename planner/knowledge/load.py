@@ -13,6 +13,9 @@ from planner.knowledge.schema import KnowledgeBaseFile
 
 _PLACE = re.compile(r"^(?:Value error, )?((?:[a-z_]+)(?:\.[A-Za-z0-9_]+)+): ")
 
+_WORDS = {"a valid tuple": "a list", "Extra inputs are not permitted": "there is no such slot"}
+"""What the schema's own words mean to somebody who writes YAML."""
+
 
 def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
     """The knowledge base of a file, or the one that ships with Macta.
@@ -59,6 +62,8 @@ def _describe(root: yaml.Node, place: list[str], message: str) -> str:
         if isinstance(name := _child(node, "name"), yaml.ScalarNode) and not action:
             action = str(name.value)
     slot = ".".join(place[2:] if action else place) or "file"
+    for theirs, ours in _WORDS.items():
+        message = message.replace(theirs, ours)
     return f"  line {line}, {f'{action}, ' if action else ''}{slot}: {message.removeprefix('Value error, ')}"
 
 

@@ -1,18 +1,19 @@
 """Operators: plan-net actions with their relations chosen and their lists of robots spelt out.
 
 A plan-net action with `rel1 ∈ {at, near}` is two operators; one with teams of 1 or 2 robots likewise.
-Parameters of one type are bound to different objects. Our choice for a team: each literal with the list
-holds for every member, and the duration is the longest over the members.
+Parameters of one type are bound to different objects, unless the action says which are. Our choice for a team:
+each literal with the list holds for every member, and the duration is the longest over the members.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
 
 from planner.fact import Fact
-from planner.knowledge.duration import Duration, Functions
+from planner.knowledge.duration import scale_term
+from planner.knowledge.expression import Expression, Functions
 from planner.knowledge.literal import Literal
-from planner.knowledge.schema import TIME, ActionSpec, ParameterSpec
+from planner.knowledge.schema import DISTANCE, DURATION, TIME, ActionSpec, ParameterSpec
 
 TEAM_SEPARATOR = "+"
 """Between the members of a team where an argument shows it: `fred+ginger`."""
@@ -20,7 +21,11 @@ TEAM_SEPARATOR = "+"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroundAction:
-    """A plan-net action with all its arguments, not yet scheduled."""
+    """A plan-net action with all its arguments, not yet scheduled.
+
+    `distance_m` and `energy_j`: what all its robots together drive and use. `under_way`: it runs already when the
+    plan starts; duration, distance and energy are what is left of it.
+    """
 
     tag: str
     arguments: Mapping[str, str]
@@ -30,6 +35,9 @@ class GroundAction:
     intended_effects: tuple[Fact, ...]
     other_effects: tuple[Fact, ...]
     duration_s: float
+    distance_m: float = 0.0
+    energy_j: float = 0.0
+    under_way: bool = False
 
     @property
     def effects(self) -> tuple[Fact, ...]:
@@ -52,14 +60,23 @@ class Operator:
     deletes: tuple[Literal, ...]
     intended_effects: tuple[Literal, ...]
     other_effects: tuple[Literal, ...]
-    duration: Duration
+    duration: Expression
+    distance: Expression
+    energy: Expression
 
     @property
     def distinct(self) -> Iterator[tuple[str, str]]:
         """The pairs of parameters that are bound to different objects."""
-        return (
-            (a, b) for a, b in combinations(self.parameters, 2) if self.parameters[a] == self.parameters[b]
-        )
+        pairs = combinations(self.parameters, 2)
+        if self.spec.distinct is None:
+            return (pair for pair in pairs if self.parameters[pair[0]] == self.parameters[pair[1]])
+        told = {frozenset(pair) for pair in self.spec.distinct}
+        listed = {pair: frozenset(map(self._listed, pair)) for pair in pairs}
+        return (pair for pair, names in listed.items() if names in told or len(names) == 1)
+
+    def _listed(self, parameter: str) -> str:
+        """The parameter, or the list of robots that it is a member of."""
+        return next((name for name, members in self.teams.items() if parameter in members), parameter)
 
     @property
     def members(self) -> tuple[Mapping[str, str], ...]:
@@ -71,21 +88,51 @@ class Operator:
         return tuple(member for agent in self.spec.agents for member in self.teams.get(agent, (agent,)))
 
     def duration_s(self, binding: Mapping[str, str], functions: Functions) -> float | None:
-        """Longest over the members; None where a function has no value."""
+        """Longest over the members, times the action's learned factor; None where a function has no value."""
         spans = []
-        for member in self.members:
-            alias = {**binding, **{name: binding[one] for name, one in member.items() if one in binding}}
-            seconds = self.duration.seconds(alias, functions)
+        for alias in self._aliases(binding):
+            seconds = self.duration.value(alias, functions)
             if seconds is None:
                 return None
             spans.append(seconds)
-        return max(spans)
+        return max(spans) * functions.get(scale_term(self.spec.name, len(self.agents)), 1.0)
+
+    def exertion(
+        self, binding: Mapping[str, str], functions: Functions, duration_s: float
+    ) -> tuple[float, float]:
+        """Distance in metres and energy in joules, summed over the members; 0 where a function has no value."""
+        distance_m = energy_j = 0.0
+        for alias in self._aliases(binding):
+            driven_m = self.distance.value(alias, functions) or 0.0
+            known: Functions = {DURATION: duration_s, DISTANCE: driven_m}
+            distance_m += driven_m
+            energy_j += self.energy.value(alias, functions, known) or 0.0
+        return round(distance_m, 3), round(energy_j, 3)
+
+    def _aliases(self, binding: Mapping[str, str]) -> Iterator[Mapping[str, str]]:
+        """The binding with each list parameter bound to one member, for every choice."""
+        for member in self.members:
+            yield {**binding, **{name: binding[one] for name, one in member.items() if one in binding}}
+
+    def extended(
+        self, binding: Mapping[str, str], terms: Iterable[str], values: Iterable[str]
+    ) -> dict[str, str] | None:
+        """The binding with the terms bound to these values; None where that contradicts it or a constant."""
+        extended = dict(binding)
+        for term, value in zip(terms, values, strict=True):
+            if term not in self.parameters:
+                if term != value:
+                    return None
+            elif extended.setdefault(term, value) != value:
+                return None
+        return extended
 
     def ground(self, binding: Mapping[str, str], functions: Functions) -> GroundAction | None:
         """The action under a full binding of `parameters`; None where its duration is not defined."""
         seconds = self.duration_s(binding, functions)
         if seconds is None:
             return None
+        distance_m, energy_j = self.exertion(binding, functions, seconds)
         return GroundAction(
             tag=self.spec.name,
             arguments={
@@ -97,6 +144,8 @@ class Operator:
             intended_effects=_ground(self.intended_effects, binding),
             other_effects=_ground(self.other_effects, binding),
             duration_s=round(seconds, 3),
+            distance_m=distance_m,
+            energy_j=energy_j,
         )
 
     def _argument(self, name: str, binding: Mapping[str, str]) -> str:
@@ -144,7 +193,9 @@ def _operator(
         deletes=slots["delete"],
         intended_effects=slots["intended_effects"],
         other_effects=slots["other_effects"],
-        duration=Duration.parse(spec.duration),
+        duration=Expression.parse(spec.duration),
+        distance=Expression.parse(spec.distance),
+        energy=Expression.parse(spec.energy),
     )
 
 

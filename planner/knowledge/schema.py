@@ -1,14 +1,14 @@
 """The schema of a knowledge base file: what each slot of table 3 may hold (MACTA §5)."""
 
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from string import Formatter
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from planner.errors import KnowledgeBaseError
-from planner.knowledge.duration import Duration
+from planner.knowledge.duration import DURATION_SCALE
+from planner.knowledge.expression import Expression
 from planner.knowledge.literal import Literal
 
 Word = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
@@ -16,6 +16,9 @@ Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
 
 TIME = "time"
 RELATION = "relation"
+DURATION = ("duration", ())
+DISTANCE = ("distance", ())
+"""The action's own duration and one robot's distance, as its energy names them: `duration()`, `distance()`."""
 LITERAL_SLOTS = ("preconditions", "delete", "intended_effects", "other_effects")
 
 
@@ -39,6 +42,7 @@ class PredicateSpec(Slot):
     relational: argument 1 is a relation, so the fact is also written rel(args without it).
     sensed: robots can perceive it (if `sensed_when` names arguments: only where those have that type).
     make_way: an action may be planned to bring this about though it is only among its other effects.
+    phrase: what an operator reads where it holds, e.g. `{robot} reaches {location}`; `denial`: where not.
     """
 
     arguments: dict[Word, Word]
@@ -46,6 +50,8 @@ class PredicateSpec(Slot):
     sensed: bool = False
     sensed_when: dict[Word, Word] = {}
     make_way: bool = False
+    phrase: str = ""
+    denial: str = ""
 
 
 class ParameterSpec(Slot):
@@ -59,17 +65,21 @@ class ParameterSpec(Slot):
 
 
 class ActionSpec(Slot):
-    """A plan-net action with all the slots of table 3."""
+    """A plan-net action with all the slots of table 3; and, our own, what one of its robots drives in metres and
+    uses in joules."""
 
     identifier: int = Field(ge=1)
     name: Tag
     parameters: tuple[ParameterSpec, ...] = Field(min_length=1)
     agents: tuple[Word, ...] = Field(min_length=1)
+    distinct: tuple[tuple[Word, Word], ...] | None = None
     preconditions: tuple[str, ...]
     delete: tuple[str, ...]
     intended_effects: tuple[str, ...] = Field(min_length=1)
     other_effects: tuple[str, ...]
     duration: str
+    distance: str = "0"
+    energy: str = "0"
     description: str
 
     def literals(self, slot: str) -> tuple[Literal, ...]:
@@ -102,16 +112,35 @@ class KnowledgeBaseFile(Slot):
         for name, spec in self.types.items():
             if spec.parent is not None:
                 _known("type", spec.parent, self.types, f"types.{name}.parent")
+        for name in self.types:
+            self._check_ancestry(name)
         for name, arguments in self.functions.items():
+            if name in (DURATION_SCALE, DURATION[0], DISTANCE[0]):
+                raise _at(f"functions.{name}", "every knowledge base has it already; choose another name")
             for argument in arguments:
                 _known("type", argument, self.types, f"functions.{name}")
         for name, predicate in self.predicates.items():
             self._check_predicate(name, predicate)
-        _unique("identifier", [str(action.identifier) for action in self.actions])
-        _unique("name", [action.name for action in self.actions])
+        for slot in ("identifier", "name"):
+            _all_differ([getattr(action, slot) for action in self.actions], f"actions.{{}}.{slot}")
+        owners: dict[str, str] = {}
+        for kind in self.types:
+            for value in self.constants(kind):
+                if value in owners:
+                    raise _at(f"types.{kind}.values", f"{value} is a constant of {owners[value]} already")
+                owners[value] = kind
         for index, action in enumerate(self.actions):
             _check_action(self, action, f"actions.{index}")
         return self
+
+    def _check_ancestry(self, name: str) -> None:
+        line = [name]
+        while (parent := self.types[line[-1]].parent) is not None:
+            if parent in line:
+                raise _at(
+                    f"types.{name}.parent", f"a type is its own ancestor: {' < '.join([*line, parent])}"
+                )
+            line.append(parent)
 
     def _check_predicate(self, name: str, predicate: PredicateSpec) -> None:
         where = f"predicates.{name}"
@@ -126,26 +155,33 @@ class KnowledgeBaseFile(Slot):
         for argument, type_name in predicate.sensed_when.items():
             _known("argument", argument, predicate.arguments, f"{where}.sensed_when")
             _known("type", type_name, self.types, f"{where}.sensed_when.{argument}")
+        for slot in ("phrase", "denial"):
+            _check_fields(getattr(predicate, slot), "argument", predicate.arguments, f"{where}.{slot}")
 
 
 def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> None:
     names = [parameter.name for parameter in action.parameters]
-    _unique(f"{where}.parameters", names)
-    for parameter in action.parameters:
-        _check_parameter(base, parameter, names, f"{where}.parameters.{parameter.name}")
+    _all_differ(names, f"{where}.parameters.{{}}.name")
+    for position, parameter in enumerate(action.parameters):
+        _check_parameter(base, parameter, names, f"{where}.parameters.{position}")
     for agent in action.agents:
         _known("parameter", agent, names, f"{where}.agents")
+    bound = [parameter.name for parameter in action.parameters if parameter.type != TIME]
+    for position, pair in enumerate(action.distinct or ()):
+        for name in pair:
+            _known("parameter", name, bound, f"{where}.distinct.{position}")
     for slot in LITERAL_SLOTS:
         for position, text in enumerate(getattr(action, slot)):
             _check_literal(base, action, text, f"{where}.{slot}.{position}")
-    _check_duration(base, action, f"{where}.duration")
-    for _, field, _, _ in Formatter().parse(action.description):
-        if field is not None:
-            _known("parameter", field, names, f"{where}.description")
+    _check_expression(base, action, action.duration, f"{where}.duration")
+    _check_expression(base, action, action.distance, f"{where}.distance")
+    _check_expression(base, action, action.energy, f"{where}.energy", own=(DURATION, DISTANCE))
+    _check_fields(action.description, "parameter", names, f"{where}.description")
 
 
 def _check_parameter(base: KnowledgeBaseFile, parameter: ParameterSpec, names: list[str], where: str) -> None:
     _known("type", parameter.type, base.types, f"{where}.type")
+    _all_differ(parameter.teams, f"{where}.teams.{{}}")
     for value in parameter.values:
         _known(parameter.type, value, base.constants(parameter.type), f"{where}.values")
     if parameter.type == RELATION:
@@ -177,20 +213,27 @@ def _check_literal(base: KnowledgeBaseFile, action: ActionSpec, text: str, where
                 )
             continue
         choices = [
-            *base.constants(type_name),
+            *(c for kind in base.types if base.is_a(kind, type_name) for c in base.constants(kind)),
             *(p for p in parameters if base.is_a(parameters[p].type, type_name)),
         ]
         _known(f"{type_name}", term, choices, where)
 
 
-def _check_duration(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> None:
+def _check_expression(
+    base: KnowledgeBaseFile,
+    action: ActionSpec,
+    text: str,
+    where: str,
+    own: tuple[tuple[str, tuple[str, ...]], ...] = (),
+) -> None:
+    """:param own: terms the expression may have beside the functions."""
     try:
-        calls = Duration.parse(action.duration).calls
+        calls = [call for call in Expression.parse(text).calls if call not in own]
     except KnowledgeBaseError as error:
         raise _at(where, str(error)) from error
     types = {parameter.name: parameter.type for parameter in action.parameters}
     for name, terms in calls:
-        _known("function", name, base.functions, where)
+        _known("function", name, [*base.functions, *(f"{term}()" for term, _ in own)], where)
         for term in terms:
             _known("parameter", term, types, where)
         fits = len(terms) == len(base.functions[name]) and all(
@@ -198,6 +241,15 @@ def _check_duration(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> 
         )
         if not fits:
             raise _at(where, f"{name} takes ({', '.join(base.functions[name])}), not ({', '.join(terms)})")
+
+
+def _check_fields(text: str, what: str, names: Iterable[str], where: str) -> None:
+    try:
+        fields = [field for _, field, _, _ in Formatter().parse(text) if field is not None]
+    except ValueError as error:
+        raise _at(where, f"{text!r} is no text with {{{what}}} in it: {error}") from error
+    for field in fields:
+        _known(what, field, names, where)
 
 
 def _at(where: str, what: str) -> ValueError:
@@ -209,7 +261,8 @@ def _known(what: str, name: str, choices: Iterable[str], where: str) -> None:
         raise _at(where, f"unknown {what} {name!r}; choices: {', '.join(sorted(choices))}")
 
 
-def _unique(what: str, names: list[str]) -> None:
-    doubles = sorted(name for name, count in Counter(names).items() if count > 1)
-    if doubles:
-        raise _at(what, f"must be unique; used twice: {', '.join(doubles)}")
+def _all_differ(values: Sequence[object], where: str) -> None:
+    """:param where: with {} for the position."""
+    for position, value in enumerate(values):
+        if value in values[:position]:
+            raise _at(where.format(position), f"must be unique; used twice: {value}")

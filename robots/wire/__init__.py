@@ -3,6 +3,7 @@
 from robots.wire.messages import (
     Acknowledgement,
     Body,
+    Clearance,
     Control,
     ControlVerb,
     Message,
@@ -31,6 +32,7 @@ __all__ = [
     "BehaviourPacket",
     "BehaviourScript",
     "Body",
+    "Clearance",
     "Control",
     "ControlVerb",
     "FailureCategory",

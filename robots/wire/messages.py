@@ -45,6 +45,17 @@ class Control(Wire):
     verb: ControlVerb
 
 
+class Clearance(Wire):
+    """Service to robot: these actions, which packets of the script come after, have ended (request).
+
+    All that have ended so far, not only the newest, so that one that is lost or late does no harm.
+    """
+
+    kind: Literal["clearance"] = "clearance"
+    script_id: str
+    ended: tuple[str, ...]
+
+
 class StatusQuery(Wire):
     """Service to robot: how does this script stand (query)?"""
 
@@ -127,6 +138,7 @@ class Telemetry(Wire):
     ranges_m: tuple[float | None, ...] = ()
     holding: str | None = None
     battery: float = 1.0
+    charging: bool = False
     script_id: str | None = None
     script_state: ScriptState | None = None
     packet_id: str | None = None
@@ -139,6 +151,7 @@ class Telemetry(Wire):
 Body = Annotated[
     ScriptRequest
     | Control
+    | Clearance
     | StatusQuery
     | Acknowledgement
     | Refusal

@@ -64,7 +64,8 @@ class BehaviourPacket(Wire):
 
     `arguments` name the plan-net action's parameters (table 3): {"object": "sample_1", "ref1": ..., "ref2": ...}.
     `requires` are the conditions of the plan-net action, `awaits` those of them that another robot brings about and
-    this robot must therefore sense before it starts; `achieves` are the linking goals.
+    this robot must therefore sense before it starts; `after` are the ids of actions that must have ended, which it
+    cannot sense: it waits for a `Clearance` that names them; `achieves` are the linking goals.
     """
 
     id: str
@@ -72,11 +73,12 @@ class BehaviourPacket(Wire):
     arguments: dict[str, str]
     requires: tuple[SymbolicFact, ...] = ()
     awaits: tuple[SymbolicFact, ...] = ()
+    after: tuple[str, ...] = ()
     achieves: tuple[SymbolicFact, ...] = ()
     expected_start_s: float = Field(ge=0, description="seconds after the mission's start")
     expected_duration_s: float = Field(gt=0)
     timeout_s: float = Field(gt=0, description="time the patterns may run once started")
-    wait_timeout_s: float = Field(gt=0, description="time it may wait for its pre-conditions")
+    wait_timeout_s: float = Field(gt=0, description="time it may wait for its pre-conditions and clearance")
     description: str = ""
 
 

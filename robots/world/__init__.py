@@ -10,6 +10,7 @@ from robots.world.file import (
     WorldFact,
     WorldFile,
 )
+from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds
 
 __all__ = [
@@ -18,10 +19,15 @@ __all__ = [
     "Opening",
     "RobotSpec",
     "Sample",
+    "StoreShape",
+    "StoreShapeError",
     "Wall",
     "WorldFact",
     "WorldFile",
     "WorldFileError",
+    "generate_world",
     "load_world",
     "named_worlds",
+    "store_shape",
+    "world_yaml",
 ]

@@ -13,6 +13,7 @@ from robots.wire import (
     Acknowledgement,
     BehaviourScript,
     Body,
+    Clearance,
     Control,
     ControlVerb,
     FailureCategory,
@@ -28,6 +29,7 @@ from robots.wire import (
     StatusQuery,
     StatusReport,
     SymbolicFact,
+    Telemetry,
 )
 
 TICK_S = 0.5
@@ -43,6 +45,7 @@ class FakeRobot:
     started: bool = False
     left_s: float = 0.0
     executed: list[str] = field(default_factory=list)
+    cleared: set[str] = field(default_factory=set)
     seen: set[str] = field(default_factory=set)
     answers: dict[str, Message] = field(default_factory=dict)
 
@@ -55,6 +58,8 @@ class Faults:
     fails_at: dict[str, str] = field(default_factory=dict)
     refuses: set[str] = field(default_factory=set)
     stuck: set[str] = field(default_factory=set)
+    takes_s: dict[str, float] = field(default_factory=dict)
+    """How long packets of a tag take, whatever their script expects."""
     repeats: bool = False
     lost: int = 0
     """So many of the next messages to robots never arrive."""
@@ -84,6 +89,13 @@ class FakeTeam:
     def __exit__(self, *_: object) -> None:
         self._stop.set()
         self._thread.join()
+
+    def tell(self, name: str, *, battery: float, charging: bool = False) -> None:
+        """A robot's telemetry arrives."""
+        told = Telemetry(
+            at_s=self.clock.now_s(), x_m=0.0, y_m=0.0, heading_rad=0.0, battery=battery, charging=charging
+        )
+        self._far.send(self._message(name, Performative.INFORM, told))
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -123,8 +135,14 @@ class FakeTeam:
                     0,
                     False,
                 )
+                robot.cleared.clear()
                 return self._message(
                     name, Performative.AGREE, Acknowledgement(script_id=script.id), message.id
+                )
+            case Clearance(script_id=script_id, ended=ended):
+                robot.cleared.update(ended)
+                return self._message(
+                    name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
                 )
             case Control(script_id=script_id, verb=verb):
                 self._control(name, robot, verb)
@@ -133,8 +151,14 @@ class FakeTeam:
                 )
             case StatusQuery(script_id=script_id):
                 known = robot.script is not None and robot.script.id == script_id
+                waits = known and not robot.started and robot.state is ScriptState.RUNNING
                 status = StatusReport(
-                    script_id=script_id, state=robot.state if known else None, at_s=self.clock.now_s()
+                    script_id=script_id,
+                    state=robot.state if known else None,
+                    at_s=self.clock.now_s(),
+                    packet_id=robot.script.packets[robot.packet].id if waits and robot.script else None,
+                    packet_state=PacketState.INITIALIZING if waits else None,
+                    detail="waits" if waits else "",
                 )
                 return self._message(name, Performative.INFORM, status, message.id)
         raise AssertionError(f"a robot is not sent {message.body.kind}")
@@ -152,9 +176,11 @@ class FakeTeam:
             return
         packet = robot.script.packets[robot.packet]
         if not robot.started:
-            if not set(packet.awaits) <= self.true_facts or name in self.faults.stuck:
+            sensed = set(packet.awaits) <= self.true_facts
+            if not sensed or not set(packet.after) <= robot.cleared or name in self.faults.stuck:
                 return
-            robot.state, robot.started, robot.left_s = ScriptState.RUNNING, True, packet.expected_duration_s
+            robot.state, robot.started = ScriptState.RUNNING, True
+            robot.left_s = self.faults.takes_s.get(packet.tag, packet.expected_duration_s)
             self._report(name, robot, PacketState.RUNNING)
             return
         robot.left_s -= TICK_S

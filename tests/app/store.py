@@ -5,7 +5,7 @@ from functools import cached_property
 
 from app.vocabulary import planner_fact
 from app.world_model import Facts, initial_facts, objects_of, planning_problem
-from planner import Fact, KnowledgeBase, PlanNet, load_knowledge_base
+from planner import Fact, KnowledgeBase, PlanNet, keep_in_step, load_knowledge_base
 from planner.assembly import assemble
 from planner.extraction import extract
 from robots.wire import SymbolicFact
@@ -42,14 +42,15 @@ class Store:
         return planner_fact(said(text), self.base, objects_of(self.world))
 
     def plan(self, steps: Sequence[Step], *goals: str, facts: Facts | None = None) -> PlanNet:
-        """The plan-net of a sequence of steps that is known to work."""
+        """The plan-net of a sequence of steps that is known to work, with what keeps its orderings."""
         wanted = tuple(self.fact(goal) for goal in goals)
         problem = planning_problem(self.world, self.facts if facts is None else facts, wanted)
         sequence = [
             self.base.ground(tag, arguments, problem.functions, objects=problem.objects)
             for tag, arguments in steps
         ]
-        return assemble(extract(sequence, problem.facts, wanted), wanted, self.base, {})
+        plan_net = assemble(extract(sequence, problem.facts, wanted), wanted, self.base, {})
+        return keep_in_step(plan_net, problem.facts, problem.objects, self.base)
 
     def carry(
         self, robot: str, sample: str, start: str, end: str, *, came_from: str | None = None
@@ -76,4 +77,22 @@ class Store:
                 *self.carry("store_2", "sample_1", "interchange_2", "bay_7", came_from="home_store_2"),
             ],
             "in(sample_1, bay_7)",
+        )
+
+    def one_interchange_twice(self) -> PlanNet:
+        """yard_1 and then yard_2 bring a sample each to interchange_1, for bays 1 and 3.
+
+        :raises planner.InvalidPlan: unless sample_1 lies at door_1 and sample_2 at door_2.
+        """
+        home = {"robots": "yard_1", "rel1": "near", "ref1": "interchange_1", "rel2": "near"}
+        return self.plan(
+            [
+                *self.carry("yard_1", "sample_1", "door_1", "interchange_1", came_from="home_yard_1"),
+                *self.carry("store_1", "sample_1", "interchange_1", "bay_1", came_from="home_store_1"),
+                ("NAVIGATE", {**home, "ref2": "home_yard_1", "area": "yard"}),
+                *self.carry("yard_2", "sample_2", "door_2", "interchange_1", came_from="home_yard_2"),
+                *self.carry("store_1", "sample_2", "interchange_1", "bay_3", came_from="bay_1"),
+            ],
+            "in(sample_1, bay_1)",
+            "in(sample_2, bay_3)",
         )

@@ -1,6 +1,7 @@
 """The plan body of the API."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -54,6 +55,34 @@ def test_time_windows_and_the_whole_span_are_the_plan_nets() -> None:
     for shown, action in zip(body.actions, net.actions, strict=True):
         assert shown.earliest_end_s == action.earliest_end_s
         assert shown.slack_s == action.slack_s
+
+
+def test_what_the_plan_takes_is_shown_by_action_and_in_all() -> None:
+    net = two_robots_one_after_the_other()
+    body = PlanBody.of_plan_net(net, STORE.base)
+    assert body.distance_m == pytest.approx(sum(action.distance_m for action in body.actions))
+    assert body.energy_j == pytest.approx(sum(action.energy_j for action in body.actions))
+    drives = {action.tag for action in body.actions if action.distance_m > 0}
+    assert drives == {"NAVIGATE", "TRANSPORT"}
+    assert body.critical_path == net.critical_path
+    assert set(body.critical_path) <= {action.id for action in body.actions if action.critical}
+
+
+def test_a_goal_after_its_deadline_is_shown_and_comes_back() -> None:
+    net = STORE.store_sample_1()
+    late = replace(net, late={net.goals[0]: 12.5})
+    body = PlanBody.of_plan_net(late, STORE.base)
+    assert [(str(one.goal), one.late_s) for one in body.late] == [(str(body.goals[0]), 12.5)]
+    assert PlanBody.model_validate_json(body.model_dump_json()).to_plan_net(STORE.base) == late
+
+
+def test_a_body_recorded_before_these_figures_were_known_can_still_be_read() -> None:
+    body = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base).model_dump(mode="json")
+    for name in ("distance_m", "energy_j", "critical_path", "late"):
+        del body[name]
+    for action in body["actions"]:
+        del action["distance_m"], action["energy_j"], action["critical"]
+    assert PlanBody.model_validate(body).to_plan_net(STORE.base).energy_j == 0.0
 
 
 def test_an_engines_result_gives_its_name_time_and_bound() -> None:

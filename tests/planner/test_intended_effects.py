@@ -1,6 +1,13 @@
 """Only intended effects achieve goals (MACTA §5, table 3), on small knowledge bases of our own."""
 
-from planner import Fact, FastDownwardEngine, PlanningProblem, PlanningStatus, read_knowledge_base
+from planner import (
+    Fact,
+    FastDownwardEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningStatus,
+    read_knowledge_base,
+)
 
 SMALL = """
 types: {robot: {}, lamp: {}}
@@ -38,7 +45,7 @@ READY = Fact("ready", ("fred",))
 def plan(*goals: Fact, facts: frozenset[Fact] = frozenset({READY}), make_way: bool = False):  # type: ignore[no-untyped-def]
     base = read_knowledge_base(SMALL.replace("MAKE_WAY", str(make_way).lower()), "small.yaml")
     problem = PlanningProblem(objects={"fred": "robot", "lamp_1": "lamp"}, facts=facts, goals=goals)
-    return FastDownwardEngine(base).plan(problem, time_limit_s=60)
+    return FastDownwardEngine(base).plan(problem, PlanningRequest(time_limit_s=60))
 
 
 def test_an_intended_effect_achieves_a_goal() -> None:

@@ -1,3 +1,5 @@
+import pickle
+import re
 from importlib import resources
 
 import pytest
@@ -90,6 +92,29 @@ def test_grounding_gives_facts_agents_and_duration(knowledge_base: KnowledgeBase
     assert dict(action.arguments) == arguments
 
 
+def test_grounding_gives_distance_and_energy(knowledge_base: KnowledgeBase) -> None:
+    places = {"rel1": "near", "ref1": "door_1", "rel2": "near", "ref2": "bay_7", "area": "yard"}
+    drive = knowledge_base.ground("NAVIGATE", {"robots": "yard_1", **places}, FUNCTIONS, objects=OBJECTS)
+    assert drive.distance_m == 3.0
+    assert drive.energy_j == pytest.approx(6 * drive.duration_s + 12 * 3.0)
+    arguments = {"object": "sample_1", "robots": "yard_1", "rel1": "near", "ref1": "door_1"}
+    dock = knowledge_base.ground("DOCK", arguments, FUNCTIONS, objects=OBJECTS)
+    assert (dock.distance_m, dock.energy_j) == (0.0, 6 * 2.5 + 5)
+
+
+def test_an_action_without_figures_drives_and_uses_nothing() -> None:
+    text = re.sub(r"    (distance|energy): .*\n", "", shipped())
+    arguments = {"object": "sample_1", "robots": "yard_1", "rel1": "near", "ref1": "door_1"}
+    dock = read_knowledge_base(text, "kb.yaml").ground("DOCK", arguments, FUNCTIONS, objects=OBJECTS)
+    assert (dock.distance_m, dock.energy_j) == (0.0, 0.0)
+
+
+def test_parameters_of_one_type_are_bound_to_different_objects(knowledge_base: KnowledgeBase) -> None:
+    places = {"rel1": "near", "ref1": "door_1", "rel2": "near", "ref2": "door_1", "area": "yard"}
+    with pytest.raises(KnowledgeBaseError, match="ref1 and ref2 are both 'door_1'"):
+        knowledge_base.ground("NAVIGATE", {"robots": "yard_1", **places}, FUNCTIONS, objects=OBJECTS)
+
+
 def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: KnowledgeBase) -> None:
     arguments = {"object": "sample_1", "robots": "door_1", "rel1": "near", "ref1": "bay_7"}
     with pytest.raises(KnowledgeBaseError, match=r"door_1.*no robot; choices: yard_1"):
@@ -104,7 +129,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
             "robot_position(robots, rel1, ref9)",
             "TRANSPORT, preconditions.0",
         ),
-        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 52, TRANSPORT"),
+        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 88, TRANSPORT"),
         (
             "reaches(robots, ref2)",
             "reached(robots, ref2)",
@@ -118,11 +143,87 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
             "sped(robots) + 5",
             "unknown function 'sped'; choices: distance_m, speed_m_s",
         ),
+        (
+            "distance: distance_m(ref1, ref2)",
+            "distance: distance_m(ref1)",
+            "TRANSPORT, distance: distance_m takes (location, location), not (ref1)",
+        ),
+        ("distance: distance_m(ref1, ref2)", "distance: duration()", "TRANSPORT, distance: unknown function"),
+        (
+            "energy: 6 * duration()",
+            "energy: 6 * time()",
+            "unknown function 'time'; choices: distance(), distance_m, duration(), speed_m_s",
+        ),
+        ("energy: 6 * duration()", "energy: 6 ** duration()", "TRANSPORT, energy"),
+        ("energy: 6 * duration()", "energy: 6 * duration(ref1)", "unknown function 'duration'"),
+        (
+            "speed_m_s: [robot]",
+            "speed_m_s: [robot]\n  duration: []",
+            "functions.duration: every knowledge base has it",
+        ),
         ("agents: [robots]", "agents: [robbers]", "TRANSPORT, agents: unknown parameter 'robbers'"),
         ('"{robots} transport', '"{rovers} transport', "TRANSPORT, description"),
         ("identifier: 2", "identifier: 1", "identifier: must be unique"),
         ("name: DOCK", "nom: DOCK", "name: Field required"),
         ("values: [at, near]", "values: [under]", "unknown relation 'under'; choices: at, in, near"),
+        (
+            "location: {parent: reference}",
+            "location: {parent: place}",
+            "types.location.parent: unknown type 'place'",
+        ),
+        ("reference: {}", "reference: {parent: robot}", "its own ancestor: reference < robot < reference"),
+        ("values: [empty, full]", "values: [near, full]", "near is a constant of relation already"),
+        ("action_names: true", "action_names: perhaps", "types.tag.action_names"),
+        ("[location, location]", "[location, place]", "functions.distance_m: unknown type 'place'"),
+        ("[location, location]", "location", "functions.distance_m: Input should be a list"),
+        (
+            "arguments: {location: location}",
+            "arguments: {location: place}",
+            "predicates.vacant.arguments.location",
+        ),
+        (
+            "arguments: {location: location}",
+            "argument: {location: location}",
+            "argument: there is no such slot",
+        ),
+        (
+            "sensed_when: {ref: location}",
+            "sensed_when: {reff: location}",
+            "unknown argument 'reff'; choices: object, ",
+        ),
+        ("make_way: true", "make_way: 7", "predicates.clear.make_way"),
+        (
+            'phrase: "{robot} reaches',
+            'phrase: "{rover} reaches',
+            "predicates.reaches.phrase: unknown argument 'rover'",
+        ),
+        ('denial: "{robot} cannot', 'denial: "{robot cannot', "predicates.can.denial"),
+        ("name: DOCK\n", "name: NAVIGATE\n", "NAVIGATE, name: must be unique; used twice: NAVIGATE"),
+        ("identifier: 2", "identifier: two", "NAVIGATE, identifier"),
+        (
+            "{name: object, type: object}",
+            "{name: object, type: thing}",
+            "TRANSPORT, parameters.0.type: unknown type",
+        ),
+        ("{name: object, type: object}", "{name: robots, type: object}", "parameters.1.name: must be unique"),
+        ("teams: [1]", "teams: [1, 1]", "parameters.1.teams.1: must be unique"),
+        ("teams: [1]", "teams: [5]", "parameters.1.teams.0"),
+        ("agents: [robots]", "agents: []", "TRANSPORT, agents"),
+        (
+            "agents: [robots]",
+            "agents: [robots]\n    distinct: [[ref1, time1]]",
+            "distinct.0: unknown parameter 'time1'",
+        ),
+        ("delete: []", "delete:", "TRACK, delete: Input should be a list"),
+        ("other_effects: []", "other_effects: [held(robot1)]", "other_effects.0: "),
+        ("- tracked(robot1, robot2)", "- tracked(robot1, area)", "TRACK, intended_effects.0: area is a area"),
+        ('duration: "7"', 'duration: "7 / 0"', "TRACK, duration: '7 / 0' divides by 0"),
+        (
+            'duration: "7"',
+            'duration: "speed_m_s(area)"',
+            "TRACK, duration: speed_m_s takes (robot), not (area)",
+        ),
+        ('duration: "7"', "duration: 7", "TRACK, duration: "),
     ],
 )
 def test_an_error_in_the_file_names_the_slot_and_the_choices(old: str, new: str, message: str) -> None:
@@ -131,6 +232,8 @@ def test_an_error_in_the_file_names_the_slot_and_the_choices(old: str, new: str,
     with pytest.raises(KnowledgeBaseError) as error:
         read_knowledge_base(text.replace(old, new, 1), "kb.yaml")
     assert message in str(error.value)
+    assert "kb.yaml" in str(error.value)
+    assert re.search(r"line \d+, ", str(error.value))
 
 
 def test_a_list_of_two_robots_holds_for_each_of_them() -> None:
@@ -145,6 +248,18 @@ def test_a_list_of_two_robots_holds_for_each_of_them() -> None:
     action = base.ground("TRANSPORT", arguments, functions, objects=objects)
     assert action.agents == ("yard_1", "yard_2")
     assert action.duration_s == pytest.approx(2 * 3.0 / 0.25 + 0.5)  # the slower one's
+    assert action.distance_m == 2 * 3.0  # each drives
+    assert action.energy_j == pytest.approx(2 * (6 * action.duration_s + 12 * 3.0))
     for robot in action.agents:
         assert Fact("object_position", ("sample_1", "in", robot)) in action.preconditions
         assert Fact("robot_position", (robot, "near", "bay_7")) in action.other_effects
+
+
+def test_it_can_be_sent_to_another_process(knowledge_base: KnowledgeBase) -> None:
+    sent = pickle.loads(pickle.dumps(knowledge_base))
+    arguments = {"robots": "yard_1", "rel1": "near", "ref1": "door_1", "rel2": "near", "ref2": "bay_7"}
+    arguments["area"] = "yard"
+    there, here = (
+        base.ground("NAVIGATE", arguments, FUNCTIONS, objects=OBJECTS) for base in (sent, knowledge_base)
+    )
+    assert there == here

@@ -11,6 +11,7 @@ from robots.link import InMemoryLink, LinkClosed
 from robots.mailbox import KEPT_REPORTS, Mailbox
 from robots.wire import (
     Acknowledgement,
+    Clearance,
     Control,
     ControlVerb,
     FailureCategory,
@@ -226,6 +227,84 @@ def test_control_of_an_unknown_or_ended_script_is_refused() -> None:
     request = service.send(Control(script_id="nothing", verb=ControlVerb.PAUSE))
     run_for(world, [service], 0.2)
     assert isinstance(answers(service, request)[0].body, Refusal)
+
+
+def test_a_packet_waits_until_all_it_comes_after_is_cleared() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door", after=["a7", "a9"]), name="mine"))
+    service.send(Clearance(script_id="mine", ended=("a9",)))
+    run_for(world, [service], 5)
+    asked = service.send(StatusQuery(script_id="mine"), Performative.QUERY)
+    run_for(world, [service], 0.2)
+    assert abs(world.bodies["fred"].at - (4.0 + 1.5j)) < 0.1
+    assert service.packets == [("NAVIGATE", PacketState.INITIALIZING)]
+    status = answers(service, asked)[0].body
+    assert isinstance(status, StatusReport)
+    assert status.detail == "waits for clearance: a7"
+    cleared = service.send(Clearance(script_id="mine", ended=("a9", "a7")))
+    assert run(world, [service], lambda: service.report is not None)
+    assert isinstance(answers(service, cleared)[0].body, Acknowledgement)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+
+
+def test_the_report_of_a_packet_that_comes_up_says_which_clearance_it_waits_for() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door", after=["a7"])))
+    run_for(world, [service], 0.2)
+    (report,) = [message.body for message in service.heard if isinstance(message.body, PacketReport)]
+    assert (report.state, report.detail) == (PacketState.INITIALIZING, "waits for clearance: a7")
+
+
+def test_clearance_that_comes_before_its_packet_is_kept() -> None:
+    world = room()
+    service = fred(world)
+    packets = (packet("NAVIGATE", ref2="door"), packet("NAVIGATE", ref2="yard", after=["a7"]))
+    service.order(script("fred", *packets, name="mine"))
+    service.send(Clearance(script_id="mine", ended=("a7",)))
+    assert run(world, [service], lambda: service.report is not None)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+
+
+def test_clearance_given_while_paused_counts_once_the_robot_goes_on() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door", after=["a7"]), name="mine"))
+    service.send(Control(script_id="mine", verb=ControlVerb.PAUSE))
+    service.send(Clearance(script_id="mine", ended=("a7",)))
+    run_for(world, [service], 5)
+    assert abs(world.bodies["fred"].at - (4.0 + 1.5j)) < 0.1
+    service.send(Control(script_id="mine", verb=ControlVerb.RESUME))
+    assert run(world, [service], lambda: service.report is not None)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+
+
+def test_clearance_for_a_script_that_is_over_or_unknown_is_refused() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door"), name="mine"))
+    run(world, [service], lambda: service.report is not None)
+    over = service.send(Clearance(script_id="mine", ended=("a7",)))
+    unknown = service.send(Clearance(script_id="other", ended=("a7",)))
+    run_for(world, [service], 0.2)
+    for request, why in ((over, "script mine has ended: finished"), (unknown, "no script other here")):
+        (answer,) = answers(service, request)
+        assert isinstance(answer.body, Refusal)
+        assert answer.body.reason == why
+
+
+def test_a_robot_that_is_never_cleared_gives_up_in_time_and_says_why() -> None:
+    world = room()
+    service = fred(world)
+    service.order(script("fred", packet("NAVIGATE", ref2="door", after=["a7"], wait_timeout_s=10)))
+    assert run(world, [service], lambda: service.report is not None, limit_s=15)
+    assert service.report is not None
+    assert (service.report.state, service.report.category) == (ScriptState.FAILED, FailureCategory.DEADLINE)
+    assert "waits for clearance: a7" in service.report.detail
 
 
 def test_a_sensor_that_lies_for_long_fails_the_script_by_name_and_stops_the_robot() -> None:

@@ -1,16 +1,19 @@
 """From an operator's sentence to the simulated world's truth: understood, planned, organised, carried out.
 
-Several goals stated together share robots, interchanges and places; their robots keep in step by sensing alone.
+Several goals stated together share robots, interchanges and places; their robots keep in step by sensing, and
+by clearance where that does not suffice.
 """
 
 from functools import cache
 
 import pytest
 
-from benchmarks.goals import Mission, carry_out, prepare
+from benchmarks.errands import with_sample
+from benchmarks.goals import Mission, carry_out, prepare, written
 from planner import load_knowledge_base
 from robots.wire import ScriptState
 from robots.world import load_world
+from tests.app.store import Store
 
 
 @cache
@@ -41,3 +44,14 @@ def test_the_estimate_with_the_monitors_margin_holds(seed: int) -> None:
     one = mission("move sample_1 to bay_7")
     ended = carry_out(one, seed=seed)
     assert ended.truth.time_s <= 1.5 * one.plan_net.makespan_s + 20
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_robots_use_one_interchange_one_after_the_other_by_clearance(seed: int) -> None:
+    """yard_2 sees the interchange clear from the start, but is to come after yard_1."""
+    store = Store(with_sample(load_world("sample_store"), "sample_2", "door_2", vacant="bay_3"))
+    one = written(store.world, store.one_interchange_twice(), store.base)
+    assert any(packet.after for script in one.scripts for packet in script.packets)
+    ended = carry_out(one, seed=seed)
+    assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
+    assert ended.came_true, ended.words

@@ -92,6 +92,22 @@ class FakeService:
         self.events: list[dict[str, Any]] = []
         self.decisions: list[tuple[str, str, str]] = []
         self.stopping = False
+        self.explanation = {
+            "plan_id": "plan-1",
+            "actions": [
+                {
+                    "action": "a1",
+                    "goals": [],
+                    "chain": [],
+                    "because": ["a1 NAVIGATE brings about that yard_1 is near door_1: needed by a2 DOCK"],
+                    "robots": {"yard_1": "yard_2 instead of yard_1: +7.2 s"},
+                    "order": [],
+                }
+            ],
+            "robots": {"store_1": "there is no plan without store_1"},
+            "makespan": ["0.0 to 40.9 s: yard_1"],
+            "waits": [],
+        }
 
     def publish(self, type_: str, subject: str) -> None:
         seq = len(self.events) + 1
@@ -116,6 +132,18 @@ class FakeService:
         self.plans[goal["plan_id"]] = self._plan(f"plan-{number}", goal["id"])
         self.publish("goal.planned", goal["id"])
         return self.goals[goal["id"]]
+
+    def find_alternatives(self, goal_id: str) -> dict[str, Any]:
+        """Another plan beside the proposed one."""
+        goal = self.goals[goal_id]
+        figures = {"distance_m": 14.2, "energy_j": 556.0, "clearances": 0}
+        self.plans[goal["plan_id"]] |= {**figures, "label": "shortest time", "comparison": ""}
+        other = self._plan(f"{goal['plan_id']}b", goal_id)
+        label = {"label": "without yard_1", "comparison": "7.2 s longer", "robots": ["store_1", "yard_2"]}
+        self.plans[other["id"]] = {**other, **figures, **label, "makespan_s": 48.1}
+        goal["alternatives"] = {"state": "found", "count": 4, "reason": ""}
+        self.publish("goal.alternatives_found", goal_id)
+        return goal
 
     def approve(self, plan_id: str) -> dict[str, Any]:
         plan = self.plans[plan_id]
@@ -273,9 +301,21 @@ def create_app(service: FakeService) -> FastAPI:
     def goal(goal_id: str) -> Any:
         return service.goals[goal_id]
 
+    @app.post("/v1/goals/{goal_id}:alternatives", dependencies=v1)
+    def seek_alternatives(goal_id: str) -> Any:
+        return JSONResponse(service.find_alternatives(goal_id), 202)
+
+    @app.get("/v1/goals/{goal_id}/plans", dependencies=v1)
+    def compare(goal_id: str) -> Any:
+        return items(plan for plan in service.plans.values() if plan["goal_id"] == goal_id)
+
     @app.get("/v1/plans/{plan_id}", dependencies=v1)
     def plan(plan_id: str) -> Any:
         return service.plans[plan_id]
+
+    @app.get("/v1/plans/{plan_id}/explanation", dependencies=v1)
+    def explanation(plan_id: str) -> Any:
+        return service.explanation
 
     @app.post("/v1/plans/{plan_id}:{verb}", dependencies=v1)
     def decide(plan_id: str, verb: str, body: dict[str, Any]) -> Any:

@@ -71,6 +71,29 @@ def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeS
     expect(page.get_by_test_id("mission").locator("[data-state=finished]")).to_have_count(8)
 
 
+def test_alternatives_are_compared_and_the_one_looked_at_is_approved(
+    page: Page, service: FakeService
+) -> None:
+    service.propose("move sample_1 to bay_1")
+    page.get_by_test_id("seek-alternatives").click()
+    table = page.get_by_test_id("alternatives")
+    expect(table.locator("tbody tr")).to_have_count(2)
+    expect(table).to_contain_text("store_1, yard_2")
+    table.get_by_text("without yard_1").click()
+    expect(page.get_by_test_id("plan")).to_contain_text("without yard_1: 7.2 s longer")
+    page.get_by_test_id("plan-approve").click()
+    expect(page.get_by_test_id("mission-state")).to_have_text("running")
+    assert [decision[:2] for decision in service.decisions] == [("plan-1b", "approve")]
+
+
+def test_a_plan_says_why_it_is_as_it_is(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    why = page.get_by_test_id("why")
+    why.locator("summary").click()
+    expect(why).to_contain_text("yard_2 instead of yard_1: +7.2 s")
+    expect(why).to_contain_text("there is no plan without store_1")
+
+
 def test_a_rejection_needs_a_comment_and_carries_it(page: Page, service: FakeService) -> None:
     service.propose("move sample_1 to bay_1")
     page.get_by_test_id("plan-reject").click()

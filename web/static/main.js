@@ -20,7 +20,9 @@ const store = createState({
   missions: [],
   robots: [],
   selected: null,
+  look: null, // the plan an operator looks at, where there are several to choose from
   plan: null,
+  choices: [],
   mission: null,
 });
 
@@ -31,7 +33,11 @@ if (new URLSearchParams(location.search).has("token")) history.replaceState(null
 const health = { stream: false, answers: true };
 const refresh = gathered(() => asked(load));
 const select = (goalId) => {
-  store.update({ selected: goalId, plan: null, mission: null });
+  store.update({ selected: goalId, look: null, plan: null, choices: [], mission: null });
+  refresh();
+};
+const look = (planId) => {
+  store.update({ look: planId });
   refresh();
 };
 
@@ -50,12 +56,14 @@ async function load() {
   const goal = goals.find((candidate) => candidate.id === selected);
   // A mission of the same goal may be followed by another after a replan: the latest counts.
   const missionId = goal?.mission_id ?? newest(missions.filter((mission) => mission.goal_id === selected))?.id;
+  const choices = goal?.alternatives ? await list(`/v1/goals/${id(goal.id)}/plans`) : [];
+  const looked = choices.find((choice) => choice.id === store.get().look)?.id ?? goal?.plan_id;
   const [plan, mission] = await Promise.all([
-    goal?.plan_id ? get(`/v1/plans/${id(goal.plan_id)}`) : null,
+    looked ? get(`/v1/plans/${id(looked)}`) : null,
     missionId ? get(`/v1/missions/${id(missionId)}`) : null,
   ]);
   if ((store.get().selected ?? selected) !== selected) return; // another goal was chosen meanwhile
-  store.update({ goals, missions, robots, selected, plan, mission });
+  store.update({ goals, missions, robots, selected, plan, choices, mission });
 }
 
 function newest(items) {
@@ -89,7 +97,7 @@ function mountWorldChoice() {
 
 mountWorldChoice();
 mountGoals(store, { select, refresh });
-mountPlan(store, { refresh });
+mountPlan(store, { look, refresh });
 mountMission(store, { refresh });
 mountWorld(store);
 follow("/v1/events", {

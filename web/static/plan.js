@@ -1,21 +1,23 @@
 // The middle column's plan: what would happen, when, why by these robots; approve or reject.
 
 import { id, post } from "./api.js";
+import { choices } from "./choices.js";
 import { el, replace, show } from "./dom.js";
 import { fact, facts, seconds, standing, tone, words } from "./format.js";
 import { lanes } from "./lanes.js";
 import { problemBox } from "./problem.js";
+import { why } from "./why.js";
 
-export function mountPlan(store, { refresh }) {
+export function mountPlan(store, { look, refresh }) {
   const [head, body] = [document.getElementById("goal"), document.getElementById("plan")];
   let drawn = null;
   store.subscribe((state) => {
     const goal = state.goals.find((candidate) => candidate.id === state.selected);
-    const key = JSON.stringify([goal, state.plan]);
+    const key = JSON.stringify([goal, state.plan, state.choices]);
     if (key === drawn) return; // a comment being written survives other news
     drawn = key;
     replace(head, goal ? goalHead(goal) : invitation());
-    replace(body, state.plan ? planCard(state.plan, refresh) : null);
+    replace(body, state.plan ? planCard(state.plan, refresh, choices(goal, state.plan, state.choices, { look, refresh })) : null);
   });
 }
 
@@ -37,7 +39,7 @@ function goalHead(goal) {
   ];
 }
 
-function planCard(plan, refresh) {
+function planCard(plan, refresh, alternatives) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -48,10 +50,13 @@ function planCard(plan, refresh) {
       el("span", { class: `badge ${tone(plan.state)}`, "data-testid": "plan-state" }, words(plan.state)),
     ),
     el("p", { class: "quiet small" }, provenance(plan)),
+    plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
     plan.state === "proposed" ? decision(plan, refresh) : null,
+    alternatives,
     plan.comment ? el("p", { class: "note" }, `“${plan.comment}”`) : null,
     lanes(plan),
     actionTable(plan),
+    why(plan),
     recruitment(plan),
     linkList(plan),
   );

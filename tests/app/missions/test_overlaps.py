@@ -42,9 +42,17 @@ def test_a_mission_paused_before_its_scripts_are_sent_waits_and_then_runs(
     api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:
     plan_id = follow(post(api, "move sample_1 to bay_7"), "planned")["plan_id"]
+    team.faults.stuck = {
+        "yard_1",
+        "yard_2",
+        "store_1",
+        "store_2",
+    }  # should the scripts be quicker than the operator, nobody moves yet
     mission = f"/v1/missions/{api.post(f'/v1/plans/{plan_id}:approve').json()['mission_id']}"
     assert api.post(f"{mission}:pause").json()["state"] == "paused"
     time.sleep(1.0)
+    team.faults.stuck = set()
+    time.sleep(0.5)
     assert api.get(mission).json()["state"] == "paused"
     assert not any(robot.executed for robot in team.robots.values())
     assert api.post(f"{mission}:resume").status_code == 202
@@ -55,6 +63,7 @@ def test_a_deadline_runs_from_the_goals_submission(api: TestClient, follow: Foll
     before_s = team.clock.now_s()
     goal = follow(post(api, "move sample_1 to bay_7", deadline_s=5.0), "planned")
     assert "after the deadline" in goal["reason"]
+    assert api.get(f"/v1/plans/{goal['plan_id']}").json()["reason"] == goal["reason"]
     mission_id = api.post(f"/v1/plans/{goal['plan_id']}:approve").json()["mission_id"]
     ended = follow(f"/v1/missions/{mission_id}", "completed")
     assert before_s + 5.0 <= ended["deadline_s"] < ended["started_at_s"]
@@ -101,7 +110,7 @@ def test_goals_survive_the_death_of_the_planning_process(
     api: TestClient, follow: Follow, worker: PlanningWorker
 ) -> None:
     goals = [post(api, f"move sample_4 to bay_{number}") for number in (7, 8, 9, 10)]
-    (process,) = list(worker._pool._processes.values())
-    os.kill(process.pid, signal.SIGKILL)
+    (process_id,) = worker.pids
+    os.kill(process_id, signal.SIGKILL)
     for goal in goals:
         assert follow(goal, "planned", "unsolvable")["state"] == "planned"

@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 
 from app.organiser import Library, Organised, OrganiserFailure, load_library, organise
-from planner import CausalLink, Fact, Ordering, OrderingReason, PlanNet, PlanNetAction
+from benchmarks.errands import with_sample
+from planner import CausalLink, Fact, Keeping, Ordering, OrderingReason, PlanNet, PlanNetAction
+from robots.world import load_world
 from tests.app.store import Store, said
 
 STORE = Store()
@@ -139,12 +141,16 @@ def test_releasing_to_another_robot_is_told_from_depositing() -> None:
     assert [packet.tag for packet in script.packets] == ["RELEASE1"]
 
 
-def test_each_member_of_a_team_gets_its_own_packet() -> None:
-    team = ("fred", "ginger")
-    transported = tuple(Fact("transported", ("rock", robot, "near", "a", "near", "b")) for robot in team)
-    transport = action(
-        "a1",
-        team,
+TEAM = ("fred", "ginger")
+TEAM_ABLE = dict.fromkeys(TEAM, ("TRANSPORT", "TRACK"))
+
+
+def transport_together(id_: str, start_s: float = 0.0) -> PlanNetAction:
+    """fred and ginger carry a rock that both hold."""
+    return action(
+        id_,
+        TEAM,
+        start_s,
         tag="TRANSPORT",
         arguments={
             "object": "rock",
@@ -156,17 +162,23 @@ def test_each_member_of_a_team_gets_its_own_packet() -> None:
         },
         preconditions=tuple(
             fact
-            for robot in team
+            for robot in TEAM
             for fact in (
                 Fact("robot_position", (robot, "near", "a")),
                 Fact("robot_attribute", (robot, "gripper", "full")),
                 Fact("object_position", ("rock", "in", robot)),
             )
         ),
-        intended_effects=transported,
+        intended_effects=tuple(
+            Fact("transported", ("rock", robot, "near", "a", "near", "b")) for robot in TEAM
+        ),
     )
-    links = tuple(CausalLink(producer="a1", fact=fact, consumer="goal") for fact in transported)
-    scripts = organised(net_of(transport, links=links), fred=("TRANSPORT",), ginger=("TRANSPORT",)).scripts
+
+
+def test_each_member_of_a_team_gets_its_own_packet() -> None:
+    transport = transport_together("a1")
+    links = tuple(CausalLink(producer="a1", fact=f, consumer="goal") for f in transport.intended_effects)
+    scripts = organised(net_of(transport, links=links), **TEAM_ABLE).scripts
     assert [(script.robot, [packet.tag for packet in script.packets]) for script in scripts] == [
         ("fred", ["TRANSPORT"]),
         ("ginger", ["TRANSPORT"]),
@@ -200,62 +212,66 @@ def test_a_packet_whose_requirements_the_action_does_not_have_does_not_match() -
     assert dock.id in failure(changed)
 
 
-def test_what_a_robot_cannot_sense_of_another_cannot_be_awaited() -> None:
+def kept(kept_by: Keeping | None) -> Ordering:
+    return Ordering(before="a1", after="a2", reason=OrderingReason.THREAT, kept_by=kept_by)
+
+
+def after(net: PlanNet, **repertoires: tuple[str, ...]) -> dict[tuple[str, str], tuple[str, ...]]:
+    """By robot and packet what it is to be cleared of."""
+    scripts = organised(net, **repertoires).scripts
+    return {(script.robot, packet.id): packet.after for script in scripts for packet in script.packets}
+
+
+@pytest.mark.parametrize("keeping", [Keeping.CLEARANCE, None])
+def test_an_ordering_that_nothing_else_keeps_is_left_to_clearance(keeping: Keeping | None) -> None:
+    net = net_of(action("a1", ("yard_1",)), action("a2", ("yard_2",), 10.0), orderings=(kept(keeping),))
+    assert after(net) == {("yard_1", "a1"): (), ("yard_2", "a2"): ("a1",)}
+
+
+@pytest.mark.parametrize("keeping", [Keeping.ROBOT, Keeping.SENSING])
+def test_an_ordering_that_is_kept_without_words_needs_no_clearance(keeping: Keeping) -> None:
+    net = net_of(action("a1", ("yard_1",)), action("a2", ("yard_2",), 10.0), orderings=(kept(keeping),))
+    assert not any(after(net).values())
+
+
+def test_a_robot_is_not_cleared_of_what_it_does_alone_but_its_partner_is() -> None:
+    net = net_of(
+        action("a1", ("fred",)), transport_together("a2", 10.0), orderings=(kept(Keeping.CLEARANCE),)
+    )
+    told = after(net, **TEAM_ABLE)
+    assert told == {("fred", "a1"): (), ("fred", "a2"): (), ("ginger", "a2"): ("a1",)}
+
+
+def test_a_robot_is_cleared_of_what_it_has_done_together_with_another() -> None:
+    net = net_of(
+        transport_together("a1"), action("a2", ("fred",), 10.0), orderings=(kept(Keeping.CLEARANCE),)
+    )
+    assert after(net, **TEAM_ABLE)["fred", "a2"] == ("a1",)
+
+
+def test_what_a_robot_cannot_sense_of_another_is_not_awaited() -> None:
     tracked = Fact("tracked", ("yard_1", "yard_2"))
     second = action("a2", ("store_1",), 10.0)
     second = replace(second, preconditions=(*second.preconditions, tracked))
     links = (CausalLink(producer="a1", fact=tracked, consumer="a2"),)
-    reason = failure(net_of(action("a1", ("yard_1",)), second, links=links))
-    assert "store_1 cannot sense tracked(yard_1, yard_2), which a2 awaits" in reason
+    net = net_of(action("a1", ("yard_1",)), second, links=links, orderings=(kept(Keeping.CLEARANCE),))
+    (packet,) = organised(net).scripts[0].packets
+    assert (packet.awaits, packet.after) == ((), ("a1",))
 
 
-def test_what_lies_in_another_robots_gripper_cannot_be_sensed() -> None:
+def test_what_lies_in_another_robots_gripper_is_not_awaited() -> None:
     held = Fact("object_position", ("sample_1", "in", "yard_1"))
-    first = action("a1", ("yard_1",), intended_effects=(held,))
-    second = action(
-        "a2", ("yard_2",), 10.0, preconditions=(held, Fact("robot_position", ("yard_1", "at", "door_1")))
-    )
+    second = action("a2", ("store_1",), 10.0)
+    second = replace(second, preconditions=(*second.preconditions, held))
     links = (CausalLink(producer="a1", fact=held, consumer="a2"),)
-    assert "yard_2 cannot sense in(sample_1, yard_1)" in failure(net_of(first, second, links=links))
+    net = net_of(action("a1", ("yard_1",), other_effects=(held,)), second, links=links)
+    assert organised(net).scripts[0].packets[0].awaits == ()
 
 
-@pytest.mark.parametrize("reason", list(OrderingReason))
-def test_an_ordering_between_robots_that_nothing_sensed_keeps_is_a_failure(reason: OrderingReason) -> None:
-    orderings = (Ordering(before="a1", after="a2", reason=reason),)
-    net = net_of(action("a1", ("yard_1",)), action("a2", ("yard_2",), 10.0), orderings=orderings)
-    assert f"keeps a2 after a1 ({reason.value})" in failure(net)
-
-
-def test_an_ordering_that_follows_from_awaits_and_the_robots_own_order_is_kept() -> None:
-    """yard_1: a1, a2; store_1: a3 after a2's sensed effect, a4. So a1 is before a4, though unlinked."""
-    vacant = Fact("vacant", ("interchange_1",))
-    actions = (
-        action("a1", ("yard_1",), 0.0),
-        action("a2", ("yard_1",), 10.0, other_effects=(vacant,)),
-        action("a3", ("store_1",), 20.0),
-        action("a4", ("store_1",), 30.0),
-    )
-    actions = (
-        *actions[:2],
-        replace(actions[2], preconditions=(*actions[2].preconditions, vacant)),
-        actions[3],
-    )
-    links = (CausalLink(producer="a2", fact=vacant, consumer="a3"),)
-    orderings = (
-        Ordering(before="a2", after="a3", reason=OrderingReason.CAUSAL),
-        Ordering(before="a1", after="a4", reason=OrderingReason.THREAT),
-    )
-    scripts = organised(net_of(*actions, links=links, orderings=orderings)).scripts
-    assert [[packet.awaits for packet in script.packets] for script in scripts] == [
-        [(said("vacant(interchange_1)"),), ()],
-        [(), ()],
-    ]
-    backwards = (Ordering(before="a3", after="a2", reason=OrderingReason.THREAT),)
-    assert "keeps a2 after a3" in failure(net_of(*actions, links=links, orderings=backwards))
-
-
-def test_one_robot_of_a_team_that_is_not_kept_in_order_is_a_failure() -> None:
-    first = action("a1", ("yard_1",))
-    team = action("a2", ("yard_1", "yard_2"), 10.0)
-    orderings = (Ordering(before="a1", after="a2", reason=OrderingReason.RESOURCE),)
-    assert "nothing that yard_2 senses keeps a2 after a1" in failure(net_of(first, team, orderings=orderings))
+def test_two_yard_robots_at_one_interchange_are_kept_in_order_by_clearance() -> None:
+    world = with_sample(load_world("sample_store"), "sample_2", "door_2", vacant="bay_3")
+    net = Store(world).one_interchange_twice()
+    leave = next(a.id for a in net.actions if a.tag == "NAVIGATE" and a.arguments["ref1"] == "interchange_1")
+    arrive = next(a.id for a in net.actions if a.tag == "TRANSPORT" and a.agents == ("yard_2",))
+    told = {key: before for key, before in after(net).items() if before}
+    assert told == {("yard_2", arrive): (leave,)}

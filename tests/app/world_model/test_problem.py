@@ -1,12 +1,10 @@
-"""The planning problem, reservations and what a plan-net rests on."""
+"""The planning problem, and what a plan-net rests on."""
 
 from math import dist
 
 from app.world_model import (
-    Reservation,
     broken,
     planning_problem,
-    reservation_of,
     rests_on,
     revised,
 )
@@ -39,33 +37,6 @@ def test_a_robot_on_the_open_floor_is_as_far_from_places_as_its_spot() -> None:
     )
     assert problem.objects["yard_1_spot"] == "location"
     assert "yard_2_spot" not in problem.objects
-
-
-def test_reserved_robots_can_do_nothing_and_reserved_places_and_samples_are_left_alone() -> None:
-    reserved = Reservation(
-        robots=frozenset({"yard_1"}), locations=frozenset({"interchange_2"}), samples=frozenset({"sample_1"})
-    )
-    problem = planning_problem(STORE.world, STORE.facts, [], reserved=reserved)
-    left_out = STORE.facts - problem.facts
-    assert {f.predicate for f in left_out} == {"can", "clear", "vacant", "object_position"}
-    assert {f.args[0] for f in left_out} == {"yard_1", "interchange_2", "sample_1"}
-
-
-def test_a_plan_net_reserves_its_robots_places_and_samples() -> None:
-    reserved = reservation_of(STORE.store_sample_1())
-    assert reserved == Reservation(
-        robots=frozenset({"yard_1", "store_2"}),
-        locations=frozenset({"home_yard_1", "door_1", "interchange_2", "home_store_2", "bay_7"}),
-        samples=frozenset({"sample_1"}),
-    )
-
-
-def test_reservations_overlap_in_what_both_use() -> None:
-    one = reservation_of(STORE.store_sample_1())
-    other = Reservation(robots=frozenset({"store_2"}), locations=frozenset({"bay_7", "bay_8"}))
-    assert one.overlaps(other)
-    assert one.shared(other) == ("bay_7", "store_2")
-    assert not one.overlaps(Reservation(robots=frozenset({"yard_2"})))
 
 
 def test_a_plan_net_rests_on_its_links_from_the_initial_state() -> None:

@@ -1,0 +1,113 @@
+"""Explains plans: in a planning process, for what a robot is worth is told by planning without it."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.database import GoalRow, PlanRow
+from app.errors import NotFound
+from app.explanation_body import ActionExplanationBody, ExplanationBody
+from app.plan_body import PlanBody
+from app.plans.limits import PlanningLimits, PlanningWish
+from app.plans.posing import Posing
+from app.plans.process import Watch, WorkFailed
+from app.plans.worker import PlanningWorker, WorkerClosed
+from app.states import PlanState
+from app.world_model import broken
+from planner import KnowledgeBase, Observer, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
+from planner.explanation import Explanation, explain
+
+PATIENCE_S = 10.0
+"""What an explanation may take, trials included; without them it takes no time."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Asked:
+    """The work of explaining; without an engine, without what it costs to do without a robot."""
+
+    plan_net: PlanNet
+    problem: PlanningProblem
+    knowledge_base: KnowledgeBase
+    request: PlanningRequest
+
+    def __call__(self, engine: PlanningEngine | None, observer: Observer) -> Explanation:
+        return explain(self.plan_net, self.problem, self.knowledge_base, engine, self.request, observer)
+
+
+class Explaining:
+    """Explains plans, each once.
+
+    While a plan is open to decision and what it rests on is true, the explanation says what it costs to do without
+    each robot, and is kept with the plan. Later that cannot be told any more, and is left out unless it was kept.
+    """
+
+    def __init__(self, core: Core, *, posing: Posing, worker: PlanningWorker, limits: PlanningLimits) -> None:
+        self._database, self._facts, self._knowledge_base = core.database, core.facts, core.knowledge_base
+        self._posing, self._worker, self._limits = posing, worker, limits
+
+    def explanation(self, plan_id: str) -> ExplanationBody:
+        """:raises NotFound: if there is no such plan."""
+        with self._database.read() as session:
+            plan = session.get(PlanRow, plan_id)
+            if plan is None:
+                raise NotFound(f"no plan {plan_id!r}", code="unknown-plan")
+            if plan.explanation is not None:
+                return ExplanationBody.model_validate(plan.explanation)
+            asked, is_current = self._asked(session, plan)
+        explanation = self._tried(asked) if is_current else None
+        body = ExplanationBody.of(
+            explanation or asked(None, Observer()), self._knowledge_base, plan_id=plan_id
+        )
+        if explanation is not None:
+            with self._database.write() as session:
+                session.get_one(PlanRow, plan_id).explanation = body.model_dump(mode="json")
+        return body
+
+    def of_action(self, plan_id: str, action_id: str) -> ActionExplanationBody:
+        """:raises NotFound: if there is no such plan, or it has no such action, naming those it has."""
+        explained: Mapping[str, ActionExplanationBody] = {
+            one.action: one for one in self.explanation(plan_id).actions
+        }
+        if action_id not in explained:
+            raise NotFound(
+                f"plan {plan_id} has no action {action_id!r}", code="unknown-action", choices=tuple(explained)
+            )
+        return explained[action_id]
+
+    def _asked(self, session: Session, plan: PlanRow) -> tuple[_Asked, bool]:
+        """What is to be explained, and whether the world is still as the plan takes it to be."""
+        goal = session.get_one(GoalRow, plan.goal_id)
+        posed = self._posing.pose(session, goal)
+        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        is_current = plan.state == PlanState.PROPOSED and not broken(
+            net, self._facts.facts(session, plan.world)
+        )
+        request = self._limits.request(PlanningWish.from_json({**goal.limits, "time_limit_s": PATIENCE_S}))
+        asked = _Asked(
+            plan_net=net,
+            problem=posed.problem if is_current else posed.whole,
+            knowledge_base=self._knowledge_base,
+            request=request,
+        )
+        return asked, is_current
+
+    def _tried(self, asked: _Asked) -> Explanation | None:
+        """With robots tried to do without; None if the planning processes have no time for it."""
+        try:
+            explanation: Explanation = self._worker.do(asked, PATIENCE_S, _Patience())
+        except (WorkFailed, WorkerClosed):
+            return None
+        return explanation
+
+
+class _Patience(Watch):
+    """Whoever asks for an explanation does not wait for ever."""
+
+    def __init__(self) -> None:
+        self._give_up = time.monotonic() + 2 * PATIENCE_S
+
+    def is_cancelled(self) -> bool:
+        return time.monotonic() > self._give_up

@@ -1,0 +1,124 @@
+"""The planning problem that a goal poses now: what is believed, what is free, what was learned, what is urgent."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.database import GoalRow, WorldRow
+from app.durations import Durations, Kind, learned_durations
+from app.errors import Conflict
+from app.goals.check import blocking, check_goals
+from app.plans.active import Held, all_reserved
+from app.vocabulary import planner_fact
+from app.world_model import objects_of, planning_problem
+from app.world_model.beliefs import CAN
+from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
+from planner.diagnosis import why_unsolvable
+from planner.relaxation import is_relaxed_reachable
+from robots.clock import Clock
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+Spots = Callable[[str], Mapping[str, tuple[float, float]]]
+"""Where the open-floor places of a world's robots are, (x, y) in metres."""
+Resting = Callable[[str], Mapping[str, str]]
+"""The robots of a world that are not recruited now, each with the reason."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Posed:
+    """A goal's planning problem, and what it was posed from.
+
+    :param whole: the problem if nothing were reserved and no robot rested.
+    :param refusal: why the goal makes no sense in the world as it is by now; empty if it does.
+    :param factors: what durations are scaled by, by action and team size.
+    :param releases: how often something had become free in the world by then.
+    """
+
+    problem: PlanningProblem
+    whole: PlanningProblem
+    refusal: str
+    held: Sequence[Held]
+    resting: Mapping[str, str]
+    factors: Mapping[Kind, float]
+    world_version: int
+    releases: int
+
+    @property
+    def waits_for(self) -> str:
+        """The missions and robots that a goal without a plan may wait for, in words; empty if there are none."""
+        missions = [str(mission) for mission in self.held]
+        robots = [f"{robot}, {why}" for robot, why in sorted(self.resting.items())]
+        return " and ".join((*missions, *robots))
+
+    def why_never(self, knowledge_base: KnowledgeBase) -> str:
+        """Why the goal would have no plan either if all of them were free, in words; empty if it may have one."""
+        if is_relaxed_reachable(knowledge_base, self.whole):
+            return ""
+        return why_unsolvable(knowledge_base, self.whole)
+
+
+class Posing:
+    """Poses planning problems from the record."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+        spots: Spots,
+        resting: Resting,
+    ) -> None:
+        self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
+        self._worlds, self._clocks, self._spots, self._resting = worlds, clocks, spots, resting
+
+    def pose(self, session: Session, goal: GoalRow) -> Posed:
+        """What is to be planned for the goal now.
+
+        :raises Conflict: if its world does not run.
+        """
+        if goal.world not in self._worlds:
+            raise Conflict(f"world {goal.world} does not run", code="world-not-running")
+        world = self._worlds[goal.world]
+        facts = self._facts.facts(session, goal.world)
+        wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+        objects = objects_of(world)
+        goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
+        held = self._holdings.of_world(session, goal.world)
+        resting = self._resting(goal.world)
+        factors = factors_of(learned_durations(session, goal.world))
+        spots, reserved = self._spots(goal.world), all_reserved(held)
+        able = frozenset(f for f in facts if f.predicate != CAN or f.args[0] not in resting)
+        problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
+        issues = blocking(check_goals(wanted, world, facts, self._knowledge_base))
+        return Posed(
+            problem=self._urgent(_scaled(problem, factors), goal),
+            whole=replace(problem, facts=facts),
+            refusal="; ".join(issue.detail for issue in issues),
+            held=held,
+            resting=resting,
+            factors=factors,
+            world_version=self._facts.version(session, goal.world),
+            releases=session.get_one(WorldRow, goal.world).releases,
+        )
+
+    def _urgent(self, problem: PlanningProblem, goal: GoalRow) -> PlanningProblem:
+        """The problem with the goal's deadline, from now on, and its priority."""
+        priorities: dict[Fact, int] = dict.fromkeys(problem.goals, goal.priority)
+        if goal.deadline_at_s is None:
+            return replace(problem, priorities=priorities)
+        left_s = goal.deadline_at_s - self._clocks[goal.world].now_s()
+        return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(problem.goals, left_s))
+
+
+def factors_of(learned: Durations) -> Mapping[Kind, float]:
+    """What the durations of each action and team size are to be scaled by."""
+    return {kind: round(known.factor, 3) for kind, known in learned.items()}
+
+
+def _scaled(problem: PlanningProblem, factors: Mapping[Kind, float]) -> PlanningProblem:
+    scales = {scale_term(*kind): factor for kind, factor in factors.items()}
+    return replace(problem, functions={**problem.functions, **scales})

@@ -1,0 +1,79 @@
+"""Goals that wait: planned again one after the other, the most urgent first, when something becomes free."""
+
+from collections.abc import Callable
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.database import GoalRow, WorldRow
+from app.durable import WAITING, step
+from app.ids import new_id
+from app.states import GoalState
+
+WORKFLOW = "plan_waiting"
+
+
+class WaitingGoals:
+    """A goal waits in `submitted` with a reason. What becomes free in a world is counted (`WorldRow.releases`)
+    and a goal knows how much of it it has seen, so that none is planned twice against the same world."""
+
+    def __init__(self, core: Core) -> None:
+        self._database, self._workflows = core.database, core.workflows
+
+    def release(self, session: Session, world: str) -> None:
+        """Something of the world is free again; if the caller's transaction commits, goals that wait try anew."""
+        _locked(session, world).releases += 1
+        session.flush()
+        if most_urgent(session, world) is not None:
+            self._wake(session, world)
+
+    def look_again(self, session: Session, goal: GoalRow) -> None:
+        """The goal begins to wait; have it planned again if something became free while it was planned."""
+        session.flush()
+        # The lock keeps a release from coming between: it would not see that the goal waits, nor the goal it.
+        if goal.releases_seen < _locked(session, goal.world).releases:
+            self._wake(session, goal.world)
+
+    def run(self, world: str, *, plan: Callable[[str], None]) -> None:
+        """The workflow: plan the goals of a world that have not seen everything that became free."""
+        while (goal_id := step("next", lambda: self._next(world))) is not None:
+            plan(goal_id)
+
+    def _next(self, world: str) -> str | None:
+        with self._database.read() as session:
+            return most_urgent(session, world)
+
+    def _wake(self, session: Session, world: str) -> None:
+        self._workflows.start(session, WAITING, WORKFLOW, new_id("waiting"), world)
+
+
+def _locked(session: Session, world: str) -> WorldRow:
+    query = select(WorldRow).where(WorldRow.id == world).with_for_update()
+    return session.scalars(query.execution_options(populate_existing=True)).one()
+
+
+def _releases(session: Session, world: str) -> int:
+    return session.scalars(select(WorldRow.releases).where(WorldRow.id == world)).one()
+
+
+def most_urgent(session: Session, world: str) -> str | None:
+    """The goal to plan next of those that wait and have not seen what became free: by priority, deadline, age."""
+    query = (
+        select(GoalRow.id)
+        .where(
+            GoalRow.world == world,
+            GoalRow.state == GoalState.SUBMITTED,
+            GoalRow.reason != "",
+            GoalRow.releases_seen < _releases(session, world),
+        )
+        .order_by(
+            GoalRow.priority.desc(),
+            GoalRow.deadline_at_s.is_(None),
+            GoalRow.deadline_at_s,
+            GoalRow.created_at,
+            GoalRow.id,
+        )
+        .limit(1)
+    )
+    return session.scalar(query)

@@ -1,0 +1,1 @@
+"""How good and how fast the planner's plan-nets are, side by side: `python -m benchmarks.planner`."""

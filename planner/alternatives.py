@@ -1,0 +1,178 @@
+"""Plans that really differ, to choose from: each is the best found at something that the others are not.
+
+Found by solving the same problem to other ends, and with robots of the shortest plan kept from it.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from planner.engine import (
+    UNOBSERVED,
+    Objective,
+    Observer,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+)
+from planner.knowledge import KnowledgeBase
+from planner.plan_net import PlanNet
+from planner.recruitment import by_work, recruitment_of
+from planner.solving import Solving
+from planner.statics import Statics
+from planner.wording import enumeration
+
+SHORTEST = "shortest time"
+
+Deeds = tuple[tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alternative:
+    """A plan, what it is best at, and in words what it costs and saves against the shortest."""
+
+    label: str
+    words: str
+    result: PlanningResult
+    plan_net: PlanNet
+
+
+def alternatives(
+    engine: PlanningEngine,
+    knowledge_base: KnowledgeBase,
+    problem: PlanningProblem,
+    request: PlanningRequest,
+    observer: Observer = UNOBSERVED,
+    *,
+    k: int,
+    proposed: PlanningResult | None = None,
+) -> tuple[Alternative, ...]:
+    """At most k plans of which no two do the same, the shortest first; none if the problem has no plan.
+
+    The request's time limit is for all of them together; its objective does not matter.
+
+    :param proposed: a plan that is known already, one more to choose from.
+    """
+    statics = Statics(knowledge_base, problem)
+    pool = _Pool(engine, statics, request, observer)
+    if proposed is not None:
+        pool.add(proposed)
+    for objective in Objective:
+        pool.solve(problem, objective)
+    if not pool.plans:
+        return ()
+    shortest = pool.best(_time)
+    spared = by_work(shortest)[:k]
+    for robot in spared:
+        pool.solve(statics.without({robot}), Objective.MAKESPAN)
+    labels: dict[Deeds, list[str]] = {}
+    for label, plan_net in _claims(pool, shortest, spared):
+        labels.setdefault(deeds(plan_net), []).append(label)
+    return tuple(
+        replace(pool.plans[key], label=", ".join(names), words=_compared(pool.plans[key].plan_net, shortest))
+        for key, names in list(labels.items())[:k]
+    )
+
+
+def deeds(plan_net: PlanNet) -> Deeds:
+    """What is done by whom, whenever: equal for plans that do the same."""
+    return tuple(sorted((a.tag, a.agents, tuple(sorted(a.arguments.items()))) for a in plan_net.actions))
+
+
+Merit = tuple[float, ...]
+
+
+def _time(plan_net: PlanNet) -> Merit:
+    return plan_net.makespan_s, len(plan_net.robots), plan_net.energy_j, plan_net.clearances
+
+
+def _team(plan_net: PlanNet) -> Merit:
+    return len(plan_net.robots), *_time(plan_net)
+
+
+def _energy(plan_net: PlanNet) -> Merit:
+    return plan_net.energy_j, *_time(plan_net)
+
+
+def _contact(plan_net: PlanNet) -> Merit:
+    return plan_net.clearances, *_time(plan_net)
+
+
+class _Pool:
+    """The plans found so far, no two of which do the same."""
+
+    def __init__(
+        self, engine: PlanningEngine, statics: Statics, request: PlanningRequest, observer: Observer
+    ) -> None:
+        """:param statics: of the problem as it is, in which every robot may be recruited."""
+        self._statics, self._solving = statics, Solving(engine, request, observer)
+        self.plans: dict[Deeds, Alternative] = {}
+
+    def add(self, result: PlanningResult) -> None:
+        """Of plans that do the same the shorter is kept, of equal ones the first."""
+        if (plan_net := result.plan_net) is None:
+            return
+        known = self.plans.get(deeds(plan_net))
+        if known is None or plan_net.makespan_s < known.plan_net.makespan_s:
+            self.plans[deeds(plan_net)] = Alternative(label="", words="", result=result, plan_net=plan_net)
+
+    def solve(self, problem: PlanningProblem, objective: Objective) -> None:
+        result = self._solving.solve(problem, objective)
+        if result is not None and (plan_net := result.plan_net) is not None:
+            recruitment = recruitment_of(plan_net.actions, self._statics)
+            self.add(replace(result, plan_net=replace(plan_net, recruitment=recruitment)))
+
+    def plan_nets(self) -> list[PlanNet]:
+        return [plan.plan_net for plan in self.plans.values()]
+
+    def best(self, merit: Callable[[PlanNet], Merit]) -> PlanNet:
+        return min(self.plan_nets(), key=merit)
+
+
+def _claims(pool: _Pool, shortest: PlanNet, spared: Sequence[str]) -> Iterator[tuple[str, PlanNet]]:
+    """Which plan is best at what; only where the plans differ in it at all."""
+    plan_nets = pool.plan_nets()
+    yield SHORTEST, shortest
+    if _differ(len(net.robots) for net in plan_nets):
+        yield "fewest robots", pool.best(_team)
+    if _differ(net.energy_j for net in plan_nets):
+        yield "least energy", pool.best(_energy)
+    if _differ(net.clearances for net in plan_nets):
+        calmest = pool.best(_contact)
+        yield "fewest clearances" if calmest.clearances else "needs no contact", calmest
+    others = []
+    for robot in spared:
+        without = [net for net in plan_nets if robot not in net.robots]
+        if without:
+            others.append((f"without {robot}", min(without, key=_time)))
+    yield from sorted(others, key=lambda other: _time(other[1]))
+
+
+def _differ(figures: Iterable[float]) -> bool:
+    return len(set(figures)) > 1
+
+
+def _compared(plan_net: PlanNet, shortest: PlanNet) -> str:
+    """In words: what the plan costs and saves against the shortest; empty for that itself."""
+    if plan_net is shortest:
+        return ""
+    robots, others = set(plan_net.robots), set(shortest.robots)
+    differences = [
+        _more(plan_net.makespan_s - shortest.makespan_s, " s", "longer", "shorter"),
+        _exchanged(sorted(robots - others), sorted(others - robots)),
+        _more(plan_net.distance_m - shortest.distance_m, " m", "more to drive", "less to drive"),
+        _more(plan_net.energy_j - shortest.energy_j, " J", "more", "less"),
+        _more(plan_net.clearances - shortest.clearances, "", "more to clear", "fewer to clear"),
+    ]
+    return ", ".join(filter(None, differences)) or "other actions, the same figures"
+
+
+def _more(difference: float, unit: str, more: str, less: str) -> str:
+    size = f"{abs(difference):.1f}".removesuffix(".0")
+    return "" if size == "0" else f"{size}{unit} {more if difference > 0 else less}"
+
+
+def _exchanged(new: Sequence[str], gone: Sequence[str]) -> str:
+    if new and gone:
+        return f"{enumeration(new)} instead of {enumeration(gone)}"
+    return f"with {enumeration(new)}" if new else f"without {enumeration(gone)}" if gone else ""

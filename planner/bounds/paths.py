@@ -1,0 +1,126 @@
+"""Shortest paths and assignments over arrays. Compiled (numba)."""
+
+import heapq
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.hierarchical.compiled import kernel
+
+Ints = NDArray[np.int64]
+FAR = 1 << 50
+"""Milliseconds to where nothing leads."""
+
+
+class Graph(NamedTuple):
+    """Edges by the node they leave: those of node n are `order[first[n]:first[n + 1]]`, each to `heads`."""
+
+    first: Ints
+    order: Ints
+    heads: Ints
+
+    @classmethod
+    def of(cls, tails: Ints, heads: Ints, nodes: int) -> "Graph":
+        first = np.zeros(nodes + 1, np.int64)
+        np.cumsum(np.bincount(tails, minlength=nodes), out=first[1:])
+        return cls(first, np.argsort(tails, kind="stable"), heads)
+
+
+def shortest(
+    graph: Graph, costs: Ints, releases: Ints, starts: Ints, goals: Ints | None = None
+) -> tuple[Ints, Ints]:
+    """Each node's least time from the starts and the edge by which it is reached (-1: none), milliseconds.
+
+    :param costs: of each edge, not negative. :param releases: when it can be taken at the earliest.
+    :param goals: the search ends at the first of these nodes; the times of nodes further off are then too high.
+    """
+    wanted = np.zeros(len(graph.first) - 1, np.bool_)
+    if goals is not None:
+        wanted[goals] = True
+    found: Any = _shortest(*graph, costs, releases, starts, wanted)
+    return found  # type: ignore[no-any-return]
+
+
+@kernel
+def _shortest(first, order, heads, costs, releases, starts, wanted):  # type: ignore[no-untyped-def]
+    nodes = len(first) - 1
+    times = np.full(nodes, FAR, np.int64)
+    edges = np.full(nodes, -1, np.int64)
+    settled = np.zeros(nodes, np.bool_)
+    heap = [(np.int64(0), np.int64(0)) for _ in range(0)]
+    for start in starts:
+        times[start] = 0
+        heapq.heappush(heap, (np.int64(0), np.int64(start)))
+    while len(heap) > 0:
+        time, node = heapq.heappop(heap)
+        if settled[node]:
+            continue
+        settled[node] = True
+        if wanted[node]:
+            break
+        for place in range(first[node], first[node + 1]):
+            edge = order[place]
+            there = max(time, releases[edge]) + costs[edge]
+            head = heads[edge]
+            if there < times[head]:
+                times[head] = there
+                edges[head] = edge
+                heapq.heappush(heap, (there, head))
+    return times, edges
+
+
+def warm_up() -> None:
+    """Compile, or load what was compiled before: seconds, the first time ever."""
+    nothing = np.zeros(0, np.int64)
+    shortest(Graph.of(nothing, nothing, 1), nothing, nothing, np.zeros(1, np.int64))
+    duals(np.zeros((1, 1), np.int64))
+
+
+def duals(costs: Ints) -> tuple[Ints, Ints]:
+    """Prices of rows and columns, row + column <= cost everywhere, that add up to the cheapest assignment's cost.
+
+    :param costs: shape (n, n).
+    """
+    found: Any = _duals(costs)
+    return found  # type: ignore[no-any-return]
+
+
+@kernel
+def _duals(costs):  # type: ignore[no-untyped-def]
+    """The Hungarian method, row by row (Kuhn 1955; Jonker & Volgenant 1987)."""
+    size = len(costs)
+    rows = np.zeros(size + 1, np.int64)
+    columns = np.zeros(size + 1, np.int64)
+    row_of = np.zeros(size + 1, np.int64)
+    for row in range(1, size + 1):
+        row_of[0] = row
+        column = 0
+        slack = np.full(size + 1, 4 * FAR, np.int64)
+        came_from = np.zeros(size + 1, np.int64)
+        used = np.zeros(size + 1, np.bool_)
+        while True:
+            used[column] = True
+            here, delta, following = row_of[column], 4 * FAR, 0
+            for other in range(1, size + 1):
+                if not used[other]:
+                    over = costs[here - 1, other - 1] - rows[here] - columns[other]
+                    if over < slack[other]:
+                        slack[other] = over
+                        came_from[other] = column
+                    if slack[other] < delta:
+                        delta = slack[other]
+                        following = other
+            for other in range(size + 1):
+                if used[other]:
+                    rows[row_of[other]] += delta
+                    columns[other] -= delta
+                else:
+                    slack[other] -= delta
+            column = following
+            if row_of[column] == 0:
+                break
+        while column != 0:
+            row_of[column] = row_of[came_from[column]]
+            column = came_from[column]
+    return rows[1:], columns[1:]

@@ -1,0 +1,100 @@
+"""The explanation of a plan-net as a whole."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from planner.engine import UNOBSERVED, Observer, PlanningEngine, PlanningProblem, PlanningRequest
+from planner.explanation.ordering import Reasons
+from planner.explanation.purpose import purposes, told
+from planner.explanation.recruiting import Rivals, Trial, trials, why_this_robot
+from planner.explanation.timing import Wait, makespan, waits
+from planner.fact import Fact
+from planner.knowledge import KnowledgeBase
+from planner.plan_net import CausalLink, PlanNet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionExplanation:
+    """Why an action is there, and there: the fields with words hold sentences.
+
+    `goals` are those it serves, `chain` the links that lead to one of them, `because` the same in words;
+    `robots` says for each of its robots why not another, `order` what comes before and after it and why.
+    """
+
+    action: str
+    goals: tuple[Fact, ...]
+    chain: tuple[CausalLink, ...]
+    because: tuple[str, ...]
+    robots: Mapping[str, str]
+    order: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explanation:
+    """Why a plan-net is as it is.
+
+    `robots` says what it costs to do without each robot that was tried; `makespan` is the critical path in words.
+    """
+
+    actions: tuple[ActionExplanation, ...]
+    robots: Mapping[str, str]
+    makespan: tuple[str, ...]
+    waits: tuple[Wait, ...]
+
+    def of(self, action_id: str) -> ActionExplanation:
+        return next(action for action in self.actions if action.action == action_id)
+
+
+def explain(
+    plan_net: PlanNet,
+    problem: PlanningProblem,
+    knowledge_base: KnowledgeBase,
+    engine: PlanningEngine | None,
+    request: PlanningRequest | None = None,
+    observer: Observer = UNOBSERVED,
+) -> Explanation:
+    """Why the plan-net is as it is.
+
+    :param problem: the plan-net's.
+    :param engine: solves the problem again without robots, to say what that costs; None leaves it unsaid.
+    :param request: how; its time limit is for all trials together.
+    """
+    names = {action.id: f"{action.id} {action.tag}" for action in plan_net.actions}
+    reasons = Reasons(plan_net, names, knowledge_base)
+    rivals = Rivals(plan_net, problem, knowledge_base)
+    tried: Mapping[str, Trial] = {}
+    if engine is not None:
+        tried = trials(plan_net, rivals.statics, engine, request or PlanningRequest(), observer)
+    order = _orders(plan_net, reasons)
+    purpose = purposes(plan_net, knowledge_base)
+    return Explanation(
+        actions=tuple(
+            ActionExplanation(
+                action=action.id,
+                goals=purpose[action.id].goals,
+                chain=purpose[action.id].chain,
+                because=tuple(told(purpose[action.id], names, knowledge_base)),
+                robots={
+                    robot: why_this_robot(action, robot, rivals, tried.get(robot)) for robot in action.agents
+                },
+                order=tuple(order[action.id]),
+            )
+            for action in plan_net.actions
+        ),
+        robots={robot: trial.words for robot, trial in sorted(tried.items())},
+        makespan=makespan(plan_net, names, reasons),
+        waits=waits(plan_net, names, reasons),
+    )
+
+
+def _orders(plan_net: PlanNet, reasons: Reasons) -> Mapping[str, list[str]]:
+    """For each action what it comes after, then what it comes before."""
+    order: dict[str, list[str]] = {action.id: [] for action in plan_net.actions}
+    for ordering in plan_net.orderings:
+        order[ordering.after].append(reasons.after(ordering))
+    for ordering in plan_net.orderings:
+        order[ordering.before].append(reasons.before(ordering))
+    return order
+
+
+__all__ = ["ActionExplanation", "Explanation", "explain"]

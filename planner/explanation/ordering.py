@@ -1,0 +1,68 @@
+"""Why actions come in this order: what each ordering is for, in words."""
+
+from collections import defaultdict
+from collections.abc import Mapping
+
+from planner.fact import Fact
+from planner.knowledge import KnowledgeBase
+from planner.plan_net import Keeping, Ordering, OrderingReason, PlanNet
+from planner.wording import enumeration, phrase
+
+KEPT = {
+    Keeping.SENSING: "; the robot waits until it senses it",
+    Keeping.CLEARANCE: "; the robot waits until it is cleared",
+}
+
+
+class Reasons:
+    """What the orderings of one plan-net are for."""
+
+    def __init__(self, plan_net: PlanNet, names: Mapping[str, str], knowledge_base: KnowledgeBase) -> None:
+        """:param names: how actions are called, by id."""
+        self._actions = {action.id: action for action in plan_net.actions}
+        self._names, self._base = names, knowledge_base
+        self._given: dict[tuple[str, str], list[Fact]] = defaultdict(list)
+        self._promised: dict[str, set[Fact]] = defaultdict(set)
+        for link in plan_net.causal_links:
+            self._given[link.producer, link.consumer].append(link.fact)
+            self._promised[link.producer].add(link.fact)
+
+    def after(self, ordering: Ordering) -> str:
+        """As the later action is told of it."""
+        return f"after {self._names[ordering.before]}: {self.why(ordering)}"
+
+    def before(self, ordering: Ordering) -> str:
+        """As the earlier action is told of it."""
+        return f"before {self._names[ordering.after]}: {self.why(ordering)}"
+
+    def why(self, ordering: Ordering) -> str:
+        """`a2 DOCK brings about that yard_1 is at door_1 for a3 TRANSPORT`, and what keeps it."""
+        words = {
+            OrderingReason.CAUSAL: self._causal,
+            OrderingReason.THREAT: self._threat,
+            OrderingReason.RESOURCE: self._resource,
+        }[ordering.reason](ordering)
+        return words + (KEPT.get(ordering.kept_by, "") if ordering.kept_by else "")
+
+    def _causal(self, ordering: Ordering) -> str:
+        facts = [phrase(self._base, fact) for fact in self._given[ordering.before, ordering.after]]
+        return (
+            f"{self._names[ordering.before]} brings about that {enumeration(facts)} "
+            f"for {self._names[ordering.after]}"
+        )
+
+    def _threat(self, ordering: Ordering) -> str:
+        one, other = self._actions[ordering.before], self._actions[ordering.after]
+        for fact in one.preconditions:
+            if fact in other.deletes:
+                what = phrase(self._base, fact)
+                return f"{self._names[one.id]} needs that {what}, which {self._names[other.id]} ends"
+        for fact in sorted(self._promised[other.id]):
+            if fact in one.deletes:
+                what = phrase(self._base, fact)
+                return f"{self._names[one.id]} would undo that {what}, which {self._names[other.id]} brings about"
+        return "else one would undo what the other relies on"
+
+    def _resource(self, ordering: Ordering) -> str:
+        both = set(self._actions[ordering.before].agents) & set(self._actions[ordering.after].agents)
+        return f"{enumeration(sorted(both))} can do only one at a time"

@@ -1,0 +1,141 @@
+"""Why this robot and not that one: what stands in the others' way, and what it costs to do without it."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from planner.engine import (
+    Observer,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+)
+from planner.fact import Fact
+from planner.knowledge import KnowledgeBase
+from planner.plan_net import PlanNet, PlanNetAction
+from planner.recruitment import by_work
+from planner.relaxation import Relaxation
+from planner.solving import Solving
+from planner.statics import Statics, in_place_of
+from planner.wording import denial, enumeration, natural, nothing, phrase
+
+MOST_TRIALS = 8
+"""So many robots are tried to do without, those with the most to do first."""
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """The best plan found without a robot; or, in words, why there is none."""
+
+    robot: str
+    plan_net: PlanNet | None
+    words: str
+
+
+def trials(
+    plan_net: PlanNet,
+    statics: Statics,
+    engine: PlanningEngine,
+    request: PlanningRequest,
+    observer: Observer,
+) -> Mapping[str, Trial]:
+    """The problem solved again without each of the plan's robots; the time limit is for all together."""
+    solving = Solving(engine, request, observer)
+    found: dict[str, Trial] = {}
+    for robot in by_work(plan_net)[:MOST_TRIALS]:
+        result = solving.solve(statics.without({robot}))
+        if result is not None:
+            found[robot] = _trial(robot, result, plan_net)
+    return found
+
+
+def _trial(robot: str, result: PlanningResult, plan_net: PlanNet) -> Trial:
+    other = result.plan_net
+    if other is not None and robot not in other.robots:
+        new = natural(set(other.robots) - set(plan_net.robots))
+        instead = f"{enumeration(new)} instead of {robot}" if new else f"the others without {robot}"
+        longer_s = other.makespan_s - plan_net.makespan_s
+        return Trial(robot=robot, plan_net=other, words=f"{instead}: {longer_s:+.1f} s")
+    if result.status is PlanningStatus.UNSOLVABLE or other is not None:
+        why = f": then {result.reason}" if result.reason else ""
+        return Trial(robot=robot, plan_net=None, words=f"there is no plan without {robot}{why}")
+    return Trial(robot=robot, plan_net=None, words=f"no plan without {robot} was found ({result.reason})")
+
+
+class Rivals:
+    """Who else could do a plan's actions: no static fact keeps them from it, and they can come to where it is."""
+
+    def __init__(self, plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
+        self.statics, self.knowledge_base = Statics(knowledge_base, problem), knowledge_base
+        # What is said of a robot and a thing that is moved would be too many facts to ask for.
+        self._moved = problem.objects.keys() - self.statics.placed - set(self.statics.robots)
+        asked = {
+            fact.predicate
+            for action in plan_net.actions
+            for robot in action.agents
+            for fact in self._states(action, robot)
+        }
+        self._relaxation = Relaxation(knowledge_base, problem, observed=asked)
+        self._relaxation.run()
+
+    def obstacle(self, other: str, action: PlanNetAction, robot: str) -> Fact | None:
+        """A fact that cannot hold with `other` in the robot's place; None if nothing keeps it from the action."""
+        fact = self.statics.obstacle(other, action.preconditions, robot)
+        if fact is not None:
+            return fact
+        states = (in_place_of(fact, robot, other) for fact in self._states(action, robot))
+        return next((fact for fact in states if not self._relaxation.holds(fact)), None)
+
+    def _states(self, action: PlanNetAction, robot: str) -> Iterator[Fact]:
+        """What the action needs of the robot alone and actions bring about, such as where it is.
+
+        Nothing if the action moves the robot alone: others come from elsewhere.
+        """
+        if not any(arg in self._moved for fact in action.intended_effects for arg in fact.args):
+            return
+        beside = self._moved.union(action.agents) - {robot}
+        for fact in action.preconditions:
+            is_state = fact.predicate in self.knowledge_base.fluents and robot in fact.args
+            if is_state and beside.isdisjoint(fact.args):
+                yield fact
+
+
+def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: Trial | None) -> str:
+    """In words, what keeps the other robots from the action in this robot's place, and what one of them costs."""
+    obstacles: dict[str, Fact] = {}
+    able: list[str] = []
+    for other in natural(set(rivals.statics.robots) - set(action.agents)):
+        fact = rivals.obstacle(other, action, robot)
+        if fact is None:
+            able.append(other)
+        else:
+            obstacles[other] = fact
+    reasons = list(_kept_away(obstacles, rivals.knowledge_base, alone=not able))
+    if able and trial is not None:
+        reasons.insert(0, trial.words)
+    elif able:
+        reasons.insert(0, f"{enumeration(able)} could do it, too")
+    return "; ".join(reasons) or "there is no other robot"
+
+
+def _kept_away(obstacles: Mapping[str, Fact], knowledge_base: KnowledgeBase, *, alone: bool) -> Iterator[str]:
+    """What stands in robots' way, the same only once."""
+    groups: dict[tuple[str, tuple[str, ...]], list[str]] = defaultdict(list)
+    for robot, fact in obstacles.items():
+        groups[fact.predicate, tuple("" if arg == robot else arg for arg in fact.args)].append(robot)
+    for (predicate, args), robots in groups.items():
+        first = Fact(predicate, tuple(arg or robots[0] for arg in args))
+        if alone and len(groups) == 1 and predicate not in knowledge_base.fluents:
+            yield nothing(knowledge_base, first, args.index(""), "other robot")
+        else:
+            yield _denied(first, robots, knowledge_base)
+
+
+def _denied(fact: Fact, robots: Sequence[str], knowledge_base: KnowledgeBase) -> str:
+    alike = f" (likewise {enumeration(robots[1:], most=MOST_NAMED)})" if robots[1:] else ""
+    if fact.predicate in knowledge_base.fluents:
+        return f"nothing brings about that {phrase(knowledge_base, fact)}{alike}"
+    return denial(knowledge_base, fact) + alike

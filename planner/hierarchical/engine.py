@@ -1,0 +1,264 @@
+"""The hierarchical engine behind the `PlanningEngine` seam (MACTA §6 asks for one; §4: planning and scheduling
+intertwined)."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.assembly import assemble
+from planner.bounds import lower_bound_s
+from planner.bounds import warm_up as warm_up_bounds
+from planner.detours import without_detours
+from planner.diagnosis import why_unsolvable
+from planner.engine import (
+    UNOBSERVED,
+    Objective,
+    Observer,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    Progress,
+)
+from planner.errors import InvalidPlan, KnowledgeBaseError
+from planner.extraction import extract, fault_of
+from planner.fact import Fact
+from planner.finishing import confirm, finish
+from planner.hierarchical.building import Task
+from planner.hierarchical.classes import AgentClasses
+from planner.hierarchical.composition import Composition
+from planner.hierarchical.fragments import Fragment, Fragments
+from planner.hierarchical.legs import Vocabulary
+from planner.hierarchical.model import Floats
+from planner.hierarchical.stops import Stops, with_stops
+from planner.hierarchical.tasks import TaskFinder, Unmet
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.relaxation import unreachable_goals
+from planner.statics import Statics
+from planner.validation import idle_actions
+
+WEIGHTS = {
+    Objective.MAKESPAN: (1.0, 1e-5, 1e-3, 100.0, 1e-4),
+    Objective.ROBOTS: (1.0, 1e-5, 1e4, 100.0, 1e-4),
+    Objective.ENERGY: (1e-2, 1.0, 1e-3, 100.0, 1e-6),
+}
+"""Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together."""
+
+TRIALS = 40
+MOST_TRIALS = 40_000
+LONGEST_EFFORT_S = 4.0
+"""The effort where the request leaves it to the engine: trials by the square of the legs, never longer than this."""
+ENDLESS = 10**9
+"""Trials where the request says how long."""
+ROUNDING_S = 0.05
+"""A makespan this close to its bound is the optimum."""
+MOST_ATTEMPTS = 4
+"""Schedules, each without the stops that served nobody in those before."""
+MOST_STOPPING = 16
+"""With more tasks, fragments are not varied by stops."""
+LONGEST_DISCOVERY_S = 20.0
+"""The search for fragments gets half of the time, never longer than this: other engines are to have theirs."""
+TOGETHER = 4
+"""So many goals are also tried as one task where their fragments do not compose."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Watch:
+    """The clock of one run."""
+
+    begun: float
+    request: PlanningRequest
+    observer: Observer
+    engine: str
+
+    @property
+    def elapsed_s(self) -> float:
+        return time.monotonic() - self.begun
+
+    @property
+    def deadline(self) -> float:
+        return self.begun + self.request.time_limit_s
+
+    @property
+    def left_s(self) -> float:
+        return self.deadline - time.monotonic()
+
+    def told(self, makespan_s: float | None, bound_s: float | None = None) -> bool:
+        """Report progress; False when it is time to end."""
+        self.observer.progress(
+            Progress(
+                engine=self.engine,
+                elapsed_s=round(self.elapsed_s, 3),
+                makespan_s=makespan_s,
+                lower_bound_s=bound_s,
+            )
+        )
+        return not self.observer.should_stop() and time.monotonic() < self.deadline
+
+
+class _Posed:
+    """A problem, and what is found out about it once."""
+
+    def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
+        self.problem = problem
+        self.classes = AgentClasses(knowledge_base, problem)
+        self.words = Vocabulary(knowledge_base, problem, self.classes)
+        self.bound_s: float | None = None
+
+
+class HierarchicalEngine:
+    """Plans goals by fragments found from the knowledge base, composed by scheduling.
+
+    Every plan-net is validated. What it cannot compose it leaves to other engines (`NOT_FOUND`); it says
+    `UNSOLVABLE` only where even the delete relaxation does not reach a goal. A long-lived process calls
+    `warm_up()` first: it imports unified-planning and compiles the inner loop (seconds, the first time ever).
+    """
+
+    name = "macta"
+
+    def __init__(self, knowledge_base: KnowledgeBase) -> None:
+        self._base = knowledge_base
+
+    def warm_up(self) -> None:
+        empty = PlanningProblem(objects={}, facts=frozenset(), goals=())
+        composition = self._composition(_Posed(self._base, empty), (), PlanningRequest())
+        composition.begin()
+        composition.improve(1, 1.0, lambda _: True)
+        self._finished((), empty)
+        warm_up_bounds()
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        """A plan-net, or why not."""
+        watch = _Watch(begun=time.monotonic(), request=request, observer=observer, engine=self.name)
+        try:
+            for fact in (*problem.facts, *problem.goals):
+                self._base.check(fact, problem.objects)
+            result = self._plan(problem, watch)
+        except (KnowledgeBaseError, InvalidPlan) as error:
+            result = self._result(PlanningStatus.FAILED, str(error))
+        return replace(result, planning_s=round(watch.elapsed_s, 4))
+
+    def _plan(self, problem: PlanningProblem, watch: _Watch) -> PlanningResult:
+        # NOTE: learnt anew for each problem, so that a plan-net does not depend on what was planned before.
+        fragments = Fragments(self._base)
+        known = fragments.of(problem)
+        until = watch.begun + min(watch.request.time_limit_s / 2, LONGEST_DISCOVERY_S)
+
+        def find(from_here: PlanningProblem, goals: tuple[Fact, ...]) -> tuple[Fragment, ...]:
+            source = known if from_here is problem else fragments.of(from_here)
+            return source.alternatives(goals, deadline=until)
+
+        posed = _Posed(self._base, problem)
+        finder = TaskFinder(problem, posed.words, find)
+        tasks = finder.tasks()
+        if watch.request.effort_s != 0.0:
+            posed.bound_s = lower_bound_s(self._base, problem)
+        sequence: Sequence[GroundAction] | None = None
+        if not isinstance(tasks, Unmet):
+            sequence = self._composed(posed, tasks, watch)
+        if sequence is None and (chain := finder.chain()) is not None:
+            sequence = self._composed(posed, chain.tasks, watch) or chain.actions
+            sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
+        if sequence is None and 1 < len(problem.goals) <= TOGETHER:
+            whole = find(problem, problem.goals)
+            sequence = whole[0].actions if whole else None
+        if sequence is None:
+            return self._none(problem, tasks, watch)
+        return replace(self._finished(sequence, problem), lower_bound_s=posed.bound_s)
+
+    def _composed(self, posed: _Posed, tasks: Sequence[Task], watch: _Watch) -> Sequence[GroundAction] | None:
+        """A sequence, with stops where they pay; one that serves nobody (table 3) is not tried again."""
+        problem = posed.problem
+        if len(tasks) <= MOST_STOPPING:
+            stops = Stops(
+                knowledge_base=self._base, problem=problem, classes=posed.classes, words=posed.words
+            )
+            tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
+        best: tuple[float, Sequence[GroundAction]] | None = None
+        for _ in range(MOST_ATTEMPTS):
+            actions = self._scheduled(posed, tasks, watch)
+            if actions is None:
+                break
+            makespan_s, idle = self._judged(actions, problem)
+            if idle:
+                kept = [replace(task, fragments=_without(task.fragments, idle)) for task in tasks]
+                last, tasks = kept == list(tasks), kept
+                actions = without_detours(actions, problem, self._base)
+                makespan_s, still_idle = self._judged(actions, problem)
+            if not idle or not still_idle:
+                best = min(best or (makespan_s, actions), (makespan_s, actions), key=lambda found: found[0])
+            if not idle or last:
+                break
+        return best[1] if best else None
+
+    def _judged(
+        self, actions: Sequence[GroundAction], problem: PlanningProblem
+    ) -> tuple[float, frozenset[str]]:
+        """The sequence's makespan, and the actions in it that table 3 does not allow."""
+        net = assemble(extract(actions, problem.facts, problem.goals), problem.goals, self._base, {})
+        idle = (action for action, _ in idle_actions(net, self._base))
+        return net.makespan_s, frozenset(map(str, idle))
+
+    def _scheduled(
+        self, posed: _Posed, tasks: Sequence[Task], watch: _Watch
+    ) -> Sequence[GroundAction] | None:
+        problem, bound_s = posed.problem, posed.bound_s
+        composition = self._composition(posed, tasks, watch.request)
+        if not composition.begin():
+            return None
+        request = watch.request
+        least_s = bound_s if bound_s is not None and request.objective is Objective.MAKESPAN else 0.0
+        trials, seconds = ENDLESS, request.effort_s
+        if seconds is None:
+            trials, seconds = min(MOST_TRIALS, TRIALS * composition.legs**2), LONGEST_EFFORT_S
+        seconds = min(seconds, watch.left_s / 2)
+        composition.improve(
+            trials, seconds, lambda best_s: watch.told(best_s, bound_s) and best_s > least_s + ROUNDING_S
+        )
+        if len(tasks) <= MOST_STOPPING:
+            composition.polish()
+        composed = composition.composed
+        # NOTE: an agent may end where it is to be by an effect nobody intended, which does not count.
+        if composed is None or fault_of(composed.actions, problem.facts, problem.goals) is not None:
+            return None
+        return composed.actions
+
+    def _composition(self, posed: _Posed, tasks: Sequence[Task], request: PlanningRequest) -> Composition:
+        weights: Floats = np.array(WEIGHTS[request.objective])
+        return Composition(
+            self._base, posed.problem, posed.classes, posed.words, tasks, weights, seed=request.seed
+        )
+
+    def _finished(self, sequence: Sequence[GroundAction], problem: PlanningProblem) -> PlanningResult:
+        statics = Statics(self._base, problem)
+        plan_net = finish(sequence, problem, self._base, statics)
+        if isinstance(plan_net, str):
+            return self._result(PlanningStatus.NOT_FOUND, plan_net)
+        confirm(plan_net, problem, self._base)
+        return PlanningResult(
+            status=PlanningStatus.SOLVED, engine=self.name, planning_s=0.0, plan_net=plan_net
+        )
+
+    def _none(self, problem: PlanningProblem, tasks: object, watch: _Watch) -> PlanningResult:
+        if unreachable_goals(self._base, problem):
+            return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
+        if time.monotonic() >= watch.deadline:
+            return self._result(PlanningStatus.TIMED_OUT, f"no plan within {watch.request.time_limit_s:g} s")
+        if isinstance(tasks, Unmet):
+            named = ", ".join(map(str, tasks.goals))
+            return self._result(PlanningStatus.NOT_FOUND, f"found no way to {named}")
+        return self._result(PlanningStatus.NOT_FOUND, "the ways to the goals do not compose")
+
+    def _result(self, status: PlanningStatus, reason: str) -> PlanningResult:
+        return PlanningResult(status=status, engine=self.name, planning_s=0.0, reason=reason)
+
+
+def _without(
+    fragments: Sequence[tuple[GroundAction, ...]], idle: frozenset[str]
+) -> tuple[tuple[GroundAction, ...], ...]:
+    """The fragments that have none of these actions; the first one stays in any case."""
+    return (fragments[0], *(f for f in fragments[1:] if idle.isdisjoint(map(str, f))))

@@ -1,0 +1,80 @@
+"""What must come before what: the transitive closure of orderings between numbered actions, as bitsets.
+
+A set of actions is an int whose bit i stands for action i: one machine operation for 64 pairs.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from planner.errors import CyclicOrder
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Precedence:
+    """`before[i]` and `after[i]` are the bitsets of all that must come before and after i, i left out."""
+
+    successors: tuple[tuple[int, ...], ...]
+    """What each is directly ordered before, in topological order."""
+    before: tuple[int, ...]
+    after: tuple[int, ...]
+
+    @classmethod
+    def of(cls, count: int, pairs: Iterable[tuple[int, int]]) -> "Precedence":
+        """The closure of (before, after) pairs over the numbers below `count`.
+
+        :raises CyclicOrder: naming those on cycles or behind them.
+        """
+        following: list[set[int]] = [set() for _ in range(count)]
+        for one, other in pairs:
+            following[one].add(other)
+        order = topological(following)
+        rank = {node: place for place, node in enumerate(order)}
+        successors = tuple(tuple(sorted(others, key=rank.__getitem__)) for others in following)
+        before, after = [0] * count, [0] * count
+        for node in order:
+            for other in successors[node]:
+                before[other] |= before[node] | 1 << node
+        for node in reversed(order):
+            for other in successors[node]:
+                after[node] |= after[other] | 1 << other
+        return cls(successors=successors, before=tuple(before), after=tuple(after))
+
+    def is_before(self, one: int, other: int) -> bool:
+        return bool(self.after[one] >> other & 1)
+
+    def reduction(self) -> Iterator[tuple[int, int]]:
+        """The fewest pairs with the same closure (transitive reduction), by their first."""
+        for node, others in enumerate(self.successors):
+            covered = 0
+            for other in others:  # in topological order, so whatever leads to `other` has been met
+                if not covered >> other & 1:
+                    yield node, other
+                    covered |= self.after[other]
+
+
+def members(bitset: int) -> Iterator[int]:
+    """The numbers in the set, ascending."""
+    while bitset:
+        lowest = bitset & -bitset
+        yield lowest.bit_length() - 1
+        bitset ^= lowest
+
+
+def topological(following: Sequence[set[int]]) -> list[int]:
+    """An order in which each number comes before those that follow it.
+
+    :raises CyclicOrder: naming those on cycles or behind them.
+    """
+    waiting_for = [0] * len(following)
+    for others in following:
+        for other in others:
+            waiting_for[other] += 1
+    order = [node for node, count in enumerate(waiting_for) if not count]
+    for node in order:
+        for other in following[node]:
+            waiting_for[other] -= 1
+            if not waiting_for[other]:
+                order.append(other)
+    if len(order) < len(following):
+        raise CyclicOrder([node for node, count in enumerate(waiting_for) if count])
+    return order

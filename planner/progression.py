@@ -1,0 +1,22 @@
+"""Progression: the facts that hold once actions have been carried out."""
+
+from collections.abc import Iterable
+
+from planner.fact import Fact
+from planner.knowledge import GroundAction
+
+
+def progressed(facts: Iterable[Fact], actions: Iterable[GroundAction]) -> frozenset[Fact]:
+    """The facts after the actions, one after the other; their conditions are not looked at."""
+    state = set(facts)
+    for action in actions:
+        state.difference_update(action.deletes)
+        state.update(action.effects)
+    return frozenset(state)
+
+
+def carry_out(action: GroundAction, state: set[Fact], achieved: set[Fact]) -> None:
+    """Change what holds, and what holds on purpose: at first or by an intended effect (MACTA §5, table 3)."""
+    for held, effects in ((state, action.effects), (achieved, action.intended_effects)):
+        held.difference_update(action.deletes)
+        held.update(effects)

@@ -1,0 +1,104 @@
+"""Operators without their deletes, as rules: the head comes about once the whole body holds."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from planner.knowledge import KnowledgeBase, Operator
+from planner.knowledge.literal import Literal
+
+FUNCTION = "function:"
+TYPE = "type:"
+GOAL = "goal:"
+"""Prefixes of predicates that are not the knowledge base's: a function has a value for these arguments, an
+object is of a type, a fact was brought about on purpose or held from the start."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """Terms of head and body are the variables that `types` names, or constants."""
+
+    head: Literal
+    body: tuple[Literal, ...]
+    types: Mapping[str, str]
+    distinct: tuple[tuple[str, str], ...]
+    tag: str
+
+    @property
+    def literals(self) -> tuple[Literal, ...]:
+        """The body, with the types of the head's variables that nothing else binds."""
+        bound = {term for literal in self.body for term in literal.terms}
+        loose = dict.fromkeys(t for t in self.head.terms if t in self.types and t not in bound)
+        return (*self.body, *(Literal(TYPE + self.types[term], (term,)) for term in loose))
+
+
+def rules_of(
+    knowledge_base: KnowledgeBase, goal_predicates: Collection[str], *, with_functions: bool = True
+) -> list[Rule]:
+    """A rule for each operator and effect, and for each intended effect that is a goal's predicate."""
+    rules = []
+    for op in knowledge_base.operators:
+        body = (*op.preconditions, *(_defined(op) if with_functions else ()))
+        heads = [*op.intended_effects, *op.other_effects]
+        heads += [
+            Literal(GOAL + effect.predicate, effect.terms)
+            for effect in op.intended_effects
+            if effect.predicate in goal_predicates
+        ]
+        distinct = tuple(op.distinct)
+        rules += [
+            Rule(head=head, body=body, types=op.parameters, distinct=distinct, tag=op.spec.name)
+            for head in dict.fromkeys(heads)
+        ]
+    return rules
+
+
+def _defined(op: Operator) -> Iterator[Literal]:
+    """The functions that the operator's duration needs."""
+    calls = {
+        Literal(FUNCTION + name, tuple(member.get(term, term) for term in terms))
+        for name, terms in op.duration.calls
+        for member in op.members
+    }
+    return iter(sorted(calls, key=str))
+
+
+def positions_needed(
+    rules: Sequence[Rule], knowledge_base: KnowledgeBase, whole: Collection[str]
+) -> dict[str, tuple[int, ...]]:
+    """For each predicate the positions of its arguments that make a difference to what is reached.
+
+    A position makes none if every rule leaves its variable free: then one reached value is as good as any.
+    Keeping only the others keeps the relations small.
+
+    :param whole: predicates of which every argument matters. Predicates that nothing needs are left out.
+    """
+    needed = {name: set(range(len(argument_types(name, knowledge_base)))) for name in whole}
+    while True:
+        before = {predicate: len(positions) for predicate, positions in needed.items()}
+        for rule in rules:
+            if rule.head.predicate in needed:
+                _need(rule, knowledge_base, needed)
+        if before == {predicate: len(positions) for predicate, positions in needed.items()}:
+            return {predicate: tuple(sorted(positions)) for predicate, positions in needed.items()}
+
+
+def _need(rule: Rule, knowledge_base: KnowledgeBase, needed: dict[str, set[int]]) -> None:
+    """Add what the rule's body needs, given what is needed of its head."""
+    terms = [term for literal in rule.literals for term in literal.terms]
+    head = {term for i, term in enumerate(rule.head.terms) if i in needed[rule.head.predicate]}
+    for literal in rule.literals:
+        positions = needed.setdefault(literal.predicate, set())
+        kinds = argument_types(literal.predicate, knowledge_base)
+        for index, term in enumerate(literal.terms):
+            is_free = term in rule.types and term not in head and terms.count(term) == 1
+            if not is_free or rule.types[term] != kinds[index]:
+                positions.add(index)
+
+
+def argument_types(predicate: str, knowledge_base: KnowledgeBase) -> tuple[str, ...]:
+    """The types of a predicate's arguments, also of those with a prefix."""
+    if predicate.startswith(TYPE):
+        return (predicate.removeprefix(TYPE),)
+    if predicate.startswith(FUNCTION):
+        return knowledge_base.file.functions[predicate.removeprefix(FUNCTION)]
+    return tuple(knowledge_base.predicates[predicate.removeprefix(GOAL)].arguments.values())

@@ -1,0 +1,163 @@
+"""What is left of a plan-net that is being carried out, and the problem that is left with it.
+
+An action that is under way has deleted already and has its effects still to come. So that it stays an action of
+the plan-net like any other, the problem is told as of the moment it began: what it needed and has deleted is put
+back. It stands first in the sequence, hence nothing rests on what it takes away again.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+
+from planner.engine import PlanningProblem
+from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
+from planner.extraction import fault_of
+from planner.fact import Fact
+from planner.finishing import confirm, finish
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.plan_net import ROUNDING_S, PlanNet, PlanNetAction
+from planner.progression import progressed
+from planner.statics import Statics
+from planner.validation import linearisation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionProgress:
+    """How far a plan-net has been carried out.
+
+    :param done: ids of the actions that have ended.
+    :param under_way: id → seconds left, of the actions that run and are expected to end well.
+    :param lost: robots that are not to be planned with any more; what they do counts as not done.
+    :param elapsed_s: since the plan's start.
+    """
+
+    done: frozenset[str] = frozenset()
+    under_way: Mapping[str, float] = field(default_factory=dict)
+    lost: frozenset[str] = frozenset()
+    elapsed_s: float = 0.0
+
+
+NOT_BEGUN = MissionProgress()
+
+
+class Remaining:
+    """The actions of a plan-net that have not ended.
+
+    `problem`: the one that plan-nets from now on solve; its facts as of when what is under way began, without what
+    lets lost robots be planned with. `actions`: as they stand in the plan-net. `under_way` and `rest`: as the
+    knowledge base makes them now, in an order of the plan-net; `rest` lacks those it cannot make any more.
+    """
+
+    def __init__(
+        self,
+        plan_net: PlanNet,
+        problem: PlanningProblem,
+        progress: MissionProgress,
+        knowledge_base: KnowledgeBase,
+    ) -> None:
+        """:param problem: the present facts, and all the goals from now on.
+        :raises UnknownAction: if the progress speaks of actions that the plan-net has not.
+        """
+        _refuse_unknown(plan_net, progress)
+        self.knowledge_base, self._progress = knowledge_base, progress
+        able = Statics(knowledge_base, problem).without(progress.lost)
+        self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
+        left = [(a, ground) for a in self.actions if (ground := self._ground(a, able)) is not None]
+        self.under_way = tuple(
+            _begun(ground, progress.under_way[action.id])
+            for action, ground in left
+            if self._runs_on(action, ground, able)
+        )
+        self.rest = tuple(ground for action, ground in left if not self._runs_on(action, ground, able))
+        began = {f for action in self.under_way for f in action.deletes if f in action.preconditions}
+        self.problem = replace(able, facts=able.facts | began)
+        self._statics = Statics(knowledge_base, self.problem)
+
+    def after(self, sequence: Sequence[GroundAction]) -> PlanningProblem:
+        """The problem as it is after a sequence that can be carried out."""
+        return replace(self.problem, facts=progressed(self.problem.facts, sequence))
+
+    def finished(self, sequence: Sequence[GroundAction], goals: Sequence[Fact]) -> PlanNet | str:
+        """The plan-net of a sequence for these goals, checked and confirmed; or, in words, why there is none."""
+        problem = replace(self.problem, goals=tuple(goals))
+        if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
+            return fault
+        try:
+            plan_net = finish(sequence, problem, self.knowledge_base, self._statics)
+            if isinstance(plan_net, PlanNet):
+                confirm(plan_net, problem, self.knowledge_base)
+        except InvalidPlan as error:
+            return str(error)
+        return plan_net if isinstance(plan_net, str) else self._refused(plan_net) or plan_net
+
+    def _refused(self, plan_net: PlanNet) -> str:
+        """What is wrong with it though it is valid; empty if nothing is."""
+        if lost := sorted(self._progress.lost.intersection(plan_net.robots)):
+            return f"{', '.join(lost)} is not to be planned with"
+        held_up = (a for a in plan_net.actions if a.under_way and a.earliest_start_s > ROUNDING_S)
+        return next((f"{a.id} {a.tag} is under way, yet would wait" for a in held_up), "")
+
+    def _ground(self, action: PlanNetAction, problem: PlanningProblem) -> GroundAction | None:
+        """The action with its duration as it is expected now; None if it cannot be any more."""
+        if not self._progress.lost.isdisjoint(action.agents):
+            return None
+        try:
+            return self.knowledge_base.ground(
+                action.tag, action.arguments, problem.functions, objects=problem.objects
+            )
+        except KnowledgeBaseError:
+            return None
+
+    def _runs_on(self, action: PlanNetAction, ground: GroundAction, problem: PlanningProblem) -> bool:
+        """True if it is under way and what it needs to its end still holds."""
+        needs = set(ground.preconditions) - set(ground.deletes)
+        return action.id in self._progress.under_way and problem.facts.issuperset(needs)
+
+
+def as_scheduled(
+    plan_net: PlanNet, facts: frozenset[Fact], elapsed_s: float
+) -> tuple[frozenset[Fact], MissionProgress]:
+    """The facts and the progress so long after the start, if everything goes as scheduled."""
+    state, done, under_way = set(facts), set[str](), dict[str, float]()
+    starts = [(action.earliest_start_s, 1, action) for action in plan_net.actions]
+    ends = [(action.earliest_end_s, 0, action) for action in plan_net.actions]
+    for _, begins, action in sorted([*starts, *ends], key=lambda event: event[:2]):
+        if begins and action.earliest_start_s < elapsed_s:
+            state.difference_update(action.deletes)
+            under_way[action.id] = round(action.earliest_end_s - elapsed_s, 3)
+        elif not begins and action.earliest_end_s <= elapsed_s:
+            state.update(action.effects)
+            done.add(action.id)
+            del under_way[action.id]
+    return frozenset(state), MissionProgress(done=frozenset(done), under_way=under_way, elapsed_s=elapsed_s)
+
+
+def in_order(plan_net: PlanNet) -> tuple[PlanNetAction, ...]:
+    """The actions of a plan-net in one of its orders, those under way first."""
+    return tuple(sorted(linearisation(plan_net), key=lambda action: not action.under_way))
+
+
+def sequence_of(plan_net: PlanNet) -> tuple[GroundAction, ...]:
+    """The same, not scheduled."""
+    names = [slot.name for slot in fields(GroundAction)]
+    return tuple(
+        GroundAction(**{name: getattr(action, name) for name in names}) for action in in_order(plan_net)
+    )
+
+
+def _begun(action: GroundAction, left_s: float) -> GroundAction:
+    """The rest of an action."""
+    seconds = round(max(left_s, 0.0), 3)
+    share = min(1.0, seconds / action.duration_s) if action.duration_s else 0.0
+    return replace(
+        action,
+        under_way=True,
+        duration_s=seconds,
+        distance_m=round(share * action.distance_m, 3),
+        energy_j=round(share * action.energy_j, 3),
+    )
+
+
+def _refuse_unknown(plan_net: PlanNet, progress: MissionProgress) -> None:
+    known = [action.id for action in plan_net.actions]
+    if unknown := sorted({*progress.done, *progress.under_way}.difference(known)):
+        raise UnknownAction(f"the plan-net has no action {', '.join(unknown)}; it has {', '.join(known)}")

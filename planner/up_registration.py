@@ -1,0 +1,20 @@
+"""Makes Macta's planner known to unified-planning."""
+
+from typing import Any
+
+from planner.compilation import UNIFIED_PLANNING_LOCK
+
+ENGINE = "macta"
+
+
+def register_with_unified_planning(environment: Any = None) -> None:
+    """Let `OneshotPlanner(name="macta")` and `AnytimePlanner(name="macta")` find us.
+
+    :param environment: a `unified_planning.environment.Environment`; the global one unless told.
+    """
+    from unified_planning.environment import get_environment
+
+    with UNIFIED_PLANNING_LOCK:
+        factory = get_environment(environment).factory
+        if ENGINE not in factory.engines:
+            factory.add_engine(ENGINE, "planner.up_engine", "MactaEngine")

@@ -1,0 +1,38 @@
+"""Migrations: an old record comes up to date with its rows, and the tables are what the code says."""
+
+from pathlib import Path
+
+from alembic import command
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import text
+
+from app.database import Base, Database
+from app.database.migrate import _config, migrate
+
+
+def database(folder: Path) -> Database:
+    return Database(f"sqlite:///{folder / 'record.sqlite'}")
+
+
+def test_migrations_make_the_tables_that_the_code_declares(tmp_path: Path) -> None:
+    record = database(tmp_path)
+    migrate(record)
+    with record.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+    record.close()
+
+
+def test_a_record_of_the_first_version_keeps_its_rows(tmp_path: Path) -> None:
+    record = database(tmp_path)
+    with record.engine.connect() as connection:
+        command.upgrade(_config(connection), "0001")
+        connection.execute(
+            text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', 'Lab', '{}', 7)")
+        )
+        connection.commit()
+    migrate(record)
+    with record.engine.connect() as connection:
+        rows = connection.execute(text("SELECT id, version, releases FROM worlds")).all()
+    assert [tuple(row) for row in rows] == [("lab", 7, 0)]
+    record.close()

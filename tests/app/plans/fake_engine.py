@@ -1,0 +1,113 @@
+"""An engine for planning processes of tests: what it does is the only fact of its problem."""
+
+import os
+import subprocess
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from planner import (
+    UNOBSERVED,
+    Fact,
+    FastDownwardEngine,
+    Observer,
+    PlanNet,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    Progress,
+    load_knowledge_base,
+)
+
+PLAN = PlanNet(goals=(), actions=(), causal_links=(), orderings=(), recruitment={})
+
+
+def problem(deed: str, *words: str) -> PlanningProblem:
+    return PlanningProblem(objects={}, facts=frozenset({Fact(deed, words)}), goals=())
+
+
+class FakeEngine:
+    name = "fake"
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        (fact,) = problem.facts
+        getattr(self, fact.predicate)(observer, *fact.args)
+        return PlanningResult(
+            status=PlanningStatus.SOLVED, engine=f"{self.name} {os.getpid()}", planning_s=0.0, plan_net=PLAN
+        )
+
+    def answer(self, _: Observer) -> None:
+        """At once."""
+
+    def improve(self, observer: Observer) -> None:
+        """Tell of ever shorter plans until told to stop."""
+        makespan_s = 100.0
+        while not observer.should_stop():
+            makespan_s -= 1
+            observer.progress(Progress(engine=self.name, elapsed_s=100 - makespan_s, makespan_s=makespan_s))
+            time.sleep(0.001)
+
+    def hang(self, _: Observer) -> None:
+        time.sleep(600)
+
+    def die(self, _: Observer) -> None:
+        os._exit(7)
+
+    def die_once(self, _: Observer, file: str) -> None:
+        if not Path(file).exists():
+            Path(file).touch()
+            os._exit(7)
+
+    def slip(self, _: Observer) -> None:
+        raise ZeroDivisionError("a slip")
+
+    def run_a_child(self, observer: Observer, file: str) -> None:
+        """A native engine that runs for long, as `planner.native` runs them."""
+        from planner.native import Limits, run
+
+        script = f"echo $$ > {file}.new; mv {file}.new {file}; exec sleep 600"
+        run(["/bin/sh", "-c", script], folder=Path("/"), limits=Limits(deadline=time.monotonic() + 600))
+
+
+def make_fake_engine() -> FakeEngine:
+    return FakeEngine()
+
+
+def make_no_engine() -> FakeEngine:
+    raise subprocess.SubprocessError("no engine here")
+
+
+class PatientEngine:
+    """Fast Downward, and then a bound that rises until it is told to stop."""
+
+    name = "patient"
+
+    def __init__(self) -> None:
+        self._engine = FastDownwardEngine(load_knowledge_base())
+        self._engine.warm_up()
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        result = self._engine.plan(problem, request)
+        makespan_s, begun = result.plan_net.makespan_s if result.plan_net else None, time.monotonic()
+        bound_s = 0.0
+        while not observer.should_stop() and time.monotonic() < begun + request.time_limit_s:
+            bound_s += 0.1
+            observer.progress(
+                Progress(
+                    engine=self.name,
+                    elapsed_s=time.monotonic() - begun,
+                    makespan_s=makespan_s,
+                    lower_bound_s=bound_s,
+                )
+            )
+            time.sleep(0.01)
+        return replace(result, lower_bound_s=bound_s, engine=f"{request.objective} {request.effort_s}")
+
+
+def make_patient_engine() -> PatientEngine:
+    return PatientEngine()

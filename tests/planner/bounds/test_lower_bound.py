@@ -1,0 +1,90 @@
+"""No plan-net is quicker than the bound, and the bound is no trifle."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from benchmarks.planner.instances import FAMILIES
+from benchmarks.planner.optimum import optimum
+from planner import Fact, KnowledgeBase, PlanningRequest, read_knowledge_base
+from planner.assembly import assemble
+from planner.bounds import lower_bound_s
+from planner.extraction import extract
+from planner.hierarchical.engine import HierarchicalEngine
+from planner.knowledge import scale_term
+from tests.planner.hierarchical.survey import SURVEY, survey
+from tests.planner.hierarchical.worlds import Store
+from tests.planner.large_store import LargeStore
+from tests.planner.store import inside, store_problem
+
+
+@pytest.mark.parametrize("family", ["store", "mixed", "retrieve"])
+def test_the_bound_of_one_sample_is_the_optimum(knowledge_base: KnowledgeBase, family: str) -> None:
+    problem = FAMILIES[family](1, 0).problem(knowledge_base)
+    best = optimum(knowledge_base, problem, time_limit_s=20.0)
+    assert best.is_proven
+    assert lower_bound_s(knowledge_base, problem) == pytest.approx(best.makespan_s)
+
+
+@pytest.mark.parametrize(("family", "share"), [("store", 0.8), ("retrieve", 0.9), ("mixed", 0.7)])
+def test_the_bound_is_close_below_the_optimum(
+    knowledge_base: KnowledgeBase, family: str, share: float
+) -> None:
+    problem = FAMILIES[family](3, 1).problem(knowledge_base)
+    best = optimum(knowledge_base, problem, time_limit_s=20.0)
+    assert best.is_proven
+    assert best.makespan_s is not None
+    assert share * best.makespan_s <= lower_bound_s(knowledge_base, problem) <= best.makespan_s
+
+
+@pytest.mark.parametrize("samples", [1, 5, 12])
+def test_a_plan_without_search_is_never_below_the_bound(knowledge_base: KnowledgeBase, samples: int) -> None:
+    store = LargeStore(aisles=3, samples=samples)
+    problem = store.problem()
+    order = extract(store.sequence(problem, knowledge_base), problem.facts, problem.goals)
+    plan_net = assemble(order, problem.goals, knowledge_base, {})
+    assert 0 < lower_bound_s(knowledge_base, problem) <= plan_net.makespan_s
+
+
+def test_learned_durations_count(knowledge_base: KnowledgeBase) -> None:
+    problem = store_problem([inside("sample_1", "bay_7")])
+    slower = {**problem.functions, scale_term("RELEASE2", 1): 2.0}
+    bound_s = lower_bound_s(knowledge_base, problem)
+    # Two legs, two releases of 5 s, both on the critical path.
+    assert lower_bound_s(knowledge_base, replace(problem, functions=slower)) == pytest.approx(bound_s + 10.0)
+
+
+def test_a_goal_that_holds_needs_nothing(knowledge_base: KnowledgeBase) -> None:
+    held = next(fact for fact in store_problem([]).facts if fact.predicate == "object_position")
+    assert lower_bound_s(knowledge_base, store_problem([held])) == 0.0
+
+
+def test_a_robots_own_goal_needs_its_way_there(knowledge_base: KnowledgeBase) -> None:
+    store = Store()
+    goal = Fact("robot_position", ("yard_0", "near", "door_0"))
+    problem = store.problem([goal], {})
+    drive = {"robots": "yard_0", "rel1": "near", "ref1": "home_yard_0", "rel2": "near", "ref2": "door_0"}
+    action = knowledge_base.ground(
+        "NAVIGATE", {**drive, "area": "yard"}, problem.functions, objects=problem.objects
+    )
+    assert lower_bound_s(knowledge_base, problem) == pytest.approx(action.duration_s)
+
+
+def test_work_adds_up_over_what_few_robots_must_do(knowledge_base: KnowledgeBase) -> None:
+    """One robot of the yard, four samples: the bound grows by more than a leg's handling with each."""
+    store = Store(aisles=2, yard_robots=1, doors=4)
+    samples = {f"sample_{n}": f"door_{n}" for n in range(4)}
+    goals = [inside(f"sample_{n}", f"bay_{n % 2}_{n}") for n in range(4)]
+    bounds = [lower_bound_s(knowledge_base, store.problem(goals[:n], samples)) for n in range(1, 5)]
+    assert all(more - less > 7.5 for less, more in pairwise(bounds))
+
+
+def test_other_knowledge_bases_are_bounded_too() -> None:
+    base = read_knowledge_base(SURVEY, "survey.yaml")
+    goal = Fact("stands", ("box", "fork"))
+    problem = survey([goal], rovers={"ann": "base", "bob": "fork"}, strong=["ann", "bob"])
+    # Bob drives 10 m at 2 m/s to the box, then both carry it 10 m at 1 m/s.
+    result = HierarchicalEngine(base).plan(problem, PlanningRequest(effort_s=0.1))
+    assert result.plan_net is not None
+    assert 10.0 <= lower_bound_s(base, problem) <= result.plan_net.makespan_s == 15.0

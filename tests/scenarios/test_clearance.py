@@ -1,0 +1,56 @@
+"""A whole mission with clearance: service, record, links, robots and the simulated world; only the plan is given."""
+
+import time
+from pathlib import Path
+
+from app.composition import RunningWorld, Service
+from app.goals.desk import GoalRequest
+from app.settings import Settings
+from app.states import MissionState
+from benchmarks.errands import with_sample
+from robots.wire import PacketState
+from robots.world import load_world
+from sim import SimulationProcess
+from tests.app.scripted import ScriptedWorker
+from tests.app.store import Store
+
+GIVE_UP_S = 120.0
+
+
+def mission_of(service: Service, goal_id: str) -> str:
+    """The goal's mission, once it has ended."""
+    give_up = time.monotonic() + GIVE_UP_S
+    while True:
+        assert time.monotonic() < give_up
+        mission_id = service.goals.get(goal_id).mission_id
+        if mission_id is not None and MissionState(service.missions.get(mission_id)[0].state).ended:
+            return mission_id
+        time.sleep(0.1)
+
+
+def test_two_yard_robots_hand_over_at_one_interchange_one_after_the_other(tmp_path: Path) -> None:
+    store = Store(with_sample(load_world("sample_store"), "sample_2", "door_2", vacant="bay_3"))
+    net = store.one_interchange_twice()
+    leaves = next(
+        a.id for a in net.actions if a.arguments.get("ref1") == "interchange_1" and a.tag == "NAVIGATE"
+    )
+    arrives = next(a.id for a in net.actions if a.tag == "TRANSPORT" and a.agents == ("yard_2",))
+    settings = Settings(data=tmp_path, token="a-token-for-the-scenario", database_url=None)
+    with SimulationProcess.start(store.world, seed=1, speed=None) as simulation:
+        running = RunningWorld(file=store.world, link=simulation.link, clock=simulation, rate=None)
+        with Service(settings, [running], worker=ScriptedWorker(net)) as service:
+            request = GoalRequest(
+                world="sample_store", text="move sample_1 to bay_1 and sample_2 to bay_3", auto_approve=True
+            )
+            mission_id = mission_of(service, service.goals.submit(request, actor="scenario").id)
+            mission, scripts = service.missions.get(mission_id)
+            truth = simulation.truth()
+    assert mission.state == MissionState.COMPLETED, mission.reason
+    assert {name: truth.samples[name].ref for name in ("sample_1", "sample_2")} == {
+        "sample_1": "bay_1",
+        "sample_2": "bay_3",
+    }
+    packets = {script.robot: script.packets for script in scripts}
+    assert packets["yard_1"][leaves]["state"] == PacketState.FINISHED
+    assert packets["yard_1"][leaves]["finished_at_s"] < packets["yard_2"][arrives]["started_at_s"]
+    assert {script.robot: script.cleared for script in scripts if script.cleared} == {"yard_2": [leaves]}
