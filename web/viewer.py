@@ -87,8 +87,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--api", required=True, help="the service's address, e.g. http://127.0.0.1:8000")
     parser.add_argument("--port", required=True, type=int, help="the loopback port to serve the view on")
     parser.add_argument("--world", required=True, help="the world's id")
+    # Given, not asked for here: by the time this runs the parent may be gone already.
+    parser.add_argument("--parent", type=int, default=os.getppid(), help="the process to end with")
     options = parser.parse_args(arguments)
-    parent = os.getppid()
     stopped = threading.Event()
 
     def stop(_signal: int, _frame: FrameType | None) -> None:
@@ -98,7 +99,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, stop)
     feed = WorldFeed(api=options.api, token=os.environ.get("MACTA_TOKEN", ""), world=options.world)
-    Viewer(feed=feed, port=options.port, stopped=stopped).run(as_long_as=lambda: os.getppid() == parent)
+    Viewer(feed=feed, port=options.port, stopped=stopped).run(
+        as_long_as=lambda: os.getppid() == options.parent
+    )
 
 
 if __name__ == "__main__":

@@ -53,6 +53,8 @@ class Viewer:
             str(self._port),
             "--world",
             world,
+            "--parent",
+            str(os.getpid()),
         ]
         self._process = subprocess.Popen(
             command,

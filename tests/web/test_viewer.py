@@ -17,6 +17,8 @@ from tests.web.fake_api import TOKEN, WORLD, FakeService, create_app, free_port,
 from web.feed import WorldFeed
 from web.viewer import Viewer
 
+PROJECT = Path(__file__).parents[2]
+
 
 def until(rule: Callable[[], bool], timeout_s: float = 15.0) -> None:
     deadline = time.monotonic() + timeout_s
@@ -152,21 +154,34 @@ def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, 
             view.kill()
 
 
+def starting_a_view(api: str, port: int, then: str) -> list[str]:
+    """A process that starts a view and then does something else."""
+    start = (
+        "import os, subprocess, sys; subprocess.Popen([sys.executable, '-m', 'web.viewer', '--api',"
+        f" '{api}', '--port', '{port}', '--world', '{WORLD}', '--parent', str(os.getpid())]); {then}"
+    )
+    return [sys.executable, "-c", start]
+
+
 def test_the_process_ends_with_the_one_that_started_it(service: FakeService, port: int) -> None:
     view_port = free_port()
     with served(create_app(service), service, port) as api:
-        start = (
-            "import subprocess, sys; subprocess.Popen([sys.executable, '-m', 'web.viewer',"
-            f" '--api', '{api}', '--port', '{view_port}', '--world', '{WORLD}'], stdout=subprocess.DEVNULL);"
-            " sys.stdin.read()"
-        )
         parent = subprocess.Popen(
-            [sys.executable, "-c", start], stdin=subprocess.PIPE, cwd=Path(__file__).parents[2]
+            starting_a_view(api, view_port, "sys.stdin.read()"),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            cwd=PROJECT,
         )
         until(lambda: _answers(view_port))
         parent.kill()
         parent.communicate()
         until(lambda: not _answers(view_port))
+
+
+def test_the_process_ends_also_if_the_one_that_started_it_was_gone_before_it_was_up(port: int) -> None:
+    command = starting_a_view(f"http://127.0.0.1:{port}", free_port(), "sys.exit()")
+    # The view holds the pipe that is read to its end.
+    subprocess.run(command, capture_output=True, cwd=PROJECT, timeout=60, check=True)
 
 
 def _answers(port: int) -> bool:
