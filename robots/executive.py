@@ -159,7 +159,7 @@ class Executive:
         if change is None:
             return
         at_s = percepts.time_s if percepts else now_s
-        self._report_packet(run, change.state, percepts, at_s, change.detail)
+        self._report_packet(run, change.state, percepts, at_s, change.detail, change.events)
         if change.state is PacketState.FAILED:
             self._end(ScriptState.FAILED, percepts, at_s, change.category, change.detail)
         elif change.state is PacketState.FINISHED and run is self._runs[-1]:
@@ -174,7 +174,13 @@ class Executive:
             self._report_packet(run, self.packet_state or run.state, percepts, now_s, "")
 
     def _report_packet(
-        self, run: PacketRun, state: PacketState, percepts: Percepts | None, at_s: float, detail: str
+        self,
+        run: PacketRun,
+        state: PacketState,
+        percepts: Percepts | None,
+        at_s: float,
+        detail: str,
+        events: tuple[str, ...] = (),
     ) -> None:
         report = PacketReport(
             script_id=self._under_way.id,
@@ -182,6 +188,7 @@ class Executive:
             state=state,
             at_s=at_s,
             perceived=perceived(percepts) if percepts else (),
+            events=events,
             detail=detail,
         )
         self._reports.append(report)

@@ -3,14 +3,16 @@ its post-conditions.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from robots.conditions import unmet
+from robots.events import TIMEOUT, TOO_FAR, EventWatch
 from robots.patterns import BehaviourPattern, Responses, respond
 from robots.percepts import Percepts
 from robots.profile import RobotProfile
+from robots.progress import Odometer
 from robots.repertoire import BoundPacket
-from robots.stall import RETRIES, StallGuard
+from robots.stall import StallGuard
 from robots.synthesis import Motion, synthesise
 from robots.wire import BehaviourPacket, FailureCategory, PacketState
 
@@ -20,10 +22,11 @@ LOST_S = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """A packet's new state, or news within a state, with words for the operator."""
+    """A packet's new state, or news within a state, with words for the operator and the events raised."""
 
     state: PacketState
     detail: str = ""
+    events: tuple[str, ...] = ()
     category: FailureCategory | None = None
 
 
@@ -49,9 +52,10 @@ class PacketRun:
         self._uncleared = set(packet.after)
         self._missing: list[str] = []
         self._waited_s = 0.0
-        self._ran_s = 0.0
         self._lost_s = 0.0
-        self._guard = StallGuard(bound.goal)
+        self._guard = StallGuard(bound.goal, bound.retries or 0)
+        self._odometer = Odometer()
+        self._watch = EventWatch(bound.events)
 
     @property
     def over(self) -> bool:
@@ -74,7 +78,7 @@ class PacketRun:
         if self.state is PacketState.INITIALIZING:
             return self._wait(percepts, step_s)
         if self.state is PacketState.RUNNING:
-            return self._run(percepts, step_s)
+            return self._advance(percepts, step_s)
         return Outcome()
 
     def fail(self, category: FailureCategory, why: str) -> Outcome:
@@ -98,38 +102,59 @@ class PacketRun:
         uncleared = [action for action in self.packet.after if action in self._uncleared]
         return f"waits for clearance: {', '.join(uncleared)}" if uncleared else ""
 
+    def _advance(self, percepts: Percepts, step_s: float) -> Outcome:
+        """One tick of acting; the events it raises go with its change of state, or are news of their own."""
+        progress = self._odometer.update(percepts.odometry, step_s, self._watch.raised)
+        news = self._watch.update(replace(percepts, progress=progress))
+        progress = replace(progress, raised=self._watch.raised)
+        outcome = self._run(replace(percepts, progress=progress), step_s)
+        if not news:
+            return outcome
+        change = outcome.change or Change(state=self.state)
+        said = "; ".join(f"{name}: the robot {words}" for name, words in news.items())
+        detail = f"{change.detail}; {said}" if change.detail else said
+        events = (*news, *change.events)
+        return replace(outcome, change=replace(change, detail=detail, events=events))
+
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
         missing = unmet(self._bound.after, percepts)
         if not missing:
             self.state = PacketState.FINISHED
             return Outcome(change=Change(state=self.state))
-        self._ran_s += step_s
         lost = unmet(self._bound.maintain, percepts)
         self._lost_s = self._lost_s + step_s if lost else 0.0
         if self._lost_s > LOST_S:
             return self.fail(FailureCategory.WORLD_CHANGED, f"broke off: the robot {'; '.join(lost)}")
-        if self._ran_s > self.packet.timeout_s:
+        for limit in (TOO_FAR, TIMEOUT):
+            if limit in percepts.progress.raised:
+                return self._overrun(limit, missing)
+        return self._move(percepts, step_s, missing)
+
+    def _overrun(self, limit: str, missing: list[str]) -> Outcome:
+        if limit == TIMEOUT:
             why = f"did not end within {self.packet.timeout_s:.0f} s: the robot {'; '.join(missing)}"
             return self.fail(FailureCategory.DEADLINE, why)
-        return self._move(percepts, step_s, missing)
+        why = f"did not end within {self._bound.max_distance_m} m: the robot {'; '.join(missing)}"
+        return self.fail(FailureCategory.ROBOT, why)
 
     def _move(self, percepts: Percepts, step_s: float, missing: list[str]) -> Outcome:
         profile, guard = self._profile, self._guard
         motion = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
         if motion is not None:
             return Outcome(motion=motion)
-        guard.watch(percepts, step_s)
+        if self._bound.retries is not None:
+            guard.watch(percepts, step_s)
         if guard.spent:
-            why = f"made no progress after {RETRIES} retries: the robot {'; '.join(missing)}"
+            why = f"made no progress after {guard.allowed} retries: the robot {'; '.join(missing)}"
             return self.fail(FailureCategory.ROBOT, why)
         if guard.stalled:
             guard.begin_manoeuvre()
-            detail = f"no progress, backs off and tries again ({guard.retries} of {RETRIES})"
+            detail = f"no progress, backs off and tries again ({guard.retries} of {guard.allowed})"
             return Outcome(change=Change(state=self.state, detail=detail))
         return self._act(self._bound.patterns, percepts)
 
     def _act(self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Outcome:
         responses = respond(patterns, percepts)
-        profile = self._profile
-        motion = synthesise(responses.competing(), speed_m_s=profile.speed_m_s, turn_rad_s=profile.turn_rad_s)
+        speed_m_s = min(self._profile.speed_m_s, self._bound.max_velocity_m_s)
+        motion = synthesise(responses.competing(), speed_m_s=speed_m_s, turn_rad_s=self._profile.turn_rad_s)
         return Outcome(motion=motion, responses=responses)

@@ -42,6 +42,7 @@ class Perception:
             sightings={sighting.identity: sighting for sighting in readings.sightings},
             tracks=dict(self._tracks),
             obstacles=self._obstacles(readings),
+            odometry=odometry,
         )
 
     def _remember(self, sighting: Sighting, pose: Pose, now_s: float) -> None:

@@ -2,12 +2,14 @@
 
 from cmath import phase, rect
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import isfinite, pi
 
 from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose, Readings, Sighting
 from robots.geometry import to_robot, to_world, wrap
 from robots.profile import STAND_OFF_M, RobotProfile
+from robots.progress import Progress
 
 REMEMBERED_S = 5.0
 """How long a tag that went out of sight is still believed to lie where it was."""
@@ -44,7 +46,10 @@ class Obstacle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Percepts:
-    """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres."""
+    """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres.
+
+    `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has come to by it.
+    """
 
     profile: RobotProfile
     time_s: float
@@ -53,6 +58,8 @@ class Percepts:
     sightings: Mapping[str, Sighting]
     tracks: Mapping[str, Track]
     obstacles: tuple[Obstacle, ...]
+    odometry: Pose
+    progress: Progress = field(default_factory=Progress)
 
     @property
     def me(self) -> str:
@@ -71,7 +78,9 @@ class Percepts:
         return identity in self.sightings
 
     def locate(self, identity: str) -> complex | None:
-        """Where something is: in my jaws, as sighted, on the map, or remembered; None if it is not known."""
+        """Where something is: in my jaws, as sighted, on the map, a way-point, or remembered; None if it is not
+        known.
+        """
         if identity == self.holding:
             return complex(GRIPPER_REACH_M)
         sighting = self.sightings.get(identity)
@@ -80,6 +89,9 @@ class Percepts:
         place = self.profile.places.get(identity)
         if place is not None:
             return to_robot(self.pose, place.point)
+        point = _waypoint(identity)
+        if point is not None:
+            return to_robot(self.pose, point)
         track = self.tracks.get(identity)
         if track is None:
             return None
@@ -124,3 +136,22 @@ class Percepts:
 
     def to_world(self, point: complex) -> complex:
         return to_world(self.pose, point)
+
+
+def waypoint(x_m: float, y_m: float) -> str:
+    """The name that stands for a point of the world's frame (SRA's [X, Y]).
+
+    :raises ValueError: if it is no point.
+    """
+    if not (isfinite(x_m) and isfinite(y_m)):
+        raise ValueError(f"({x_m}, {y_m}) is no point")
+    return f"({x_m:.3f}, {y_m:.3f})"
+
+
+@lru_cache(maxsize=1024)
+def _waypoint(identity: str) -> complex | None:
+    """The point that a name stands for, if it is a way-point's."""
+    if not identity.startswith("("):
+        return None
+    x, _, y = identity.strip("()").partition(", ")
+    return complex(float(x), float(y))

@@ -20,8 +20,9 @@ class StallGuard:
     gripper.
     """
 
-    def __init__(self, goal: str | None) -> None:
+    def __init__(self, goal: str | None, retries: int = RETRIES) -> None:
         self._goal = goal
+        self.allowed = retries
         self._best_m = float("inf")
         self._mark: tuple[complex, float, str | None] | None = None
         self._idle_s = 0.0
@@ -35,7 +36,7 @@ class StallGuard:
     @property
     def spent(self) -> bool:
         """True if it has stalled more often than there are retries."""
-        return self.stalled and self.retries >= RETRIES
+        return self.stalled and self.retries >= self.allowed
 
     def watch(self, percepts: Percepts, step_s: float) -> None:
         """Account for one tick in which the packet's patterns were active."""
@@ -63,7 +64,8 @@ class StallGuard:
         return None
 
     def _progressed(self, percepts: Percepts) -> bool:
-        point = percepts.approach_point(self._goal) if self._goal is not None else None
+        goal = self._goal
+        point = (percepts.approach_point(goal) or percepts.locate(goal)) if goal is not None else None
         if point is not None and abs(point) > 0.3:
             if abs(point) < self._best_m - NEARER_M:
                 self._best_m = abs(point)

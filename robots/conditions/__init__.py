@@ -6,21 +6,27 @@ composable, so that data can state them.
 
 from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, unmet
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
+from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.verdict import Condition, Verdict
 
 __all__ = [
+    "Advanced",
     "AllOf",
     "AnyCondition",
     "AnyOf",
+    "AtRest",
     "Beside",
     "BetweenJaws",
     "Clear",
     "Closer",
     "Condition",
     "Cramped",
+    "Elapsed",
     "Empty",
+    "Faster",
+    "Heading",
     "Holding",
     "InView",
     "JawsAt",
@@ -29,6 +35,9 @@ __all__ = [
     "Not",
     "OffPoint",
     "OnCourse",
+    "Raised",
+    "Travelled",
+    "Turned",
     "Vacant",
     "Verdict",
     "unmet",

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
+from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.verdict import Condition, Verdict
@@ -68,6 +69,14 @@ AnyCondition = Annotated[
     | Clear
     | Beside
     | InView
+    | Elapsed
+    | Travelled
+    | Advanced
+    | Turned
+    | Heading
+    | AtRest
+    | Faster
+    | Raised
     | Not
     | AnyOf
     | AllOf,

@@ -9,7 +9,9 @@ from pydantic import ValidationError
 
 from robots.awaits import condition_for
 from robots.errors import RepertoireError
+from robots.percepts import waypoint
 from robots.profile import RobotProfile
+from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.wire import BehaviourPacket
 
@@ -28,10 +30,16 @@ class Repertoire:
         spec = self.specs.get(packet.tag)
         if spec is None:
             raise RepertoireError(f"unknown packet {packet.tag}; known: {', '.join(sorted(self.specs))}")
-        if packet.tag not in profile.repertoire:
+        if not spec.basic and packet.tag not in profile.repertoire:
             raise RepertoireError(f"{packet.tag} is not in the repertoire of {profile.name}")
         _check_arguments(packet, spec, profile)
-        bound = spec.bind({**packet.arguments, "me": profile.name})
+        values = {
+            **packet.arguments,
+            **_parameters(packet, spec),
+            **_target(packet, spec),
+            "me": profile.name,
+        }
+        bound = spec.bind(values, packet.timeout_s)
         awaited = tuple(condition_for(fact, profile) for fact in packet.awaits)
         return replace(bound, before=(*bound.before, *(one for one in awaited if one not in bound.before)))
 
@@ -51,6 +59,33 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
         robot = packet.arguments[name]
         if robot not in (*profile.others, profile.name):
             raise RepertoireError(f"{packet.tag}: {name} = {robot} is no robot {profile.name} knows")
+
+
+def _parameters(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
+    """What the packet gives of its parameters and limits."""
+    values: dict[str, Value] = {}
+    for name, parameter in {**LIMITS, **spec.parameters}.items():
+        if name in packet.arguments:
+            try:
+                values[name] = parameter.read(packet.arguments[name])
+            except ValueError as error:
+                raise RepertoireError(f"{packet.tag}: {name} = {error}") from None
+    return values
+
+
+def _target(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
+    """What a packet with a target is about: an object, or a way-point of the world's frame."""
+    given = packet.arguments
+    if not spec.target:
+        return {}
+    if ("object" in given) == ("x" in given and "y" in given):
+        raise RepertoireError(f"{packet.tag} needs either object, or x and y")
+    if "object" in given:
+        return {"target": given["object"]}
+    try:
+        return {"target": waypoint(float(given["x"]), float(given["y"]))}
+    except ValueError:
+        raise RepertoireError(f"{packet.tag}: x = {given['x']}, y = {given['y']} is no point") from None
 
 
 def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoire:

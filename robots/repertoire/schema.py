@@ -2,20 +2,21 @@
 §3).
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
-from robots.conditions import AnyCondition, Condition
+from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
+from robots.events import TIMEOUT, TOO_FAR, TOO_FAST
 from robots.patterns import BehaviourPattern
+from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
+from robots.stall import RETRIES
 
-
-class Checked(BaseModel):
-    """Base: immutable, unknown keys are an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+FASTER = 1.1
+"""Above its velocity limit by this factor a robot is too fast: odometry errs by some per cent."""
 
 
 class PacketSpec(Checked):
@@ -23,36 +24,49 @@ class PacketSpec(Checked):
 
     `arguments` must be given; `places`, `objects` and `robots` say which of them name what. `before` and
     `after` are the sensor pre- and post-conditions. Our additions: `waiting`, patterns active until the pre-
-    conditions hold; `maintain`, conditions whose loss is a failure; `goal`, the place whose approach point
-    measures progress.
+    conditions hold; `maintain`, conditions whose loss is a failure; `goal`, the place or thing that measures
+    progress, and how often it `retries` without any (None: it need not get anywhere).
+
+    SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
+    an `object` or a way-point `x`, `y`; `events`. A packet that is `basic` every robot can carry out.
     """
 
     tag: str
     about: str
-    arguments: tuple[str, ...]
+    basic: bool = False
+    arguments: tuple[str, ...] = ()
     places: tuple[str, ...] = ()
     robots: tuple[str, ...] = ()
+    target: bool = False
+    parameters: dict[str, Parameter] = Field(default_factory=dict)
     before: tuple[dict[str, Any], ...] = ()
     waiting: tuple[dict[str, Any], ...] = ()
     patterns: tuple[dict[str, Any], ...] = Field(min_length=1)
     maintain: tuple[dict[str, Any], ...] = ()
     after: tuple[dict[str, Any], ...] = Field(min_length=1)
+    events: dict[str, tuple[dict[str, Any], ...]] = Field(default_factory=dict)
     goal: str | None = None
+    retries: int | None = Field(default=RETRIES, ge=0)
 
-    def bind(self, arguments: dict[str, str]) -> "BoundPacket":
-        """The packet for these arguments; a name that no argument gives stays unknown to the senses.
+    def bind(self, arguments: Mapping[str, Value], timeout_s: float = 60.0) -> "BoundPacket":
+        """The packet for these arguments; a name that no argument gives stays unknown to the senses, a
+        parameter that none gives has its default.
 
         :raises pydantic.ValidationError: if a condition or pattern is malformed.
         """
+        defaults = {name: one.default for name, one in {**LIMITS, **self.parameters}.items()}
+        values = {**defaults, **arguments, "timeout_s": timeout_s}
 
         def fill(value: Any) -> Any:
             if isinstance(value, str) and value.startswith("$"):
-                return arguments.get(value[1:], value)
+                return values.get(value[1:], value)
             if isinstance(value, dict):
                 return {key: fill(inner) for key, inner in value.items()}
             return [fill(inner) for inner in value] if isinstance(value, list | tuple) else value
 
         conditions, patterns = _conditions(), _patterns()
+        max_velocity_m_s, max_distance_m = float(values[MAX_VELOCITY]), float(values[MAX_DISTANCE])
+        events = {name: conditions.validate_python(fill(one)) for name, one in self.events.items()}
         return BoundPacket(
             tag=self.tag,
             before=conditions.validate_python(fill(self.before)),
@@ -60,8 +74,23 @@ class PacketSpec(Checked):
             patterns=patterns.validate_python(fill(self.patterns)),
             maintain=conditions.validate_python(fill(self.maintain)),
             after=conditions.validate_python(fill(self.after)),
+            events=events | _limits(max_velocity_m_s, max_distance_m, timeout_s),
+            max_velocity_m_s=max_velocity_m_s,
+            max_distance_m=max_distance_m,
             goal=fill(self.goal),
+            retries=self.retries,
         )
+
+
+def _limits(
+    max_velocity_m_s: float, max_distance_m: float, timeout_s: float
+) -> dict[str, tuple[Condition, ...]]:
+    """The events of the base class Behaviour (SRA fig. 4)."""
+    return {
+        TOO_FAST: (Faster(m_s=FASTER * max_velocity_m_s),),
+        TOO_FAR: (Travelled(m=max_distance_m),),
+        TIMEOUT: (Elapsed(s=timeout_s),),
+    }
 
 
 # NOTE: a checker takes 20 ms to make, longer than half a tick: made at first use, then kept.
@@ -85,4 +114,8 @@ class BoundPacket:
     patterns: tuple[BehaviourPattern, ...]
     maintain: tuple[Condition, ...] = ()
     after: tuple[Condition, ...]
+    events: Mapping[str, tuple[Condition, ...]] = field(default_factory=dict)
+    max_velocity_m_s: float = LIMITS[MAX_VELOCITY].most
+    max_distance_m: float = LIMITS[MAX_DISTANCE].most
     goal: str | None = None
+    retries: int | None = RETRIES

@@ -79,7 +79,7 @@ class Refusal(Wire):
 
 
 class PacketReport(Wire):
-    """Robot to service: a packet changed its state (inform)."""
+    """Robot to service: a packet changed its state, or raised `events` within it (inform)."""
 
     kind: Literal["packet_report"] = "packet_report"
     script_id: str
@@ -87,6 +87,7 @@ class PacketReport(Wire):
     state: PacketState
     at_s: float
     perceived: tuple[SymbolicFact, ...] = ()
+    events: tuple[str, ...] = ()
     detail: str = ""
 
 

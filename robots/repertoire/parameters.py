@@ -1,0 +1,49 @@
+"""Parameters of packets: checked values that a script may give beside names (SRA fig. 4, in brackets)."""
+
+from collections.abc import Mapping
+from math import isfinite
+
+from pydantic import BaseModel, ConfigDict
+
+Value = float | str
+
+
+class Checked(BaseModel):
+    """Base: immutable, unknown keys are an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Parameter(Checked):
+    """A number within its range, or one word of several; what it is when a script does not say."""
+
+    about: str
+    default: Value
+    least: float = 0.0
+    most: float = 0.0
+    choices: tuple[str, ...] = ()
+
+    def read(self, text: str) -> Value:
+        """The value that a script's text stands for.
+
+        :raises ValueError: with the values it may have.
+        """
+        if self.choices:
+            if text not in self.choices:
+                raise ValueError(f"{text} is none of {', '.join(self.choices)}")
+            return text
+        try:
+            number = float(text)
+        except ValueError:
+            raise ValueError(f"{text!r} is no number") from None
+        if not (isfinite(number) and self.least <= number <= self.most):
+            raise ValueError(f"{text} is not within {self.least:g} to {self.most:g}")
+        return number
+
+
+MAX_VELOCITY, MAX_DISTANCE = "max_velocity_m_s", "max_distance_m"
+LIMITS: Mapping[str, Parameter] = {
+    MAX_VELOCITY: Parameter(about="no faster than this", default=2.0, least=0.01, most=2.0),
+    MAX_DISTANCE: Parameter(about="no farther than this by odometry", default=1e4, least=0.01, most=1e4),
+}
+"""Parameters of every packet (SRA: of the base class Behaviour); the third, Timeout, is the packet's own field."""
