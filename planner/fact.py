@@ -1,11 +1,13 @@
 """Ground facts."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Fact:
-    """A ground atom of the knowledge base's vocabulary, e.g. object_position(sample_1, in, bay_7)."""
+class Fact(NamedTuple):
+    """A ground atom of the knowledge base's vocabulary, e.g. object_position(sample_1, in, bay_7).
+
+    A tuple, since sets of facts are looked into millions of times for a large plan.
+    """
 
     predicate: str
     args: tuple[str, ...] = ()

@@ -1,6 +1,7 @@
 """The knowledge base: plan-net actions and their vocabulary, as data (MACTA §4, fig. 4; §5, table 3)."""
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
@@ -24,7 +25,7 @@ class KnowledgeBase:
         """Each constant's type."""
         return self._constants
 
-    @property
+    @cached_property
     def fluents(self) -> frozenset[str]:
         """The predicates that some action changes; the others are static."""
         return frozenset(

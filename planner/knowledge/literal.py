@@ -28,7 +28,7 @@ class Literal:
 
     def ground(self, binding: Mapping[str, str]) -> Fact:
         """The fact under the binding; terms it does not bind are constants."""
-        return Fact(self.predicate, tuple(binding.get(term, term) for term in self.terms))
+        return Fact(self.predicate, tuple([binding.get(term, term) for term in self.terms]))
 
     def rename(self, names: Mapping[str, str]) -> "Literal":
         return Literal(self.predicate, tuple(names.get(term, term) for term in self.terms))

@@ -7,6 +7,7 @@ each literal with the list holds for every member, and the duration is the longe
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, product
 
 from planner.fact import Fact
@@ -47,7 +48,7 @@ class GroundAction:
         return f"{self.tag}({', '.join(self.arguments.values())})"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Operator:
     """One variant of a plan-net action: `parameters` maps the names left open to their types."""
 
@@ -64,26 +65,26 @@ class Operator:
     distance: Expression
     energy: Expression
 
-    @property
-    def distinct(self) -> Iterator[tuple[str, str]]:
+    @cached_property
+    def distinct(self) -> tuple[tuple[str, str], ...]:
         """The pairs of parameters that are bound to different objects."""
         pairs = combinations(self.parameters, 2)
         if self.spec.distinct is None:
-            return (pair for pair in pairs if self.parameters[pair[0]] == self.parameters[pair[1]])
+            return tuple(pair for pair in pairs if self.parameters[pair[0]] == self.parameters[pair[1]])
         told = {frozenset(pair) for pair in self.spec.distinct}
         listed = {pair: frozenset(map(self._listed, pair)) for pair in pairs}
-        return (pair for pair, names in listed.items() if names in told or len(names) == 1)
+        return tuple(pair for pair, names in listed.items() if names in told or len(names) == 1)
 
     def _listed(self, parameter: str) -> str:
         """The parameter, or the list of robots that it is a member of."""
         return next((name for name, members in self.teams.items() if parameter in members), parameter)
 
-    @property
+    @cached_property
     def members(self) -> tuple[Mapping[str, str], ...]:
         """For every choice of one member a team: the list parameters' names → that member's."""
         return tuple(dict(zip(self.teams, choice, strict=True)) for choice in product(*self.teams.values()))
 
-    @property
+    @cached_property
     def agents(self) -> tuple[str, ...]:
         return tuple(member for agent in self.spec.agents for member in self.teams.get(agent, (agent,)))
 
@@ -214,4 +215,4 @@ def _expand(
 
 
 def _ground(literals: tuple[Literal, ...], binding: Mapping[str, str]) -> tuple[Fact, ...]:
-    return tuple(literal.ground(binding) for literal in literals)
+    return tuple([literal.ground(binding) for literal in literals])
