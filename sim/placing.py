@@ -8,7 +8,7 @@ import numpy as np
 
 from robots.body import RADIUS_M, Pose
 from robots.world import RobotSpec, WorldFile
-from sim.walls import Panel, clearance_m
+from robots.world.walls import Panel, clearance_m
 
 WALL_CLEARANCE_M = RADIUS_M + 0.2  # room to turn with the jaws ahead
 BODY_CLEARANCE_M = 2 * RADIUS_M + 0.2
@@ -54,7 +54,7 @@ class StartPlaces:
 
     def _clear(self, spec: RobotSpec, point: tuple[float, float], others: Sequence[Pose]) -> bool:
         bodies = [(other.x_m, other.y_m) for other in others]
-        samples = [self.world.location(sample.at).at for sample in self.world.samples]
+        samples = [self.world.location(place).at for place in self.world.lying.values()]
         return (
             self.world.area_of(spec).contains(point)
             and clearance_m(point, self.panels) >= WALL_CLEARANCE_M
@@ -76,10 +76,10 @@ def told_pose(true: Pose, rng: np.random.Generator) -> Pose:
 def sample_points(world: WorldFile, rng: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Where the samples stand at the start: at their locations, within about a centimetre."""
     points = {}
-    for sample in world.samples:
-        x, y = world.location(sample.at).at
+    for sample, place in world.lying.items():
+        x, y = world.location(place).at
         noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
-        points[sample.name] = (x + float(noise[0]), y + float(noise[1]))
+        points[sample] = (x + float(noise[0]), y + float(noise[1]))
     return points
 
 

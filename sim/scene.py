@@ -13,11 +13,12 @@ from typing import Any
 import pybullet
 
 from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose
-from sim.walls import WALL_HEIGHT_M, WALL_THICKNESS_M, Panel
+from robots.world.walls import WALL_THICKNESS_M, Panel
 
 TICK_S = 1 / 60
 SUBSTEPS = 4  # of 1/240 s each
 
+WALL_HEIGHT_M = 0.6
 ROVER_HEIGHT_M = 0.3
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15

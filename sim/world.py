@@ -11,6 +11,7 @@ from robots.body import Body, Pose, Readings
 from robots.clock import Clock
 from robots.link import InMemoryLink, Link
 from robots.world import Location, RobotSpec, WorldFile
+from robots.world.walls import panels_of
 from sim.body import SimulatedBody
 from sim.hub import Hub
 from sim.jaws import Jaws
@@ -19,7 +20,6 @@ from sim.placing import StartPlaces, sample_points, told_pose
 from sim.scene import TICK_S, Scene
 from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
 from sim.truth import SampleTruth, Truth
-from sim.walls import panels_of
 
 TICKS_A_CONTROL = 3  # agents sense and act at 20 Hz
 LIES_IN_M = 0.25
@@ -81,7 +81,7 @@ class Simulation:
         self.link, robots_end = InMemoryLink.pair()
         self.hub = hub or Hub(robots_end, [spec.name for spec in world.robots])
         self._rngs = {spec.name: rng for spec, rng in zip(world.robots, streams, strict=True)}
-        panels = panels_of(world)
+        panels = panels_of(world.walls)
         starts = StartPlaces(world=world, panels=panels, rng=placing, jitter_m=jitter_m).poses()
         points = sample_points(world, placing)
         self.scene = Scene(panels, starts, points)
@@ -208,7 +208,7 @@ def _beacons(world: WorldFile, spec: RobotSpec) -> tuple[Emitter, ...]:
 def _place_at(world: WorldFile, point: tuple[float, float]) -> str | None:
     near = [
         (hypot(point[0] - place.at[0], point[1] - place.at[1]), place.name)
-        for place in world.locations
+        for place in world.places
         if place.capacity
     ]
     distance_m, name = min(near, default=(float("inf"), ""))

@@ -180,7 +180,7 @@ class WorldDesk:
                 raise Invalid(
                     f"{symbolic(fact, self._knowledge_base)}: {robot} does not reach {place}",
                     code="place-unreachable",
-                    choices=[p.name for p in self.world(world).locations if p.name in reached],
+                    choices=[p.name for p in self.world(world).places if p.name in reached],
                 )
 
     def robots(self, world: str | None = None) -> list[RobotReport]:

@@ -37,8 +37,8 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     :raises planner.KnowledgeBaseError: if an extra fact is not of the vocabulary.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
-    layout |= {Fact(VACANT, (place.name,)) for place in world.locations if place.capacity > 0}
-    layout |= {Fact(OBJECT_POSITION, (sample.name, IN, sample.at)) for sample in world.samples}
+    layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
+    layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.lying.items()}
     objects = objects_of(world)
     extra = [
         planner_fact(SymbolicFact(predicate=f.predicate, args=f.args), knowledge_base, objects)

@@ -15,7 +15,7 @@ Point = tuple[float, float]
 
 def objects_of(world: WorldFile) -> dict[str, str]:
     """Every object of the world and its type; each robot's open-floor spot is a location."""
-    named = {place.name: LOCATION for place in world.locations}
+    named = {place.name: LOCATION for place in world.places}
     named |= {sample.name: OBJECT for sample in world.samples}
     for robot in world.robots:
         named |= {robot.name: ROBOT, spot_of(robot.name): LOCATION, world.area_of(robot).name: AREA}
@@ -55,7 +55,7 @@ def planning_problem(
 def _points(world: WorldFile, spots: Mapping[str, Point]) -> dict[str, Point]:
     """Where everything is that a robot drives to or from; a robot's spot is its start where it is not told."""
     starts = {spot_of(robot.name): robot.start[:2] for robot in world.robots}
-    return {place.name: place.at for place in world.locations} | starts | dict(spots)
+    return {place.name: place.at for place in world.places} | starts | dict(spots)
 
 
 def _ways(facts: Facts) -> Mapping[str, set[str]]:

@@ -1,17 +1,9 @@
 """World files: the layout and the team, told to simulation and service alike, and not known to a robot's agent."""
 
-from robots.world.file import (
-    Compartment,
-    Location,
-    Opening,
-    RobotSpec,
-    Sample,
-    Wall,
-    WorldFact,
-    WorldFile,
-)
+from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds
+from robots.world.parts import Compartment, Location, Opening, RobotSpec, Sample, Wall, WorldFact
 
 __all__ = [
     "Compartment",

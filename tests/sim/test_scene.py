@@ -4,7 +4,7 @@ import pytest
 
 from robots.body import RADIUS_M
 from robots.world import Wall
-from sim.walls import solid_pieces
+from robots.world.walls import solid_pieces
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 TO_JAWS_M = 0.31  # from a rover's centre to the tip of its jaws

@@ -5,7 +5,7 @@ import pytest
 
 from robots.body import RADIUS_M
 from robots.world import load_world
-from sim.walls import clearance_m, panels_of
+from robots.world.walls import clearance_m, panels_of
 from sim.world import Fitting, Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
@@ -54,7 +54,7 @@ def test_start_poses_are_clear_of_everything_and_in_the_robots_area(seed: int) -
         point = (pose.x_m, pose.y_m)
         assert world.area_of(spec).contains(point)
         assert hypot(pose.x_m - spec.start[0], pose.y_m - spec.start[1]) <= 0.4
-        assert clearance_m(point, panels_of(world)) > RADIUS_M
+        assert clearance_m(point, panels_of(world.walls)) > RADIUS_M
         others = [other for name, other in poses.items() if name != spec.name]
         assert all(hypot(pose.x_m - o.x_m, pose.y_m - o.y_m) > 2 * RADIUS_M for o in others)
         body = simulation.bodies[spec.name]

@@ -8,7 +8,7 @@ import yaml
 from app.organiser import LibraryError, load_library
 from app.organiser.template import Template, matches
 from planner import Fact, load_knowledge_base
-from robots.world.file import PACKET_TAGS
+from robots.world.parts import PACKET_TAGS
 
 BASE = load_knowledge_base()
 ENTRY = {

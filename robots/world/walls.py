@@ -1,15 +1,12 @@
-"""The solid parts of a world file's walls: what lies between hatches and gaps, and closed doors' panels."""
+"""The solid parts of walls: what lies between hatches and gaps, and closed doors' panels."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot
 
-from robots.world import Wall, WorldFile
-
-Point = tuple[float, float]
+from robots.world.parts import Point, Wall
 
 WALL_THICKNESS_M = 0.08
-WALL_HEIGHT_M = 0.6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,9 +28,9 @@ class Panel:
         return hypot(point[0] - nearest[0], point[1] - nearest[1])
 
 
-def panels_of(world: WorldFile) -> tuple[Panel, ...]:
-    """Every solid piece of the world's walls."""
-    return tuple(panel for wall in world.walls for panel in solid_pieces(wall))
+def panels_of(walls: Iterable[Wall]) -> tuple[Panel, ...]:
+    """Every solid piece of the walls."""
+    return tuple(panel for wall in walls for panel in solid_pieces(wall))
 
 
 def solid_pieces(wall: Wall) -> tuple[Panel, ...]:

@@ -1,0 +1,119 @@
+"""The parts of a world file: compartments, walls, locations, robots and samples.
+
+Metres, degrees where the name says so. World frame: x to the east, y to the north, headings counter-clockwise
+from east.
+"""
+
+from math import hypot
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
+Point = tuple[float, float]
+Interval = tuple[float, float]
+
+PACKET_TAGS = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
+ON_BORDER_M = 0.05
+NARROWEST_PITCH_M = 0.45
+"""Berths nearer to each other than this, and a robot would take what lies in one to lie in the other."""
+
+
+class Part(BaseModel):
+    """Base of every part of a world file: immutable, unknown keys are an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Aisle(Part):
+    """An allocated area of a compartment, x and y intervals in metres."""
+
+    name: Name
+    x: Interval
+    y: Interval
+
+    def contains(self, point: Point) -> bool:
+        """True inside or on the border, so that an interchange in a wall belongs to both sides."""
+        inside = (
+            low - ON_BORDER_M <= value <= high + ON_BORDER_M
+            for value, (low, high) in zip(point, (self.x, self.y), strict=True)
+        )
+        return all(inside)
+
+
+class Compartment(Aisle):
+    """A rectangle of floor, divided into aisles or not."""
+
+    aisles: tuple[Aisle, ...] = ()
+
+
+class Opening(Part):
+    """A gap in a wall, `at_m` metres from the wall's start to the gap's middle.
+
+    door: closed to robots, samples are brought in from outside; hatch: narrow, samples pass, robots do not;
+    gap: robots pass.
+    """
+
+    kind: Literal["door", "hatch", "gap"]
+    at_m: float = Field(ge=0)
+    width_m: float = Field(gt=0)
+
+
+class Wall(Part):
+    """A straight wall between two points."""
+
+    start: Point
+    end: Point
+    openings: tuple[Opening, ...] = ()
+
+    @property
+    def length_m(self) -> float:
+        return hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
+
+
+class Location(Part):
+    """A named place on the floor with an infra-red beacon above it.
+
+    `approach_deg` are the directions in which the beacon emits: a robot docks from there. `capacity` is how many
+    samples may lie there (a home has 0). With room for several it is a row of berths around `at`, side by side for
+    who comes from the first of `approach_deg`, `berth_pitch_m` apart; left out: as far as there is room.
+    """
+
+    name: Name
+    kind: Literal["door", "interchange", "bay", "rack", "dock", "home", "lander", "place"]
+    at: Point
+    approach_deg: tuple[float, ...] = Field(min_length=1)
+    capacity: int = Field(default=1, ge=0, le=100)
+    berth_pitch_m: float | None = Field(default=None, ge=NARROWEST_PITCH_M)
+
+
+class RobotSpec(Part):
+    """A robot of the team: start is x, y in metres and heading in degrees."""
+
+    name: Name
+    compartment: Name
+    aisle: Name | None = None
+    start: tuple[float, float, float]
+    home: Name | None = None
+    body: Literal["velocity"] = "velocity"
+    repertoire: tuple[Literal["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"], ...] = (
+        PACKET_TAGS  # type: ignore[assignment]
+    )
+    speed_m_s: float = Field(default=0.5, gt=0, le=2)
+    turn_rad_s: float = Field(default=1.5, gt=0, le=6)
+    whiskers: int = Field(default=16, ge=8, le=64)
+    whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
+
+
+class Sample(Part):
+    """A tagged sample and where it lies at the start."""
+
+    name: Name
+    at: Name
+
+
+class WorldFact(Part):
+    """An extra initial fact, in rel/ref form."""
+
+    predicate: str
+    args: tuple[str, ...] = ()
