@@ -4,12 +4,17 @@ from robots.body import Body
 from robots.clock import Clock
 from robots.errors import SensorFault
 from robots.executive import Executive
+from robots.facts import REPORTED
 from robots.link import Link
 from robots.mailbox import Mailbox
 from robots.perception import Perception
 from robots.percepts import Percepts
 from robots.profile import BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire
+from robots.sensing.actions import Mode, SensorAction
+from robots.sensing.controller import SensoryController
+from robots.sensing.energy import SensingMeter, load_powers
+from robots.sensing.loops import control_loop
 from robots.synthesis import Motion
 from robots.telemetry import telemetry
 from robots.wire import (
@@ -28,6 +33,7 @@ from robots.wire import (
 __all__ = ["BeaconSpec", "BehaviouralAgent", "RobotProfile"]
 
 TELEMETRY_S = 0.1
+LOOK_ROUND = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))
 FAULT_S = 1.0
 """Sensors may fail for this long, the robot standing still, before the script is given up."""
 
@@ -50,38 +56,67 @@ class BehaviouralAgent:
         self._mailbox = Mailbox(profile.name, link)
         self._perception = Perception(profile)
         self._executive = Executive(profile, repertoire if repertoire is not None else load_repertoire())
+        self._loop = control_loop(profile.architecture, self._executive)
+        self._sensory = SensoryController(body)
+        self._meter = SensingMeter(load_powers())
         self._verdicts: dict[str, str | None] = {}
         self._percepts: Percepts | None = None
+        self._unanswered: list[Message] = []
         self._last_s: float | None = None
         self._fault_s = 0.0
         self._told_s = float("-inf")
 
     def tick(self) -> None:
-        """One turn: letters in, sense, act, letters out."""
+        """One turn: sense, letters in, act, letters out."""
         now_s = self._clock.now_s()
         step_s = now_s - self._last_s if self._last_s is not None else 0.0
         self._last_s = now_s
+        self._meter.count(self._sensory.running, step_s)
         percepts = self._sense(now_s, step_s)
-        for message in self._mailbox.collect():
-            self._attend(message, now_s)
-        self._command(self._executive.step(percepts, step_s) if percepts else Motion())
+        look = self._attend_all(now_s)
+        self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
+        self._sensory.run((*self._loop.beside, *look))
         self._report(now_s)
         if percepts and now_s - self._told_s >= TELEMETRY_S - 1e-6:
             self._told_s = now_s
-            self._mailbox.post(telemetry(percepts, self._executive), now_s)
+            self._mailbox.post(
+                telemetry(percepts, self._executive, self._meter, self._sensory.running), now_s
+            )
 
     def _sense(self, now_s: float, step_s: float) -> Percepts | None:
-        """The percepts of this instant; None while a sensor cannot be relied on."""
+        """What is known at this instant; None while a sensor cannot be relied on."""
         try:
-            percepts = self._perception.perceive(self._body.sense(), self._body.get_position(), now_s)
+            readings = self._body.sense()
+            sensed = self._perception.perceive(
+                self._sensory.collect(readings),
+                self._body.get_position(),
+                now_s,
+                battery=readings.battery,
+                charging=readings.charging,
+            )
         except (SensorFault, OSError, ValueError) as fault:
             self._fault_s += step_s
             if self._fault_s > FAULT_S:
                 self._executive.fault(str(fault), now_s)
             return None
         self._fault_s = 0.0
-        self._percepts = percepts
-        return percepts
+        self._percepts = self._loop.update(sensed)
+        return self._percepts
+
+    def _attend_all(self, now_s: float) -> tuple[SensorAction, ...]:
+        """Attend to the letters. Who asks what the robot perceives while it senses nothing is answered a tick later,
+        after a look round: the one-shot sensor actions that are returned.
+        """
+        waiting, self._unanswered = self._unanswered, []
+        for message in waiting:
+            self._attend(message, now_s)
+        for message in self._mailbox.collect():
+            blind = self._percepts is None or not self._percepts.data.holds(REPORTED)
+            if blind and isinstance(message.body, Control | StatusQuery):
+                self._unanswered.append(message)
+            else:
+                self._attend(message, now_s)
+        return LOOK_ROUND if self._unanswered else ()
 
     def _command(self, motion: Motion) -> None:
         self._body.set_velocity(motion.linear_m_s, motion.angular_rad_s)

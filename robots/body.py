@@ -4,8 +4,8 @@ Frames: a robot's own frame has x ahead, y to the left, angles counter-clockwise
 A robot never sees the simulator's truth, only what is declared here.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
@@ -52,23 +52,49 @@ class Gripper:
         return self.between_jaws if self.closed else None
 
 
+class Sensor(StrEnum):
+    """What can be switched on and off. Odometry and battery gauge are the drive's and the supply's own counters: they
+    always run.
+    """
+
+    ULTRASONIC = "ultrasonic"
+    BUMPER = "bumper"
+    INFRA_RED = "infra_red"
+    GRIPPER = "gripper"
+    CAPTURE_HEAD = "capture_head"
+
+
+ALL_SENSORS = frozenset(Sensor)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readings:
-    """Everything a body's sensors say at one instant.
+    """Everything a body's sensors say at one instant; None of a sensor that is off.
 
     `ranges_m`: shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range.
-    `capture_head_m`: (x, y) deflection of the compliant capture head, metres, (0, 0) when nothing is on it.
+    `bumper`: touched since the last reading. `capture_head_m`: (x, y) deflection of the compliant capture head,
+    metres, (0, 0) when nothing is on it. `battery`: what is left of its charge, 0 to 1.
     """
 
     time_s: float
-    ranges_m: NDArray[np.float64]
-    bumper: bool
-    sightings: tuple[Sighting, ...]
-    gripper: Gripper
-    capture_head_m: tuple[float, float] = (0.0, 0.0)
+    ranges_m: NDArray[np.float64] | None
+    bumper: bool | None
+    sightings: tuple[Sighting, ...] | None
+    gripper: Gripper | None
+    capture_head_m: tuple[float, float] | None = (0.0, 0.0)
     battery: float = 1.0
     charging: bool = False
-    extra: Mapping[str, float] = field(default_factory=dict)
+
+    def by_sensor(self) -> dict[Sensor, object]:
+        """What the sensors that run have read."""
+        read: dict[Sensor, object] = {
+            Sensor.ULTRASONIC: self.ranges_m,
+            Sensor.BUMPER: self.bumper,
+            Sensor.INFRA_RED: self.sightings,
+            Sensor.GRIPPER: self.gripper,
+            Sensor.CAPTURE_HEAD: self.capture_head_m,
+        }
+        return {sensor: value for sensor, value in read.items() if value is not None}
 
 
 class Body(Protocol):
@@ -86,6 +112,10 @@ class Body(Protocol):
         """Odometry: dead-reckoned from the start pose the robot was told; it drifts."""
         ...
 
+    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+        """Run these sensors and no others; held until the next command. All run at the start."""
+        ...
+
     def sense(self) -> Readings:
-        """Read all sensors."""
+        """Read the sensors that run."""
         ...

@@ -11,3 +11,7 @@ class RepertoireError(RobotError):
 
 class SensorFault(RobotError):
     """Raised when a reading is missing, not a number, or out of its possible range."""
+
+
+class SensorOff(RobotError):
+    """Raised when a percept is asked for whose sensor does not run: a word that does not declare what it needs."""

@@ -9,6 +9,9 @@ from robots.patterns import Responses
 from robots.percepts import Percepts
 from robots.profile import RobotProfile
 from robots.repertoire import Repertoire
+from robots.sensing.actions import CYCLIC_ACTIONS
+from robots.sensing.machine import BehaviourState, StateMachine, schedule
+from robots.sensing.plans import task_plan
 from robots.synthesis import Motion
 from robots.wire import (
     BehaviourScript,
@@ -19,6 +22,7 @@ from robots.wire import (
     ScriptReport,
     ScriptState,
     StatusReport,
+    SymbolicFact,
 )
 
 Report = PacketReport | ScriptReport
@@ -26,7 +30,10 @@ ENDED = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
 
 
 class Executive:
-    """Runs at most one script at a time and remembers how the earlier ones ended."""
+    """Runs at most one script at a time and remembers how the earlier ones ended.
+
+    `task_state` is τ of P-SMPA's model: what the packets finished so far have made of the task.
+    """
 
     def __init__(self, profile: RobotProfile, repertoire: Repertoire) -> None:
         self._profile = profile
@@ -34,6 +41,8 @@ class Executive:
         self._script: BehaviourScript | None = None
         self._runs: list[PacketRun] = []
         self._index = 0
+        self._machine = StateMachine()
+        self.task_state: frozenset[SymbolicFact] = frozenset()
         self._states: dict[str, ScriptState] = {}
         self._reports: list[Report] = []
         self.responses = Responses()
@@ -62,6 +71,12 @@ class Executive:
         """The packet under way."""
         return self._runs[self._index] if self.active else None
 
+    @property
+    def behaviour(self) -> BehaviourState | None:
+        """The state of the machine under way, with the sensor actions beside it; None if there is nothing to do."""
+        run = self.current
+        return None if run is None or self.state is ScriptState.PAUSED else self._machine.states[run.action]
+
     def accept(self, script: BehaviourScript) -> str | None:
         """Take on a script, or say why not: busy, not mine, or a packet that does not fit the repertoire."""
         if script.robot != self._profile.name:
@@ -72,9 +87,14 @@ class Executive:
             runs = [
                 PacketRun(p, self._repertoire.bind(p, self._profile), self._profile) for p in script.packets
             ]
+            machine = schedule(task_plan(script, [run.content for run in runs]), CYCLIC_ACTIONS)
         except RepertoireError as error:
             return str(error)
-        self._script, self._runs, self._index = script, runs, 0
+        missing = machine.pre - self._profile.sensors
+        if missing:
+            return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
+        self._script, self._runs, self._index, self._machine = script, runs, 0, machine
+        self.task_state = frozenset()
         self._states[script.id] = ScriptState.ACCEPTED
         return None
 
@@ -103,10 +123,10 @@ class Executive:
         return None
 
     def step(self, percepts: Percepts, step_s: float) -> Motion:
-        """Advance the script by one tick; no motion without a script that runs."""
+        """Advance the script by one tick. No motion without a script that runs, nor before its first percepts."""
         self.responses = Responses()
-        run = self.current
-        if run is None or self.state is ScriptState.PAUSED:
+        run, behaviour = self.current, self.behaviour
+        if run is None or behaviour is None or not percepts.data.holds(behaviour.action.percepts):
             return Motion()
         self._states[self._under_way.id] = ScriptState.RUNNING
         outcome = run.step(percepts, step_s)
@@ -129,7 +149,7 @@ class Executive:
             at_s=now_s,
             packet_id=run.packet.id if run else None,
             packet_state=self.packet_state if run else None,
-            perceived=perceived(percepts) if percepts else (),
+            perceived=perceived(percepts),
             detail=run.waits_for if run else "",
         )
 
@@ -160,6 +180,8 @@ class Executive:
             return
         at_s = percepts.time_s if percepts else now_s
         self._report_packet(run, change.state, percepts, at_s, change.detail, change.events)
+        if change.state is PacketState.FINISHED:
+            self.task_state = self._machine.states[run.action].action.apply(self.task_state)
         if change.state is PacketState.FAILED:
             self._end(ScriptState.FAILED, percepts, at_s, change.category, change.detail)
         elif change.state is PacketState.FINISHED and run is self._runs[-1]:
@@ -187,7 +209,7 @@ class Executive:
             packet_id=run.packet.id,
             state=state,
             at_s=at_s,
-            perceived=perceived(percepts) if percepts else (),
+            perceived=perceived(percepts),
             events=events,
             detail=detail,
         )
@@ -208,7 +230,7 @@ class Executive:
             at_s=at_s,
             packet_id=self._runs[self._index].packet.id,
             category=category,
-            perceived=perceived(percepts) if percepts else (),
+            perceived=perceived(percepts),
             detail=detail,
         )
         self._states[script.id] = state

@@ -4,21 +4,25 @@ from math import isfinite
 
 from robots.body import GRIPPER_REACH_M
 from robots.conditions import Beside, LiesAt
-from robots.percepts import Percepts
+from robots.percepts import LOCATING, Needs, Percepts
 from robots.wire import SymbolicFact
 
 NEAR_M = 0.2
 AT_M = 0.12
+REPORTED: Needs = LOCATING
+"""What a report tells of is sensed as long as there is anything to report of."""
 TRUSTED_M = 3.0
 """A tag farther off than this is not said to lie anywhere: its bearing is too coarse."""
 
 
-def perceived(percepts: Percepts) -> tuple[SymbolicFact, ...]:
+def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
     """The facts that hold as far as the robot can sense right now: its gripper, its place, samples at
     locations.
 
-    Of places it names those on its map.
+    Of places it names those on its map. Nothing if it does not sense.
     """
+    if percepts is None or not percepts.data.holds(REPORTED):
+        return ()
     me, holding = percepts.me, percepts.holding
     facts = [_fact("robot_attribute", me, "gripper", "full" if holding else "empty")]
     if holding:

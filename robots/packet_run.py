@@ -12,6 +12,7 @@ from robots.percepts import Percepts
 from robots.profile import RobotProfile
 from robots.progress import Odometer
 from robots.repertoire import BoundPacket
+from robots.sensing.plans import Phase, name_of
 from robots.stall import StallGuard
 from robots.synthesis import Motion, synthesise
 from robots.wire import BehaviourPacket, FailureCategory, PacketState
@@ -44,22 +45,29 @@ class PacketRun:
     to it.
     """
 
-    def __init__(self, packet: BehaviourPacket, bound: BoundPacket, profile: RobotProfile) -> None:
+    def __init__(self, packet: BehaviourPacket, content: BoundPacket, profile: RobotProfile) -> None:
         self.packet = packet
         self.state = PacketState.WAITING
-        self._bound = bound
+        self.content = content
         self._profile = profile
         self._uncleared = set(packet.after)
         self._missing: list[str] = []
         self._waited_s = 0.0
         self._lost_s = 0.0
-        self._guard = StallGuard(bound.goal, bound.retries or 0)
+        self._guard = StallGuard(content.goal, content.retries or 0)
         self._odometer = Odometer()
-        self._watch = EventWatch(bound.events)
+        self._watch = EventWatch(content.events)
 
     @property
     def over(self) -> bool:
         return self.state in (PacketState.FINISHED, PacketState.FAILED)
+
+    @property
+    def action(self) -> str:
+        """The actuator action of the script's plan that it is at."""
+        if self.state in (PacketState.WAITING, PacketState.INITIALIZING):
+            return name_of(self.packet, Phase.WAIT)
+        return name_of(self.packet, Phase.RETRY if self._guard.manoeuvring else Phase.ACT)
 
     @property
     def waits_for(self) -> str:
@@ -87,7 +95,7 @@ class PacketRun:
 
     def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
         clearance = self._awaited_clearance()
-        self._missing = [*([clearance] if clearance else []), *unmet(self._bound.before, percepts)]
+        self._missing = [*([clearance] if clearance else []), *unmet(self.content.before, percepts)]
         if not self._missing:
             self.state = PacketState.RUNNING
             return Outcome(change=Change(state=self.state))
@@ -96,7 +104,7 @@ class PacketRun:
             why = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {self.waits_for}"
             category = FailureCategory.DEADLINE if clearance else FailureCategory.WORLD_CHANGED
             return self.fail(category, why)
-        return self._act(self._bound.waiting, percepts)
+        return self._act(self.content.waiting, percepts)
 
     def _awaited_clearance(self) -> str:
         uncleared = [action for action in self.packet.after if action in self._uncleared]
@@ -117,11 +125,11 @@ class PacketRun:
         return replace(outcome, change=replace(change, detail=detail, events=events))
 
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
-        missing = unmet(self._bound.after, percepts)
+        missing = unmet(self.content.after, percepts)
         if not missing:
             self.state = PacketState.FINISHED
             return Outcome(change=Change(state=self.state))
-        lost = unmet(self._bound.maintain, percepts)
+        lost = unmet(self.content.maintain, percepts)
         self._lost_s = self._lost_s + step_s if lost else 0.0
         if self._lost_s > LOST_S:
             return self.fail(FailureCategory.WORLD_CHANGED, f"broke off: the robot {'; '.join(lost)}")
@@ -134,7 +142,7 @@ class PacketRun:
         if limit == TIMEOUT:
             why = f"did not end within {self.packet.timeout_s:.0f} s: the robot {'; '.join(missing)}"
             return self.fail(FailureCategory.DEADLINE, why)
-        why = f"did not end within {self._bound.max_distance_m} m: the robot {'; '.join(missing)}"
+        why = f"did not end within {self.content.max_distance_m} m: the robot {'; '.join(missing)}"
         return self.fail(FailureCategory.ROBOT, why)
 
     def _move(self, percepts: Percepts, step_s: float, missing: list[str]) -> Outcome:
@@ -142,7 +150,7 @@ class PacketRun:
         motion = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
         if motion is not None:
             return Outcome(motion=motion)
-        if self._bound.retries is not None:
+        if self.content.retries is not None:
             guard.watch(percepts, step_s)
         if guard.spent:
             why = f"made no progress after {guard.allowed} retries: the robot {'; '.join(missing)}"
@@ -151,10 +159,10 @@ class PacketRun:
             guard.begin_manoeuvre()
             detail = f"no progress, backs off and tries again ({guard.retries} of {guard.allowed})"
             return Outcome(change=Change(state=self.state, detail=detail))
-        return self._act(self._bound.patterns, percepts)
+        return self._act(self.content.patterns, percepts)
 
     def _act(self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Outcome:
         responses = respond(patterns, percepts)
-        speed_m_s = min(self._profile.speed_m_s, self._bound.max_velocity_m_s)
+        speed_m_s = min(self._profile.speed_m_s, self.content.max_velocity_m_s)
         motion = synthesise(responses.competing(), speed_m_s=speed_m_s, turn_rad_s=self._profile.turn_rad_s)
         return Outcome(motion=motion, responses=responses)

@@ -1,19 +1,42 @@
 """Turns a body's raw readings into percepts, tick by tick, and finds out when a sensor lies."""
 
 from cmath import rect
+from collections.abc import Iterable
+from dataclasses import dataclass
 from math import isfinite, pi
 
-from robots.body import RADIUS_M, Pose, Readings, Sighting
+from robots.body import RADIUS_M, Gripper, Pose, Sensor, Sighting
+from robots.datastore import MutualDataStore
 from robots.errors import SensorFault
-from robots.geometry import to_world
+from robots.geometry import to_robot, to_world
 from robots.localisation import Localiser
-from robots.percepts import SAMPLE_RADIUS_M, WHISKER_RADIUS_M, Obstacle, Percepts, Track
+from robots.percepts import (
+    LOCATING,
+    REMEMBERED_S,
+    SAMPLE_RADIUS_M,
+    SURROUNDINGS,
+    WHISKER_RADIUS_M,
+    Obstacle,
+    Percepts,
+    Track,
+)
 from robots.profile import RobotProfile
 
 STILL_M = 0.1
 """A tag that seems to move by less than this has not moved: it is within the sensor's noise."""
 GONE_S = 0.5
 """Out of view for longer than this breaks a view."""
+BUMP_RADIUS_M = 0.08
+AHEAD = complex(RADIUS_M + BUMP_RADIUS_M)
+"""Where something is that was bumped into: the bumper tells no direction, and a robot drives ahead (our choice)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bump:
+    """Something felt by the bumper: world frame, the robot's clock."""
+
+    at: complex
+    felt_s: float
 
 
 class Perception:
@@ -23,26 +46,44 @@ class Perception:
         self._profile = profile
         self._localiser = Localiser(profile.start, profile.beacons)
         self._tracks: dict[str, Track] = {}
+        self._bump: Bump | None = None
 
-    def perceive(self, readings: Readings, odometry: Pose, now_s: float) -> Percepts:
-        """Fuse one instant.
+    def perceive(
+        self,
+        data: MutualDataStore,
+        odometry: Pose,
+        now_s: float,
+        *,
+        battery: float = 1.0,
+        charging: bool = False,
+    ) -> Percepts:
+        """Fuse one instant, of the sensors that run.
 
         :raises SensorFault: if a reading cannot be; names the sensor.
         """
-        check(readings, odometry)
-        pose = self._localiser.update(odometry, readings.sightings)
-        for sighting in readings.sightings:
+        check(data, odometry, battery)
+        sightings: tuple[Sighting, ...] | None = data.values.get(Sensor.INFRA_RED)
+        pose = self._localiser.update(odometry, sightings or ())
+        for sighting in sightings or ():
             if sighting.identity not in self._profile.places:
                 self._remember(sighting, pose, now_s)
+        if data.values.get(Sensor.BUMPER):
+            self._bump = Bump(at=to_world(pose, AHEAD), felt_s=now_s)
+        solid = self._bodies(sightings, data.get(Sensor.GRIPPER)) if data.holds(LOCATING) else None
+        around = None if solid is None or not data.holds(SURROUNDINGS) else self._around(data, solid)
         return Percepts(
             profile=self._profile,
             time_s=now_s,
             pose=pose,
-            readings=readings,
-            sightings={sighting.identity: sighting for sighting in readings.sightings},
-            tracks=dict(self._tracks),
-            obstacles=self._obstacles(readings),
             odometry=odometry,
+            data=data,
+            seen=None if sightings is None else {sighting.identity: sighting for sighting in sightings},
+            solid=solid,
+            about=None if around is None else (*around, *self._bumped(pose, now_s)),
+            tracks=dict(self._tracks),
+            bumped_s=self._bump.felt_s if self._bump else None,
+            battery=battery,
+            charging=charging,
         )
 
     def _remember(self, sighting: Sighting, pose: Pose, now_s: float) -> None:
@@ -58,39 +99,52 @@ class Perception:
             still_since_s=now_s if old is None or moved or new_view else old.still_since_s,
         )
 
-    def _obstacles(self, readings: Readings) -> tuple[Obstacle, ...]:
-        """Discs around every whisker's hit (from the hull), other robot, and sample that lies about."""
+    def _bodies(self, sightings: Iterable[Sighting] | None, gripper: Gripper) -> tuple[Obstacle, ...]:
+        """Discs around every other robot, and every sample that lies about."""
         found = []
-        for sighting in readings.sightings:
+        for sighting in sightings or ():
             at = rect(sighting.range_m, sighting.bearing_rad)
             if sighting.identity in self._profile.others:
                 found.append(Obstacle(at=at, radius_m=RADIUS_M, is_robot=True))
-            elif self._profile.is_tag(sighting.identity) and sighting.identity != readings.gripper.holding:
+            elif self._profile.is_tag(sighting.identity) and sighting.identity != gripper.holding:
                 found.append(Obstacle(at=at, radius_m=SAMPLE_RADIUS_M))
-        count = len(readings.ranges_m)
-        for beam, range_m in enumerate(readings.ranges_m):
+        return tuple(found)
+
+    def _around(self, data: MutualDataStore, solid: tuple[Obstacle, ...]) -> list[Obstacle]:
+        """The bodies, and a disc around every whisker's hit (from the hull) that is not a body's."""
+        found = list(solid)
+        ranges_m = data.get(Sensor.ULTRASONIC)
+        count = len(ranges_m)
+        for beam, range_m in enumerate(ranges_m):
             if isfinite(range_m):
                 hit = rect(RADIUS_M + float(range_m), 2 * pi * beam / count)
                 if not any(one.is_robot and abs(one.at - hit) < RADIUS_M + 0.1 for one in found):
                     found.append(Obstacle(at=hit, radius_m=WHISKER_RADIUS_M))
-        return tuple(found)
+        return found
+
+    def _bumped(self, pose: Pose, now_s: float) -> tuple[Obstacle, ...]:
+        """What the robot bumped into a while ago, which no other sensor may tell."""
+        if self._bump is None or now_s - self._bump.felt_s > REMEMBERED_S:
+            return ()
+        return (Obstacle(at=to_robot(pose, self._bump.at), radius_m=BUMP_RADIUS_M),)
 
 
-def check(readings: Readings, odometry: Pose) -> None:
+def check(data: MutualDataStore, odometry: Pose, battery: float) -> None:
     """Refuse readings that cannot be.
 
     :raises SensorFault: naming the sensor and what it read.
     """
-    for beam, range_m in enumerate(readings.ranges_m):
+    for beam, range_m in enumerate(data.values.get(Sensor.ULTRASONIC, ())):
         if not range_m >= 0:
             raise SensorFault(f"whisker {beam} reads {range_m}")
-    for sighting in readings.sightings:
+    for sighting in data.values.get(Sensor.INFRA_RED, ()):
         numbers = (sighting.range_m, sighting.bearing_rad, sighting.aspect_rad)
         if not all(map(isfinite, numbers)):
             raise SensorFault(f"the beacon sensor reads {numbers} for {sighting.identity}")
     if not all(map(isfinite, (odometry.x_m, odometry.y_m, odometry.heading_rad))):
         raise SensorFault(f"odometry reads {odometry}")
-    if not all(map(isfinite, readings.capture_head_m)):
-        raise SensorFault(f"the capture head reads {readings.capture_head_m}")
-    if not 0 <= readings.battery <= 1:
-        raise SensorFault(f"the battery reads {readings.battery}")
+    head_m = data.values.get(Sensor.CAPTURE_HEAD, (0.0, 0.0))
+    if not all(map(isfinite, head_m)):
+        raise SensorFault(f"the capture head reads {head_m}")
+    if not 0 <= battery <= 1:
+        raise SensorFault(f"the battery reads {battery}")

@@ -5,8 +5,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite, pi
+from typing import TypeVar
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose, Readings, Sighting
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.body import GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Sensor, Sighting
+from robots.datastore import MutualDataStore
+from robots.errors import SensorOff
 from robots.geometry import to_robot, to_world, wrap
 from robots.profile import STAND_OFF_M, RobotProfile
 from robots.progress import Progress
@@ -17,6 +23,18 @@ FRESH_S = 1.0
 """How long another robot is still believed to stand where it was seen."""
 SAMPLE_RADIUS_M = 0.06
 WHISKER_RADIUS_M = 0.02
+
+T = TypeVar("T")
+
+Needs = frozenset[Sensor]
+"""The sensors whose percepts a word asks for: they must run while it is in use."""
+NOTHING: Needs = frozenset()
+GRIP: Needs = frozenset({Sensor.GRIPPER})
+SIGHT: Needs = frozenset({Sensor.INFRA_RED})
+HEAD: Needs = frozenset({Sensor.CAPTURE_HEAD})
+TOUCH: Needs = frozenset({Sensor.BUMPER})
+LOCATING: Needs = SIGHT | GRIP
+SURROUNDINGS: Needs = LOCATING | {Sensor.ULTRASONIC}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,17 +66,24 @@ class Obstacle:
 class Percepts:
     """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres.
 
-    `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has come to by it.
+    `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
+    are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
+    is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
+    come to by it.
     """
 
     profile: RobotProfile
     time_s: float
     pose: Pose
-    readings: Readings
-    sightings: Mapping[str, Sighting]
-    tracks: Mapping[str, Track]
-    obstacles: tuple[Obstacle, ...]
     odometry: Pose
+    data: MutualDataStore = field(default_factory=MutualDataStore)
+    seen: Mapping[str, Sighting] | None = None
+    solid: tuple[Obstacle, ...] | None = None
+    about: tuple[Obstacle, ...] | None = None
+    tracks: Mapping[str, Track] = field(default_factory=dict)
+    bumped_s: float | None = None
+    battery: float = 1.0
+    charging: bool = False
     progress: Progress = field(default_factory=Progress)
 
     @property
@@ -66,8 +91,44 @@ class Percepts:
         return self.profile.name
 
     @property
+    def sightings(self) -> Mapping[str, Sighting]:
+        """The infra-red beacons in view, by identity."""
+        return _known(self.seen, SIGHT)
+
+    @property
+    def bodies(self) -> tuple[Obstacle, ...]:
+        """Obstacles that infra-red tells of: other robots and samples that lie about."""
+        return _known(self.solid, LOCATING)
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Everything in the way, by infra-red and whiskers."""
+        return _known(self.about, SURROUNDINGS)
+
+    @property
+    def ranges_m(self) -> NDArray[np.float64]:
+        """Shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range."""
+        ranges: NDArray[np.float64] = self.data.get(Sensor.ULTRASONIC)
+        return ranges
+
+    @property
+    def bumper(self) -> bool:
+        return bool(self.data.get(Sensor.BUMPER))
+
+    @property
+    def gripper(self) -> Gripper:
+        gripper: Gripper = self.data.get(Sensor.GRIPPER)
+        return gripper
+
+    @property
+    def capture_head_m(self) -> tuple[float, float]:
+        """Deflection (x, y), metres."""
+        deflection: tuple[float, float] = self.data.get(Sensor.CAPTURE_HEAD)
+        return deflection
+
+    @property
     def holding(self) -> str | None:
-        return self.readings.gripper.holding
+        return self.gripper.holding
 
     @property
     def tags(self) -> tuple[str, ...]:
@@ -155,3 +216,10 @@ def _waypoint(identity: str) -> complex | None:
         return None
     x, _, y = identity.strip("()").partition(", ")
     return complex(float(x), float(y))
+
+
+def _known(made: T | None, of: Needs) -> T:
+    """:raises SensorOff: if a sensor it is made of does not run."""
+    if made is None:
+        raise SensorOff(f"an action asks for what only {', '.join(sorted(of))} tell, and not all of them run")
+    return made

@@ -3,9 +3,10 @@
 from cmath import rect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from math import pi
 
-from robots.body import Pose
+from robots.body import ALL_SENSORS, Pose, Sensor
 
 STAND_OFF_M = 0.8
 """`near` a location: on its beacon's emitting axis, this far from the beacon's floor point, facing it."""
@@ -24,9 +25,16 @@ class BeaconSpec:
         return complex(self.x_m, self.y_m)
 
 
+class Architecture(StrEnum):
+    """How sensing goes with acting: beside it (P-SMPA), or in turn with it (SMPA), to compare."""
+
+    PARALLEL = "parallel"
+    SEQUENTIAL = "sequential"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """A robot as it was told to be.
+    """A robot as it was told to be. `sensors` are those its body is fitted with.
 
     `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
     nor one of `others` it takes for the tag of a sample.
@@ -39,6 +47,8 @@ class RobotProfile:
     turn_rad_s: float = 1.5
     repertoire: tuple[str, ...] = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
     others: tuple[str, ...] = ()
+    architecture: Architecture = Architecture.PARALLEL
+    sensors: frozenset[Sensor] = ALL_SENSORS
     places: Mapping[str, BeaconSpec] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ choice.
 from cmath import phase
 from math import pi
 
-from robots.percepts import Percepts
+from robots.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.synthesis import Motion
 
 PATIENCE_S = 7.0
@@ -13,6 +13,10 @@ NEARER_M, MOVED_M, TURNED_RAD = 0.05, 0.06, 0.25
 BACK_OFF_S, TURN_S = 1.6, 1.2
 RETRIES = 4
 REAR_GAP_M = 0.12
+WATCHED: Needs = LOCATING
+"""What tells of progress."""
+BACKS_OFF: Needs = SURROUNDINGS
+"""What the manoeuvre asks for: whether the way back is free."""
 
 
 class StallGuard:
@@ -37,6 +41,11 @@ class StallGuard:
     def spent(self) -> bool:
         """True if it has stalled more often than there are retries."""
         return self.stalled and self.retries >= self.allowed
+
+    @property
+    def manoeuvring(self) -> bool:
+        """True while it shakes the robot loose."""
+        return self._manoeuvre_s is not None
 
     def watch(self, percepts: Percepts, step_s: float) -> None:
         """Account for one tick in which the packet's patterns were active."""

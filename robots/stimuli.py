@@ -14,12 +14,15 @@ from pydantic import ConfigDict, Field
 
 from robots.course import guide
 from robots.geometry import clip
-from robots.percepts import Obstacle, Percepts
+from robots.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Obstacle, Percepts
 from robots.responses import STRICT
 
 
 class Stimulus(Protocol):
-    """One sensory stimulus (MACTA eq. 1)."""
+    """One sensory stimulus (MACTA eq. 1). `needs`: the sensors whose percepts it reads."""
+
+    @property
+    def needs(self) -> Needs: ...
 
     def read(self, percepts: Percepts) -> float | None: ...
 
@@ -29,6 +32,7 @@ class Always:
     """No sensor at all: 1."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["always"] = "always"
 
     def read(self, percepts: Percepts) -> float | None:
@@ -40,6 +44,7 @@ class WayOn:
     """How far there is to go to stand near a place; 1 at `full_m` or more, negative: back."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_on"] = "way_on"
     place: str
     full_m: float = 0.6
@@ -54,6 +59,7 @@ class WayRound:
     """How much to turn to come to stand near a place; 1 at `full_rad` to the left."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_round"] = "way_round"
     place: str
     full_rad: float = 0.8
@@ -71,6 +77,7 @@ class Ahead:
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["ahead"] = "ahead"
     target: str
     short_of_m: float = 0.0
@@ -89,6 +96,7 @@ class Bearing:
     """The direction of something; 1 at `full_rad` to the left."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["bearing"] = "bearing"
     target: str
     full_rad: float = 0.6
@@ -115,8 +123,13 @@ class Proximity:
     robots: bool = False
     until: str | None = None
 
+    @property
+    def needs(self) -> Needs:
+        return LOCATING if self.robots else SURROUNDINGS
+
     def read(self, percepts: Percepts) -> float | None:
-        within = [one for one in percepts.obstacles if self._counts(one)]
+        about = percepts.bodies if self.robots else percepts.obstacles
+        within = [one for one in about if self._counts(one)]
         if not within:
             return 0.0
         nearest = min(within, key=lambda one: one.gap_m)
@@ -136,12 +149,13 @@ class CaptureHead:
     """s2 of table 2: how far the object is off the capture head's middle; 1 at `full_m` ahead or left."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = HEAD
     sense: Literal["capture_head"] = "capture_head"
     axis: Literal["x", "y"]
     full_m: float = Field(default=0.05, gt=0)
 
     def read(self, percepts: Percepts) -> float | None:
-        x, y = percepts.readings.capture_head_m
+        x, y = percepts.capture_head_m
         return clip((x if self.axis == "x" else y) / self.full_m)
 
 
@@ -150,11 +164,12 @@ class Barrier:
     """The jaws' light barrier: 1 while the object stands between the jaws, -1 otherwise."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = GRIP
     sense: Literal["barrier"] = "barrier"
     object: str
 
     def read(self, percepts: Percepts) -> float | None:
-        return 1.0 if percepts.readings.gripper.between_jaws == self.object else -1.0
+        return 1.0 if percepts.gripper.between_jaws == self.object else -1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,11 +177,12 @@ class LowBattery:
     """0 while the battery holds `enough` or more, 1 when it is empty."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["low_battery"] = "low_battery"
     enough: float = Field(default=0.2, gt=0)
 
     def read(self, percepts: Percepts) -> float | None:
-        return clip(1 - percepts.readings.battery / self.enough, 0.0)
+        return clip(1 - percepts.battery / self.enough, 0.0)
 
 
 AnyStimulus = Annotated[

@@ -1,31 +1,41 @@
 """What a robot tells of itself ten times a second."""
 
+from collections.abc import Iterable
 from math import isfinite
 
+from robots.body import Sensor
 from robots.executive import Executive
-from robots.percepts import Percepts
+from robots.percepts import GRIP, LOCATING, Percepts
+from robots.sensing.energy import SensingMeter
 from robots.wire import Telemetry
 
 
-def telemetry(percepts: Percepts, executive: Executive) -> Telemetry:
-    """Its own belief: estimated pose, whiskers, where it sees samples, what it does."""
+def telemetry(
+    percepts: Percepts, executive: Executive, meter: SensingMeter, running: Iterable[Sensor]
+) -> Telemetry:
+    """Its own belief: estimated pose, whiskers, where it sees samples, what it does, and what its sensing costs."""
     run = executive.current
+    ranges_m = percepts.data.values.get(Sensor.ULTRASONIC, ())
+    held = percepts.data.holds(GRIP)
     return Telemetry(
         at_s=percepts.time_s,
         x_m=percepts.pose.x_m,
         y_m=percepts.pose.y_m,
         heading_rad=percepts.pose.heading_rad,
-        ranges_m=tuple(float(r) if isfinite(r) else None for r in percepts.readings.ranges_m),
-        holding=percepts.holding,
-        battery=percepts.readings.battery,
-        charging=percepts.readings.charging,
+        ranges_m=tuple(float(r) if isfinite(r) else None for r in ranges_m),
+        holding=percepts.holding if held else None,
+        battery=percepts.battery,
+        charging=percepts.charging,
         script_id=executive.script_id,
         script_state=executive.state,
         packet_id=run.packet.id if run else None,
         packet_tag=run.packet.tag if run else None,
         packet_state=executive.packet_state,
-        tags={tag: _place(percepts, tag) for tag in percepts.tags},
+        tags={tag: _place(percepts, tag) for tag in (percepts.tags if percepts.data.holds(LOCATING) else ())},
         patterns=executive.responses.shown(),
+        sensors=tuple(sorted(running)),
+        sensing_j=meter.used_j,
+        sensing_saved_j=meter.saved_j,
     )
 
 

@@ -2,7 +2,7 @@
 
 from math import inf
 
-from robots.body import Pose, Readings
+from robots.body import ALL_SENSORS, Pose, Readings, Sensor
 from robots.world import RobotSpec
 from sim.jaws import Jaws
 from sim.odometry import Odometry
@@ -22,6 +22,7 @@ class SimulatedBody:
         self._wanted = (0.0, 0.0)
         self._driven = (0.0, 0.0)
         self._readings: Readings | None = None
+        self.running = ALL_SENSORS
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
         self._wanted = (
@@ -34,6 +35,9 @@ class SimulatedBody:
 
     def get_position(self) -> Pose:
         return self.odometry.pose
+
+    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+        self.running = sensors
 
     def sense(self) -> Readings:
         if self._readings is None:

@@ -11,7 +11,7 @@ from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading,
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.verdict import Condition, Verdict
-from robots.percepts import Percepts
+from robots.percepts import NOTHING, Needs, Percepts
 from robots.responses import STRICT
 
 
@@ -22,6 +22,10 @@ class Not:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["not"] = "not"
     of: "AnyCondition"
+
+    @property
+    def needs(self) -> Needs:
+        return self.of.needs
 
     def check(self, percepts: Percepts) -> Verdict:
         verdict = self.of.check(percepts)
@@ -36,6 +40,10 @@ class AnyOf:
     sense: Literal["any"] = "any"
     of: "tuple[AnyCondition, ...]"
 
+    @property
+    def needs(self) -> Needs:
+        return NOTHING.union(*(one.needs for one in self.of))
+
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]
         return Verdict(any(one.holds for one in verdicts), "; ".join(one.words for one in verdicts))
@@ -48,6 +56,10 @@ class AllOf:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["all"] = "all"
     of: "tuple[AnyCondition, ...]"
+
+    @property
+    def needs(self) -> Needs:
+        return NOTHING.union(*(one.needs for one in self.of))
 
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 from pydantic import ConfigDict
 
 from robots.conditions.verdict import Verdict
-from robots.percepts import Percepts
+from robots.percepts import GRIP, Needs, Percepts
 from robots.responses import STRICT
 
 
@@ -15,11 +15,12 @@ class BetweenJaws:
     """The jaws' light barrier meets an object."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = GRIP
     sense: Literal["between_jaws"] = "between_jaws"
     object: str
 
     def check(self, percepts: Percepts) -> Verdict:
-        there = percepts.readings.gripper.between_jaws
+        there = percepts.gripper.between_jaws
         return Verdict(there == self.object, f"has {there or 'nothing'} between its jaws")
 
 
@@ -28,6 +29,7 @@ class Holding:
     """Holds an object."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = GRIP
     sense: Literal["holding"] = "holding"
     object: str
 
@@ -40,10 +42,11 @@ class Empty:
     """The gripper holds nothing. `open`: and its jaws are open."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = GRIP
     sense: Literal["empty"] = "empty"
     open: bool = False
 
     def check(self, percepts: Percepts) -> Verdict:
-        jaws = "closed" if percepts.readings.gripper.closed else "open"
+        jaws = "closed" if percepts.gripper.closed else "open"
         holds = percepts.holding is None and not (self.open and jaws == "closed")
         return Verdict(holds, f"holds {percepts.holding or 'nothing'}, jaws {jaws}")

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
 from robots.geometry import wrap
-from robots.percepts import Percepts
+from robots.percepts import NOTHING, Needs, Percepts
 from robots.responses import STRICT
 
 
@@ -17,6 +17,7 @@ class Elapsed:
     """The packet's patterns have acted for some seconds."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["elapsed"] = "elapsed"
     s: float = Field(ge=0)
 
@@ -30,6 +31,7 @@ class Travelled:
     """Has driven a way, ahead or back."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["travelled"] = "travelled"
     m: float = Field(ge=0)
 
@@ -43,6 +45,7 @@ class Advanced:
     """Is as far ahead of where the packet began, or behind if negative, as wanted."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["advanced"] = "advanced"
     m: float
     within_m: float = Field(default=0.02, gt=0)
@@ -57,6 +60,7 @@ class Turned:
     """Has turned by an angle since the packet began; counter-clockwise positive, more than a full turn allowed."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["turned"] = "turned"
     rad: float
     sign: Literal[-1, 1] = 1
@@ -73,6 +77,7 @@ class Heading:
     """Heads in a direction of the world's frame."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["heading"] = "heading"
     rad: float = Field(ge=-2 * pi, le=2 * pi)
     within_rad: float = Field(default=0.04, gt=0)
@@ -87,6 +92,7 @@ class AtRest:
     """Neither drives nor turns."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["at_rest"] = "at_rest"
     m_s: float = Field(default=0.02, gt=0)
     rad_s: float = Field(default=0.05, gt=0)
@@ -102,6 +108,7 @@ class Faster:
     """Drives faster than allowed, ahead or back."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["faster"] = "faster"
     m_s: float = Field(gt=0)
 
@@ -115,6 +122,7 @@ class Raised:
     """The packet has raised an event."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
     sense: Literal["raised"] = "raised"
     event: str
 

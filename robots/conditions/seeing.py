@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 from pydantic import ConfigDict
 
 from robots.conditions.verdict import Verdict
-from robots.percepts import Percepts
+from robots.percepts import LOCATING, SIGHT, Needs, Percepts
 from robots.responses import STRICT
 
 LIES_AT_M = 0.3
@@ -25,6 +25,7 @@ class LiesAt:
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["lies_at"] = "lies_at"
     object: str
     place: str
@@ -50,6 +51,7 @@ class Vacant:
     """Sees a location's beacon and no foreign tag at it."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["vacant"] = "vacant"
     place: str
 
@@ -66,6 +68,7 @@ class Clear:
     """No other robot is seen at a location's approach point on my side."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["clear"] = "clear"
     place: str
 
@@ -82,6 +85,7 @@ class Beside:
     """Sees something within `m` metres of another thing: a robot by a location, an object by a robot."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["beside"] = "beside"
     target: str
     other: str
@@ -105,6 +109,7 @@ class InView:
     """Has had something in view without a break for some seconds."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SIGHT
     sense: Literal["in_view"] = "in_view"
     target: str
     for_s: float = 0.0

@@ -9,7 +9,7 @@ from pydantic import ConfigDict
 from robots.body import GRIPPER_REACH_M
 from robots.conditions.verdict import Verdict
 from robots.course import guide
-from robots.percepts import Percepts
+from robots.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.responses import STRICT
 
 
@@ -18,6 +18,7 @@ class Near:
     """Stands at a place's approach point, facing its beacon."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["near"] = "near"
     place: str
     within_m: float = 0.12
@@ -37,6 +38,7 @@ class Closer:
     """Is less than `m` metres from something, and faces it within `facing_rad`."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["closer"] = "closer"
     target: str
     m: float
@@ -55,6 +57,7 @@ class Cramped:
     """Something other than a robot is so close ahead that the jaws would meet it in a turn."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["cramped"] = "cramped"
     gap_m: float = 0.3
     sector_rad: float = 0.9
@@ -72,6 +75,7 @@ class OffPoint:
     """Is at least `m` metres from a place's approach point."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["off_point"] = "off_point"
     place: str
     m: float
@@ -88,6 +92,7 @@ class OnCourse:
     """Heads, within `rad`, in the direction that leads to stand near a place."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["on_course"] = "on_course"
     place: str
     rad: float
@@ -104,6 +109,7 @@ class JawsAt:
     """The jaws' middle is over a place's floor point."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
     sense: Literal["jaws_at"] = "jaws_at"
     place: str
     within_m: float = 0.03

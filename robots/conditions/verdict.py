@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from robots.percepts import Percepts
+from robots.percepts import Needs, Percepts
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +15,9 @@ class Verdict:
 
 
 class Condition(Protocol):
-    """A question to the senses."""
+    """A question to the senses. `needs`: the sensors whose percepts it asks for."""
+
+    @property
+    def needs(self) -> Needs: ...
 
     def check(self, percepts: Percepts) -> Verdict: ...

@@ -10,7 +10,7 @@ from math import atan2, cos, hypot, inf, pi, sin
 import numpy as np
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
-from robots.body import GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sighting
+from robots.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor, Sighting
 from robots.clock import ManualClock
 from robots.geometry import wrap
 from robots.link import InMemoryLink, Link
@@ -79,6 +79,7 @@ class FakeBody:
         self.velocity = (0.0, 0.0)
         self.faulty: Readings | None = None
         self.stuck = False
+        self.running = ALL_SENSORS
 
     @property
     def at(self) -> complex:
@@ -105,13 +106,19 @@ class FakeBody:
         if self.faulty is not None:
             return self.faulty
         between = self.held if self.closed else self._between()
+        beams = [2 * pi * beam / WHISKERS for beam in range(WHISKERS)]
+        runs = self.running.__contains__
         return Readings(
             time_s=self.world.clock.now_s(),
-            ranges_m=np.array([self._range(2 * pi * beam / WHISKERS) for beam in range(WHISKERS)]),
-            bumper=False,
-            sightings=tuple(self._sightings()),
-            gripper=Gripper(closed=self.closed, between_jaws=between),
+            ranges_m=np.array([self._range(beam) for beam in beams]) if runs(Sensor.ULTRASONIC) else None,
+            bumper=False if runs(Sensor.BUMPER) else None,
+            sightings=tuple(self._sightings()) if runs(Sensor.INFRA_RED) else None,
+            gripper=Gripper(closed=self.closed, between_jaws=between) if runs(Sensor.GRIPPER) else None,
+            capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,
         )
+
+    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+        self.running = sensors
 
     def move(self) -> None:
         """One step; whoever would touch a wall or another rover stays where he is."""

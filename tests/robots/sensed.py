@@ -7,6 +7,7 @@ import numpy as np
 
 from robots.agent import BeaconSpec, RobotProfile
 from robots.body import Gripper, Pose, Readings, Sighting
+from robots.datastore import MutualDataStore
 from robots.perception import Perception
 from robots.percepts import Percepts
 
@@ -53,5 +54,7 @@ def watch(instants: Iterable[Readings]) -> Percepts:
     """The percepts after sensing one instant after the other, 0.05 s apart."""
     perception = Perception(PROFILE)
     for tick, instant in enumerate(instants):
-        last = perception.perceive(instant, Pose(x_m=0, y_m=0, heading_rad=0), tick * 0.05)
+        data = MutualDataStore(instant.by_sensor())
+        here = Pose(x_m=0, y_m=0, heading_rad=0)
+        last = perception.perceive(data, here, tick * 0.05, battery=instant.battery)
     return last

@@ -5,6 +5,7 @@ from math import inf, nan, pi
 import pytest
 
 from robots.body import RADIUS_M, Pose, Readings
+from robots.datastore import MutualDataStore
 from robots.errors import SensorFault
 from robots.perception import Perception
 from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
@@ -28,7 +29,7 @@ def test_a_reading_that_cannot_be_is_refused_by_the_sensors_name(bad: Readings, 
 
 def test_odometry_that_is_no_number_is_refused() -> None:
     with pytest.raises(SensorFault, match="odometry"):
-        Perception(PROFILE).perceive(readings(), Pose(x_m=nan, y_m=0, heading_rad=0), 0)
+        Perception(PROFILE).perceive(MutualDataStore(), Pose(x_m=nan, y_m=0, heading_rad=0), 0)
 
 
 def test_the_approach_point_is_the_stand_off_before_the_beacon() -> None:

@@ -1,0 +1,143 @@
+"""Control loops (P-SMPA, algorithm 1): sensing in parallel with acting, or sense, model, plan, act in turn."""
+
+from cmath import phase, rect
+from collections.abc import Callable
+from dataclasses import replace
+from math import hypot
+from typing import Protocol
+
+from robots.executive import Executive
+from robots.geometry import to_robot, to_world, wrap
+from robots.percepts import Percepts
+from robots.profile import Architecture
+from robots.sensing.actions import SensorAction
+from robots.synthesis import Motion
+
+SENSE_S = 0.4
+"""A sequential robot takes readings for this long, standing, and fuses them all (our choice)."""
+STRETCH_S = 1.0
+"""It then acts for this long without sensing. At 0.5 m/s, with speeding up and slowing down, it drives the half metre
+within which P-SMPA's sonar counts an obstacle as seen: as far as it has seen the way to be free.
+"""
+STANDS_M, STANDS_RAD = 0.001, 0.002
+
+
+class ControlLoop(Protocol):
+    """Generating plans is the executive's `accept`; the loop updates the model and executes the plan."""
+
+    def update(self, sensed: Percepts) -> Percepts:
+        """updateModel: what is known now."""
+        ...
+
+    def execute(self, known: Percepts, step_s: float) -> Motion:
+        """executePlans: S × P → A, by one tick."""
+        ...
+
+    @property
+    def beside(self) -> tuple[SensorAction, ...]:
+        """The sensor actions to run until the next tick."""
+        ...
+
+
+def control_loop(architecture: Architecture, executive: Executive) -> ControlLoop:
+    """The loop of a profile's architecture."""
+    loops: dict[Architecture, Callable[[Executive], ControlLoop]] = {
+        Architecture.PARALLEL: ParallelLoop,
+        Architecture.SEQUENTIAL: SequentialLoop,
+    }
+    return loops[architecture](executive)
+
+
+class ParallelLoop:
+    """P-SMPA: the sensor actions of the state under way run all the time."""
+
+    def __init__(self, executive: Executive) -> None:
+        self._executive = executive
+
+    def update(self, sensed: Percepts) -> Percepts:
+        return sensed
+
+    def execute(self, known: Percepts, step_s: float) -> Motion:
+        return self._executive.step(known, step_s)
+
+    @property
+    def beside(self) -> tuple[SensorAction, ...]:
+        behaviour = self._executive.behaviour
+        return behaviour.beside if behaviour else ()
+
+
+class SequentialLoop:
+    """SMPA: stands and senses all that the state under way needs, then acts for a stretch on the model so made.
+
+    The model is carried along by odometry while the robot acts, so that it steers and stops by what it saw. The stretch
+    ends early where the model does not tell what the next action needs, or there is nothing to do.
+    """
+
+    def __init__(self, executive: Executive) -> None:
+        self._executive = executive
+        self._model: Percepts | None = None
+        self._acting = False
+        self._stands = False
+        self._since_s = 0.0
+
+    def update(self, sensed: Percepts) -> Percepts:
+        last, model = self._model, sensed
+        if last is not None:
+            step = to_robot(last.odometry, complex(sensed.odometry.x_m, sensed.odometry.y_m))
+            turned = wrap(sensed.odometry.heading_rad - last.odometry.heading_rad)
+            self._stands = hypot(step.real, step.imag) < STANDS_M and abs(turned) < STANDS_RAD
+            if self._acting:
+                model = carried(last, sensed)
+        self._model = model
+        return model
+
+    def execute(self, known: Percepts, step_s: float) -> Motion:
+        behaviour = self._executive.behaviour
+        if behaviour is None:
+            self._turn(acting=False)
+            return self._executive.step(known, step_s)
+        informed = known.data.holds(behaviour.action.percepts)
+        self._since_s += step_s if informed else 0.0
+        if not self._acting and informed and self._since_s >= SENSE_S:
+            self._turn(acting=True)
+        if not self._acting:
+            return Motion()
+        motion = self._executive.step(known, step_s)
+        nothing_to_do = motion == Motion() and self._executive.behaviour is behaviour
+        if not informed or self._since_s >= STRETCH_S or nothing_to_do:
+            self._turn(acting=False)
+            return replace(motion, linear_m_s=0.0, angular_rad_s=0.0)
+        return motion
+
+    @property
+    def beside(self) -> tuple[SensorAction, ...]:
+        behaviour = self._executive.behaviour
+        return behaviour.beside if behaviour and self._stands and not self._acting else ()
+
+    def _turn(self, *, acting: bool) -> None:
+        self._acting, self._since_s = acting, 0.0
+
+
+def carried(model: Percepts, now: Percepts) -> Percepts:
+    """What was sensed a while ago as it lies from where the robot has come to by dead reckoning since."""
+
+    def moved(at: complex) -> complex:
+        return to_robot(now.pose, to_world(model.pose, at))
+
+    turned = now.pose.heading_rad - model.pose.heading_rad
+    seen = {}
+    for name, one in (model.seen or {}).items():
+        at = moved(rect(one.range_m, one.bearing_rad))
+        aspect = wrap(phase(at) - one.bearing_rad + turned + one.aspect_rad)
+        seen[name] = replace(one, range_m=abs(at), bearing_rad=phase(at), aspect_rad=aspect)
+    return replace(
+        model,
+        time_s=now.time_s,
+        pose=now.pose,
+        odometry=now.odometry,
+        battery=now.battery,
+        charging=now.charging,
+        seen=None if model.seen is None else seen,
+        solid=None if model.solid is None else tuple(replace(o, at=moved(o.at)) for o in model.solid),
+        about=None if model.about is None else tuple(replace(o, at=moved(o.at)) for o in model.about),
+    )
