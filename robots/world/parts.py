@@ -88,7 +88,10 @@ class Location(Part):
 
 
 class RobotSpec(Part):
-    """A robot of the team: start is x, y in metres and heading in degrees."""
+    """A robot of the team: start is x, y in metres and heading in degrees.
+
+    `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
+    """
 
     name: Name
     compartment: Name
@@ -96,6 +99,7 @@ class RobotSpec(Part):
     start: tuple[float, float, float]
     home: Name | None = None
     body: Literal["velocity"] = "velocity"
+    architecture: Literal["parallel", "sequential"] = "parallel"
     repertoire: tuple[Literal["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"], ...] = (
         PACKET_TAGS  # type: ignore[assignment]
     )
@@ -103,6 +107,7 @@ class RobotSpec(Part):
     turn_rad_s: float = Field(default=1.5, gt=0, le=6)
     whiskers: int = Field(default=16, ge=8, le=64)
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
+    whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
 
 
 class Sample(Part):
