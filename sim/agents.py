@@ -3,6 +3,7 @@
 from math import radians
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
+from robots.profile import Architecture
 from sim.world import Fitting
 
 
@@ -22,5 +23,6 @@ def behavioural_agent(fitting: Fitting) -> BehaviouralAgent:
         turn_rad_s=fitting.spec.turn_rad_s,
         repertoire=tuple(fitting.spec.repertoire),
         others=fitting.others,
+        architecture=Architecture(fitting.spec.architecture),
     )
     return BehaviouralAgent(profile=profile, body=fitting.body, link=fitting.link, clock=fitting.clock)

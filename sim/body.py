@@ -3,7 +3,9 @@
 from math import inf
 
 from robots.body import ALL_SENSORS, Pose, Readings, Sensor
+from robots.sensing.energy import load_powers
 from robots.world import RobotSpec
+from sim.battery import Battery
 from sim.jaws import Jaws
 from sim.odometry import Odometry
 from sim.scene import TICK_S
@@ -23,6 +25,7 @@ class SimulatedBody:
         self._driven = (0.0, 0.0)
         self._readings: Readings | None = None
         self.running = ALL_SENSORS
+        self.battery = Battery(load_powers())
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
         self._wanted = (
@@ -57,6 +60,10 @@ class SimulatedBody:
         )
         self._driven = (linear, angular)
         return self._driven
+
+    def spend(self, step_s: float, *, at_home: bool) -> None:
+        """Let the battery pay for a step."""
+        self.battery.pass_time(step_s, running=self.running, driven=self._driven, at_home=at_home)
 
 
 def _clip(value: float, limit: float) -> float:

@@ -25,8 +25,9 @@ SAMPLE_HEIGHT_M = 0.15
 LIFTED_M = 0.245
 """Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
 
-WALLS, ROVERS, SAMPLES = 1, 2, 4  # collision groups
-EVERYTHING = WALLS | ROVERS | SAMPLES
+WALLS, ROVERS, SAMPLES, LOW = 1, 2, 4, 8  # collision groups; LOW: below the whiskers' plane
+AUDIBLE = WALLS | ROVERS | SAMPLES
+EVERYTHING = AUDIBLE | LOW
 
 Point3 = tuple[float, float, float]
 
@@ -100,6 +101,8 @@ class Scene:
 
     def cast(self, starts: Sequence[Point3], ends: Sequence[Point3], *, mask: int) -> list[float]:
         """The share of each ray that is free of bodies of the masked groups; 1 where nothing is hit."""
+        if not starts:
+            return []
         hits = pybullet.rayTestBatch(starts, ends, collisionFilterMask=mask, physicsClientId=self._client)
         return [hit[2] for hit in hits]
 

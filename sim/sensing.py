@@ -4,7 +4,7 @@ Whiskers (ultrasonic): shape (N,) each, metres from the body's edge, beam 0 ahea
 where nothing is in range. Infra-red sightings: walls block them, rovers and samples are too low to.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, inf, radians, remainder, sin, tau
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from robots.body import RADIUS_M, Pose, Sighting
 from robots.world import RobotSpec
-from sim.scene import EVERYTHING, WALLS, Point3, Scene
+from sim.scene import AUDIBLE, WALLS, Point3, Scene
 
 BEACON_HEIGHT_M = 0.5
 WHISKER_HEIGHT_M = 0.1
@@ -42,20 +42,25 @@ class Whiskers:
         self._specs = tuple(specs)
 
     def read(
-        self, scene: Scene, poses: Mapping[str, Pose], rngs: Mapping[str, np.random.Generator]
+        self,
+        scene: Scene,
+        poses: Mapping[str, Pose],
+        rngs: Mapping[str, np.random.Generator],
+        running: Container[str],
     ) -> dict[str, NDArray[np.float64]]:
-        """One array of ranges a rover."""
+        """One array of ranges a rover whose array runs; no rays are cast for the others."""
+        specs = [spec for spec in self._specs if spec.name in running]
         starts: list[Point3] = []
         ends: list[Point3] = []
-        for spec in self._specs:
+        for spec in specs:
             _add_fan(starts, ends, poses[spec.name], spec)
-        free = np.asarray(scene.cast(starts, ends, mask=EVERYTHING))
+        free = np.asarray(scene.cast(starts, ends, mask=AUDIBLE))
         ranges: dict[str, NDArray[np.float64]] = {}
         first = 0
-        for spec in self._specs:
+        for spec in specs:
             beams = free[first : first + spec.whiskers]
             noise = RANGE_SIGMA_M * rngs[spec.name].standard_normal(spec.whiskers)
-            heard = np.maximum(0.0, beams * spec.whisker_range_m + noise)
+            heard = np.maximum(spec.whisker_least_m, beams * spec.whisker_range_m + noise)
             ranges[spec.name] = np.where(beams < 1.0, heard, inf)
             first += spec.whiskers
         return ranges

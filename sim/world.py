@@ -1,13 +1,13 @@
 """A simulated world: scene, bodies, agents, clock. Bit-identical for the same file, seed and messages."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, radians
+from math import dist, hypot, radians
 from typing import Protocol
 
 import numpy as np
 
-from robots.body import Body, Pose, Readings
+from robots.body import Body, Pose, Readings, Sensor
 from robots.clock import Clock
 from robots.link import InMemoryLink, Link
 from robots.world import Location, RobotSpec, WorldFile
@@ -22,6 +22,8 @@ from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
 from sim.truth import SampleTruth, Truth
 
 TICKS_A_CONTROL = 3  # agents sense and act at 20 Hz
+CHARGES_M = 1.1
+"""A rover that stands this near to its home's beacon can be charged: by its approach point."""
 LIES_IN_M = 0.25
 """A sample lies in a location when it is this near to it."""
 
@@ -95,6 +97,8 @@ class Simulation:
             )
             for spec in world.robots
         }
+        self._homes = {spec.name: world.location(spec.home) for spec in world.robots if spec.home}
+        self._touched: set[str] = set()
         self._sense()
         self.agents = {spec.name: make_agent(self._fitting(spec, told[spec.name])) for spec in world.robots}
 
@@ -105,6 +109,7 @@ class Simulation:
         """
         if self.clock.ticks % TICKS_A_CONTROL == 0:
             self.hub.fetch()
+            self._spend()
             self._sense()
             for agent in self.agents.values():
                 agent.tick()
@@ -112,6 +117,7 @@ class Simulation:
         for name, body in self.bodies.items():
             self.scene.drive(name, *body.accelerate())
         self.scene.step()
+        self._feel()
         self._jaws.carry()
         self.clock.ticks += 1
 
@@ -143,24 +149,48 @@ class Simulation:
             clock=self.clock,
         )
 
+    def _spend(self) -> None:
+        """The batteries pay for the time since the last control tick."""
+        for name, body in self.bodies.items():
+            home = self._homes.get(name)
+            pose = self.scene.pose(name) if home else None
+            at_home = bool(home and pose and dist(home.at, (pose.x_m, pose.y_m)) <= CHARGES_M)
+            body.spend(TICKS_A_CONTROL * TICK_S, at_home=at_home)
+
+    def _feel(self) -> None:
+        """Bumpers keep a touch until they are read."""
+        for name in self._running(Sensor.BUMPER):
+            if name not in self._touched and self.scene.touched(name):
+                self._touched.add(name)
+
+    def _running(self, sensor: Sensor) -> list[str]:
+        return [name for name, body in self.bodies.items() if sensor in body.running]
+
     def _sense(self) -> None:
+        """Only what runs senses: for the others no ray is cast and nothing is looked up."""
         poses = self._poses()
         for name, body in self.bodies.items():
             body.odometry.update(poses[name])
-        ranges = self._whiskers.read(self.scene, poses, self._rngs)
-        seen = sightings(self.scene, poses, self._emitters(poses), self._rngs)
+        ranges = self._whiskers.read(self.scene, poses, self._rngs, self._running(Sensor.ULTRASONIC))
+        emitters = self._emitters(poses, self._running(Sensor.INFRA_RED))
+        seen = sightings(self.scene, poses, emitters, self._rngs)
         for name, body in self.bodies.items():
+            runs = body.running.__contains__
             body.refresh(
                 Readings(
                     time_s=self.clock.now_s(),
-                    ranges_m=ranges[name],
-                    bumper=self.scene.touched(name),
-                    sightings=seen[name],
-                    gripper=self._jaws.state(name),
+                    ranges_m=ranges.get(name),
+                    bumper=name in self._touched if runs(Sensor.BUMPER) else None,
+                    sightings=seen.get(name),
+                    gripper=self._jaws.state(name) if runs(Sensor.GRIPPER) else None,
+                    capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,
+                    battery=body.battery.level,
+                    charging=body.battery.charging,
                 )
             )
+        self._touched.clear()
 
-    def _emitters(self, poses: Mapping[str, Pose]) -> dict[str, list[Emitter]]:
+    def _emitters(self, poses: Mapping[str, Pose], observers: Sequence[str]) -> dict[str, list[Emitter]]:
         """A robot sees its beacons, the other robots, and every tag that is not hidden in its own jaws."""
         robots = [Emitter(identity=name, x_m=pose.x_m, y_m=pose.y_m) for name, pose in poses.items()]
         tags = [
@@ -177,7 +207,7 @@ class Simulation:
                 *(robot for robot in robots if robot.identity != name),
                 *(tag for tag, holders in tags if name not in holders),
             ]
-            for name in poses
+            for name in observers
         }
 
     def _poses(self) -> dict[str, Pose]:
