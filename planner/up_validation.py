@@ -1,7 +1,8 @@
 """A second opinion: unified-planning's own plan validator on a linearisation of the plan-net.
 
 Each action is made anew from its name and arguments by the knowledge base, so a plan-net that says otherwise is
-found out. Static conditions are looked up at once; the rest is put to unified-planning as ground actions.
+found out. Static conditions are looked up at once; the rest is put to unified-planning as ground actions over
+propositions, one a fact: evaluating a fluent's arguments, all constants, would be a third of its work.
 
 The validator's work grows with the square of a plan's length, so it gets the plan in stretches. Each starts from
 the facts that the stretch before was to end with, and these are goals there beside the plan's own. Conditions
@@ -10,10 +11,10 @@ stretches that are each valid make a valid plan.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from planner.compilation import UNIFIED_PLANNING_LOCK, Compiler
+from planner.compilation import UNIFIED_PLANNING_LOCK
 from planner.engine import PlanningProblem
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
@@ -21,7 +22,7 @@ from planner.knowledge import KnowledgeBase
 from planner.plan_net import PlanNet
 from planner.validation import linearisation
 
-STRETCH = 100
+STRETCH = 50
 
 HOLDS = "p"
 ACHIEVED = "i"
@@ -59,7 +60,7 @@ def up_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: 
                 state.difference_update(step.deletes)
                 state.update(step.adds)
             wanted = {*(state & touched), *(final if last else ())}
-            fault = _Stretch(knowledge_base, problem, touched).fault(sorted(before), stretch, sorted(wanted))
+            fault = _Stretch(touched).fault(sorted(before), stretch, sorted(wanted))
             if fault is not None:
                 return fault
     return None
@@ -90,18 +91,20 @@ def _atoms(facts: Iterable[Fact], goals: Iterable[Fact]) -> tuple[Atom, ...]:
     return (*((HOLDS, fact) for fact in facts), *((ACHIEVED, goal) for goal in sorted(goals)))
 
 
-class _Stretch(Compiler):
-    """A stretch of the plan as a unified-planning problem of its own, with no more than it touches."""
+class _Stretch:
+    """A stretch of the plan as a propositional problem of unified-planning's, with no more than it touches."""
 
-    def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem, touched: set[Atom]) -> None:
-        names = {name for _, fact in touched for name in fact.args}
-        objects = {name: kind for name, kind in problem.objects.items() if name in names}
-        super().__init__(knowledge_base, replace(problem, objects=objects))
+    def __init__(self, touched: Iterable[Atom]) -> None:
+        from unified_planning.environment import get_environment
+        from unified_planning.model import Fluent
+
+        self._environment = get_environment()
         self._up = _strips(self._environment)
-        self._add_objects()
-        for prefix, predicate in sorted({(prefix, fact.predicate) for prefix, fact in touched}):
-            self._add_fluent(f"{prefix}_{predicate}", knowledge_base.predicates[predicate].arguments)
-        self._atoms = {atom: self._of_fact(*atom) for atom in sorted(touched)}
+        self._atoms = {}
+        for mark, fact in sorted(touched):
+            fluent = Fluent(f"{mark}_{fact}", environment=self._environment)
+            self._up.add_fluent(fluent, default_initial_value=False)
+            self._atoms[mark, fact] = self._environment.expression_manager.FluentExp(fluent)
 
     def fault(self, before: Sequence[Atom], steps: Sequence[_Step], wanted: Sequence[Atom]) -> str | None:
         """What the validator says against going from `before` to `wanted`."""
@@ -123,13 +126,16 @@ class _Stretch(Compiler):
         return said or "the validator rejects the plan"
 
     def _action(self, step: _Step) -> Any:
-        action = self._new_action(step.name, {})
+        from unified_planning.model import InstantaneousAction
+
+        action = InstantaneousAction(step.name, _env=self._environment)
         for atom in step.needs:
-            self._need(action, self._atoms[atom], lasting=False)
+            action.add_precondition(self._atoms[atom])
         for atom in step.deletes:
-            self._delete(action, self._atoms[atom], restored=atom in step.adds)
+            if atom not in step.adds:
+                action.add_effect(self._atoms[atom], False)
         for atom in dict.fromkeys(step.adds):
-            self._add(action, self._atoms[atom])
+            action.add_effect(self._atoms[atom], True)
         self._up.add_action(action)
         return action
 

@@ -56,7 +56,7 @@ class Expression:
             name, terms = call
             value = known.get(call)
             if value is None:
-                value = functions.get((name, tuple(binding[term] for term in terms)))
+                value = functions.get((name, tuple([binding[term] for term in terms])))
             if value is None:
                 return None
             values.append(value)

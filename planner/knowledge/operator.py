@@ -85,6 +85,11 @@ class Operator:
         return tuple(dict(zip(self.teams, choice, strict=True)) for choice in product(*self.teams.values()))
 
     @cached_property
+    def arguments(self) -> tuple[str, ...]:
+        """The names of a ground action's arguments: of all parameters but times."""
+        return tuple(parameter.name for parameter in self.spec.parameters if parameter.type != TIME)
+
+    @cached_property
     def agents(self) -> tuple[str, ...]:
         return tuple(member for agent in self.spec.agents for member in self.teams.get(agent, (agent,)))
 
@@ -112,6 +117,9 @@ class Operator:
 
     def _aliases(self, binding: Mapping[str, str]) -> Iterator[Mapping[str, str]]:
         """The binding with each list parameter bound to one member, for every choice."""
+        if not self.teams:
+            yield binding
+            return
         for member in self.members:
             yield {**binding, **{name: binding[one] for name, one in member.items() if one in binding}}
 
@@ -136,10 +144,8 @@ class Operator:
         distance_m, energy_j = self.exertion(binding, functions, seconds)
         return GroundAction(
             tag=self.spec.name,
-            arguments={
-                p.name: self._argument(p.name, binding) for p in self.spec.parameters if p.type != TIME
-            },
-            agents=tuple(binding[agent] for agent in self.agents),
+            arguments={name: self._argument(name, binding) for name in self.arguments},
+            agents=tuple([binding[agent] for agent in self.agents]),
             preconditions=_ground(self.preconditions, binding),
             deletes=_ground(self.deletes, binding),
             intended_effects=_ground(self.intended_effects, binding),
@@ -152,6 +158,8 @@ class Operator:
     def _argument(self, name: str, binding: Mapping[str, str]) -> str:
         if name in self.chosen:
             return self.chosen[name]
+        if name in binding:
+            return binding[name]
         return TEAM_SEPARATOR.join(binding[member] for member in self.teams.get(name, (name,)))
 
 
