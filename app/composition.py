@@ -27,6 +27,7 @@ from app.plans.choices import WORKFLOW as FIND_ALTERNATIVES
 from app.plans.choices import Choices
 from app.plans.desk import AUTOMATIC, PlanDesk
 from app.plans.explaining import Explaining
+from app.plans.exporting import Exporting
 from app.plans.limits import PlanningLimits
 from app.plans.planning import WORKFLOW as PLAN_GOAL
 from app.plans.planning import Planning
@@ -206,6 +207,7 @@ class Service:
         )
         self.choices = Choices(core, posing=posing, proposing=proposing, worker=worker, limits=limits)
         self.explaining = Explaining(core, posing=posing, worker=worker, limits=limits)
+        self.exporting = Exporting(core, posing=posing)
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         return AgentModels(

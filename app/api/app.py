@@ -36,7 +36,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
     )
     problems.install(api)
     api.include_router(goals_router(service.goals, service.choices))
-    api.include_router(plans_router(service.plans, service.explaining))
+    api.include_router(plans_router(service.plans, service.explaining, service.exporting))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
     api.include_router(robots_router(service.worlds))

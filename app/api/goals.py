@@ -12,8 +12,10 @@ from app.plan_body import PlanBody
 from app.plans.choices import Choices
 from app.plans.desk import PlanDesk
 from app.plans.explaining import Explaining
+from app.plans.exporting import Exporting, PddlBody
 from app.plans.limits import PlanningWish
 from app.states import GoalState, PlanState
+from planner.pddl import Form
 
 Limit = Annotated[int, Query(ge=1, le=1000)]
 IdempotencyKey = Annotated[str | None, Header(max_length=200)]
@@ -75,7 +77,7 @@ def goals_router(goals: GoalDesk, choices: Choices) -> APIRouter:
     return router
 
 
-def plans_router(plans: PlanDesk, explaining: Explaining) -> APIRouter:
+def plans_router(plans: PlanDesk, explaining: Explaining, exporting: Exporting) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/plans")
@@ -101,6 +103,11 @@ def plans_router(plans: PlanDesk, explaining: Explaining) -> APIRouter:
     def explain_action(plan_id: str, action_id: str) -> ActionExplanationBody:
         """Why one action is there, by this robot, in this place of the order."""
         return explaining.of_action(plan_id, action_id)
+
+    @router.get("/plans/{plan_id}/pddl")
+    def plan_as_pddl(plan_id: str, form: Form = Form.TEMPORAL) -> PddlBody:
+        """The problem of the plan's goal as PDDL: temporal (2.1, durative actions), or classical with action costs."""
+        return exporting.pddl(plan_id, form)
 
     @router.post("/plans/{plan_id}:approve", status_code=202)
     def approve_plan(plan_id: str, body: Decision | None = None) -> Decided:

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import GoalRow, PlanRow
+from app.database import PlanRow
 from app.errors import NotFound
 from app.explanation_body import ActionExplanationBody, ExplanationBody
-from app.plan_body import PlanBody
 from app.plans.limits import PlanningLimits, PlanningWish
 from app.plans.posing import Posing
 from app.plans.process import Watch, WorkFailed
+from app.plans.reposing import plan_row, reposed
 from app.plans.worker import PlanningWorker, WorkerClosed
-from app.states import PlanState
-from app.world_model import broken
 from planner import KnowledgeBase, Observer, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
 from planner.explanation import Explanation, explain
 
@@ -45,24 +43,21 @@ class Explaining:
     """
 
     def __init__(self, core: Core, *, posing: Posing, worker: PlanningWorker, limits: PlanningLimits) -> None:
-        self._database, self._facts, self._knowledge_base = core.database, core.facts, core.knowledge_base
-        self._posing, self._worker, self._limits = posing, worker, limits
+        self._core, self._posing, self._worker, self._limits = core, posing, worker, limits
 
     def explanation(self, plan_id: str) -> ExplanationBody:
         """:raises NotFound: if there is no such plan."""
-        with self._database.read() as session:
-            plan = session.get(PlanRow, plan_id)
-            if plan is None:
-                raise NotFound(f"no plan {plan_id!r}", code="unknown-plan")
+        with self._core.database.read() as session:
+            plan = plan_row(session, plan_id)
             if plan.explanation is not None:
                 return ExplanationBody.model_validate(plan.explanation)
             asked, is_current = self._asked(session, plan)
         explanation = self._tried(asked) if is_current else None
         body = ExplanationBody.of(
-            explanation or asked(None, Observer()), self._knowledge_base, plan_id=plan_id
+            explanation or asked(None, Observer()), self._core.knowledge_base, plan_id=plan_id
         )
         if explanation is not None:
-            with self._database.write() as session:
+            with self._core.database.write() as session:
                 session.get_one(PlanRow, plan_id).explanation = body.model_dump(mode="json")
         return body
 
@@ -79,20 +74,15 @@ class Explaining:
 
     def _asked(self, session: Session, plan: PlanRow) -> tuple[_Asked, bool]:
         """What is to be explained, and whether the world is still as the plan takes it to be."""
-        goal = session.get_one(GoalRow, plan.goal_id)
-        posed = self._posing.pose(session, goal)
-        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
-        is_current = plan.state == PlanState.PROPOSED and not broken(
-            net, self._facts.facts(session, plan.world)
-        )
-        request = self._limits.request(PlanningWish.from_json({**goal.limits, "time_limit_s": PATIENCE_S}))
+        now = reposed(session, plan, self._posing, self._core)
+        wish = PlanningWish.from_json({**now.goal.limits, "time_limit_s": PATIENCE_S})
         asked = _Asked(
-            plan_net=net,
-            problem=posed.problem if is_current else posed.whole,
-            knowledge_base=self._knowledge_base,
-            request=request,
+            plan_net=now.plan_net,
+            problem=now.problem,
+            knowledge_base=self._core.knowledge_base,
+            request=self._limits.request(wish),
         )
-        return asked, is_current
+        return asked, now.is_current
 
     def _tried(self, asked: _Asked) -> Explanation | None:
         """With robots tried to do without; None if the planning processes have no time for it."""
