@@ -12,6 +12,7 @@ from app.missions.ending import end_mission
 from app.plans.proposing import close_plans
 from app.states import ENDED, GoalState, MissionState, PlanState
 from app.world_model import initial_facts
+from app.world_model.layout import layout_of
 from robots.wire import FailureCategory
 from robots.world import WorldFile
 
@@ -39,7 +40,7 @@ def _record_world(session: Session, core: Core, world: WorldFile) -> None:
     if row is None:
         row = WorldRow(id=world.name, version=0)
         session.add(row)
-    row.title, row.layout = world.title or world.name, world.model_dump(mode="json")
+    row.title, row.layout = world.title or world.name, layout_of(world)
     session.flush()
     session.execute(delete(FactRow).where(FactRow.world == world.name))
     facts = initial_facts(world, core.knowledge_base)

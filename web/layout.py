@@ -49,6 +49,12 @@ class Location(Part):
     approach_deg: tuple[float, ...] = ()
 
 
+class Rack(Location):
+    """A location with room for several samples; its berths are locations of their own."""
+
+    berths: tuple[str, ...] = ()
+
+
 class Named(Part):
     name: str
 
@@ -63,8 +69,14 @@ class Layout(Part):
     compartments: tuple[Floor, ...]
     walls: tuple[Wall, ...] = ()
     locations: tuple[Location, ...] = ()
+    racks: tuple[Rack, ...] = ()
     robots: tuple[Start, ...] = ()
     samples: tuple[Named, ...] = ()
+
+    @property
+    def berths(self) -> frozenset[str]:
+        """The locations that are berths."""
+        return frozenset(berth for rack in self.racks for berth in rack.berths)
 
     @property
     def bounds(self) -> tuple[Point, Point]:

@@ -19,6 +19,7 @@ from app.goals.desk import GoalRequest
 from app.settings import Settings
 from app.states import GoalState, MissionState
 from app.world_model import initial_facts
+from app.world_model.berths import berths_of
 from planner import load_knowledge_base
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -62,7 +63,7 @@ def _carried_out(
             _, mission_id = service.plans.approve(goal.plan_id, actor=OPERATOR, comment="the demo approves")
             console.print(f"Approved: mission {mission_id}.\n")
             mission = _watched(console, service, mission_id)
-            return _told(console, mission, goal, simulation.truth())
+            return _told(console, mission, goal, world, simulation.truth())
 
 
 def _planned(service: Service, goal: GoalRow) -> GoalRow:
@@ -116,10 +117,10 @@ def _update(
     progress.update(overall, total=mission.original_estimate_s, completed=done_s, description=told)
 
 
-def _told(console: Console, mission: MissionBody, goal: GoalRow, truth: Truth) -> int:
+def _told(console: Console, mission: MissionBody, goal: GoalRow, world: WorldFile, truth: Truth) -> int:
     """Say what became true, by the robots' reports and in the simulated world itself."""
     wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-    missed = [fact for fact in wanted if not _holds(fact, truth)]
+    missed = [fact for fact in wanted if not _holds(fact, world, truth)]
     console.print()
     for fact in wanted:
         mark = "[bold red]not true[/]" if fact in missed else "[bold green]true[/]"
@@ -135,8 +136,8 @@ def _told(console: Console, mission: MissionBody, goal: GoalRow, truth: Truth) -
     return 0 if not missed and mission.state == MissionState.COMPLETED else 1
 
 
-def _holds(fact: SymbolicFact, truth: Truth) -> bool:
+def _holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
     if fact.predicate not in ("in", "at") or len(fact.args) != 2:
         return False
     sample, place = fact.args
-    return sample in truth.samples and truth.samples[sample].ref == place
+    return sample in truth.samples and truth.samples[sample].ref in (place, *berths_of(place, world))

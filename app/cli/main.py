@@ -164,7 +164,9 @@ def validate(
     with carefully():
         world = _world(file)
     robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
-    typer.echo(f"{world.name}: valid; {robots} robots, {places} locations, {samples} samples")
+    berths = [len(row) for row in world.rows.values() if len(row) > 1]
+    told = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
+    typer.echo(f"{world.name}: valid; {robots} robots, {places} locations{told}, {samples} samples")
 
 
 Count = Annotated[int | None, typer.Option(min=0, help="How many; left out: by the other numbers.")]
@@ -180,6 +182,9 @@ def generate(
     bays: Count = None,
     samples: Annotated[int, typer.Option(min=0, help="How many; aisles and robots go by it.")] = 4,
     compartments: Annotated[int, typer.Option(min=2, help="The yard and the stores behind it.")] = 2,
+    bay_capacity: Annotated[
+        int, typer.Option(min=1, max=100, help="Samples that each bay has room for.")
+    ] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of where the samples lie.")] = 0,
     out: Annotated[Path | None, typer.Option(help="File to write; standard output unless told.")] = None,
 ) -> None:
@@ -187,7 +192,7 @@ def generate(
     from app.cli.generate import generate as run
 
     given = {"aisles": aisles, "store_robots": store_robots, "yard_robots": yard_robots}
-    given |= {"interchanges": interchanges, "doors": doors, "bays": bays}
+    given |= {"interchanges": interchanges, "doors": doors, "bays": bays, "bay_capacity": bay_capacity}
     with carefully():
         run(samples, compartments, given, seed, out)
 

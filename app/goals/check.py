@@ -5,10 +5,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from app.goals.berths import meant, staying
 from app.goals.reach import chain_from, free_for, reachers
 from app.goals.words import choices_for, listed, natural, suggestions
 from app.vocabulary import planner_fact
-from app.world_model.beliefs import IN, NEAR, Facts, occupants, place_of
+from app.world_model.beliefs import IN, NEAR, Facts, place_of
+from app.world_model.berths import berths_of
 from app.world_model.problem import objects_of
 from planner import KnowledgeBase, KnowledgeBaseError
 from robots.wire import SymbolicFact
@@ -34,8 +36,18 @@ def check_goals(
     """Everything that stands against the goals, in their order; empty if nothing does."""
     if not goals:
         return (GoalIssue(code="goal-needed", kind="invalid", detail="no goal is stated"),)
-    issues = [issue for goal in goals for issue in _check(goal, goals, world, facts, knowledge_base)]
-    issues.extend(_clashes(goals))
+    berths = meant(goals, world, facts)
+    known = [goal for goal in berths.values() if goal is not None]
+    issues = [
+        issue
+        for stated, goal in berths.items()
+        for issue in (
+            _no_berth(stated, goals, world, facts)
+            if goal is None
+            else _check(goal, known, world, facts, knowledge_base)
+        )
+    ]
+    issues.extend(_clashes(known))
     return tuple(dict.fromkeys(issues))
 
 
@@ -64,7 +76,7 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
     """Names that the world does not have, in goals on a sample or robot and a place."""
     samples = tuple(sorted((sample.name for sample in world.samples), key=natural))
     robots = tuple(sorted(robot.name for robot in world.robots))
-    places = tuple(sorted((place.name for place in world.locations), key=natural))
+    places = tuple(sorted(world.rows, key=natural))
     if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, "at"}:
         return
     subject, place = goal.args
@@ -72,7 +84,7 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
         yield _unknown("sample", subject, samples)
     if goal.predicate != IN and subject not in robots:
         yield _unknown("robot", subject, robots)
-    if place not in places and not (goal.predicate == IN and place in robots):
+    if place not in places and place not in world.owners and not (goal.predicate == IN and place in robots):
         holding = tuple(name for name in places if world.location(name).capacity > 0)
         yield _unknown("place", place, holding if goal.predicate == IN else places)
 
@@ -128,7 +140,7 @@ def _against_facts(
         yield GoalIssue(
             code="already-true", kind="note", detail=f"{goal} is true already", thing=goal.args[0]
         )
-    elif goal.predicate == IN and any(place.name == goal.args[1] for place in world.locations):
+    elif goal.predicate == IN and goal.args[1] in world.owners:
         yield from _storing(goal.args[0], goal.args[1], goals, world, facts)
     elif goal.predicate == NEAR:
         yield from _standing(goal.args[0], goal.args[1], facts)
@@ -148,9 +160,7 @@ def _storing(
             choices=free,
         )
         return
-    leaving = {goal.args[0] for goal in goals if goal.predicate == IN and goal.args[1:] != (place,)}
-    there = [other for other in occupants(place, facts) if other != sample and other not in leaving]
-    if there:
+    if there := [other for other in staying(place, goals, world, facts) if other != sample]:
         yield GoalIssue(
             code="place-occupied",
             kind="conflict",
@@ -158,10 +168,38 @@ def _storing(
             thing=place,
             choices=free,
         )
-    yield from _reachable(sample, place, facts)
+    yield from _reachable(sample, place, world, facts)
 
 
-def _reachable(sample: str, place: str, facts: Facts) -> Iterator[GoalIssue]:
+def _no_berth(
+    goal: SymbolicFact, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
+) -> Iterator[GoalIssue]:
+    """Every berth of the location that the goal names holds a sample that stays, or another goal aims at it."""
+    unknown = list(_unknown_names(goal, world))
+    yield from unknown
+    if unknown:
+        return
+    subject, name = goal.args
+    berths = berths_of(name, world)
+    named = {name, *berths}
+    coming = sorted({g.args[0] for g in goals if g.args[1:] and g.args[1] in named}, key=natural)
+    there = [sample for berth in berths for sample in staying(berth, goals, world, facts)]
+    too_many = len(coming) > len(berths)
+    others = [other for other in coming if other not in {subject, *there}]
+    occupied = f"are occupied by {listed(there, last='and')}" if there else ""
+    wanted = f"are wanted for {listed(others, last='and')}" if others else ""
+    words = " and ".join(part for part in (occupied, wanted) if part)
+    choices = tuple(other for other in free_for(subject, world, facts) if other != name)
+    yield GoalIssue(
+        code="place-occupied",
+        kind="invalid" if too_many else "conflict",
+        detail=f"{name} has no room for {subject}: its {len(berths)} berths {words}",
+        thing=name,
+        choices=choices,
+    )
+
+
+def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Iterator[GoalIssue]:
     """Some robot reaches the place, and a chain of robots can hand the sample on to it."""
     if not reachers(place, facts):
         yield GoalIssue(
@@ -179,7 +217,7 @@ def _reachable(sample: str, place: str, facts: Facts) -> Iterator[GoalIssue]:
         return
     reached = chain_from(lies, facts)
     if place not in reached:
-        choices = tuple(sorted(reached - {lies}, key=natural))
+        choices = tuple(sorted({world.owners.get(name, name) for name in reached - {lies}}, key=natural))
         yield GoalIssue(
             code="no-chain-of-robots",
             kind="conflict",

@@ -11,8 +11,10 @@ sample may also be named by where it lies: "store the sample at door_1 in bay_7"
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from app.goals.reach import free_places
 from app.goals.words import choices_for, listed, name_in, natural, suggestions, words_of
 from app.world_model.beliefs import IN, Facts, occupants, place_of
+from app.world_model.berths import berths_of
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -137,7 +139,7 @@ def _goal(clause: Clause, world: WorldFile, facts: Facts) -> SymbolicFact | Clar
     if isinstance(place, Clarification):
         return place
     lies = place_of(sample, facts)
-    if origin is not None and facts and lies != origin:
+    if origin is not None and facts and lies not in {origin, *berths_of(origin, world)}:
         where = f"in {lies}" if lies else "nowhere known"
         return Clarification(
             code="sample-elsewhere",
@@ -151,11 +153,13 @@ def _goal(clause: Clause, world: WorldFile, facts: Facts) -> SymbolicFact | Clar
 def _sample(clause: Clause, origin: str | None, world: WorldFile, facts: Facts) -> str | Clarification:
     names = _samples(world)
     if clause.sample in {(), ("sample",), ("it",), ("one",)}:
-        there = occupants(origin, facts) if origin is not None else ()
+        places = () if origin is None else (berths_of(origin, world) or (origin,))
+        there = tuple(sample for place in places for sample in occupants(place, facts))
         if len(there) == 1:
             return there[0]
-        detail = f"no sample lies in {origin}" if origin and facts else f"{clause.verb} which sample?"
-        return Clarification(code="sample-needed", detail=detail, choices=names)
+        nothing = origin and facts and not there
+        detail = f"no sample lies in {origin}" if nothing else f"{clause.verb} which sample?"
+        return Clarification(code="sample-needed", detail=detail, choices=there or names)
     name = name_in(clause.sample, names)
     if name in names:
         return name
@@ -166,7 +170,7 @@ def _sample(clause: Clause, origin: str | None, world: WorldFile, facts: Facts) 
 
 
 def _place(words: tuple[str, ...], world: WorldFile) -> str | Clarification:
-    names = tuple(place.name for place in world.locations)
+    names = (*world.rows, *world.owners)
     name = name_in(words, names)
     if name in names:
         return name
@@ -188,9 +192,8 @@ def _unknown(what: str, name: str, names: Sequence[str]) -> Clarification:
 def _where_to(clause: Clause, sample: str, world: WorldFile, facts: Facts) -> Clarification:
     """Ask for the place, the likely ones first: bays to store in, doors to bring samples to."""
     likely = {"store": "bay", "retrieve": "door", "deliver": "door", "fetch": "door"}.get(clause.verb)
-    free = [place for place in world.locations if place.capacity > 0 and not occupants(place.name, facts)]
-    free.sort(key=lambda place: (place.kind != likely, natural(place.name)))
-    choices = tuple(place.name for place in free)
+    free = {world.owners[place] for place in free_places(world, facts)}
+    choices = tuple(sorted(free, key=lambda name: (world.location(name).kind != likely, natural(name))))
     return Clarification(
         code="place-needed",
         detail=f"{clause.verb} {sample} where to?",

@@ -44,16 +44,18 @@ def chain_from(start: str, facts: Facts) -> frozenset[str]:
 
 
 def free_places(world: WorldFile, facts: Facts) -> tuple[str, ...]:
-    """The locations that could take a sample now."""
-    free = [p.name for p in world.locations if p.capacity > 0 and not occupants(p.name, facts)]
+    """The places that could take a sample now."""
+    free = [p.name for p in world.places if p.capacity > 0 and not occupants(p.name, facts)]
     return tuple(sorted(free, key=natural))
 
 
 def free_for(sample: str, world: WorldFile, facts: Facts) -> tuple[str, ...]:
-    """The locations that could take the sample now and that it can be carried to.
+    """The locations that could take the sample now, in a berth if they have several, and that it can be carried to.
 
     Of a sample that is lost: those that some robot can carry samples to.
     """
     lies = place_of(sample, facts)
     reached = frozenset[str]().union(*carriers(facts).values()) if lies is None else chain_from(lies, facts)
-    return tuple(place for place in free_places(world, facts) if place in reached)
+    return tuple(
+        dict.fromkeys(world.owners[place] for place in free_places(world, facts) if place in reached)
+    )

@@ -15,10 +15,12 @@ def words_of(text: str) -> tuple[str, ...]:
 
 
 def name_in(words: Sequence[str], names: Iterable[str]) -> str:
-    """The words as one name: that of the world they spell, else joined by underscores as they are."""
-    plain = {_plain(name): name for name in names}
+    """The words as one name: that of the world they spell, the first of several, else joined by underscores."""
+    known = tuple(names)
     joined = "_".join(words)
-    return plain.get(_plain(joined), joined)
+    if joined in known:
+        return joined
+    return next((name for name in known if _plain(name) == _plain(joined)), joined)
 
 
 def suggestions(name: str, names: Iterable[str], *, limit: int = 3) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from app.durations import Durations, Kind, learned_durations
 from app.errors import Conflict
 from app.goals.check import blocking, check_goals
 from app.plans.active import Held, all_reserved
+from app.plans.aims import with_chosen_berths
 from app.vocabulary import planner_fact
 from app.world_model import objects_of, planning_problem
 from app.world_model.beliefs import CAN
@@ -84,16 +85,17 @@ class Posing:
             raise Conflict(f"world {goal.world} does not run", code="world-not-running")
         world = self._worlds[goal.world]
         facts = self._facts.facts(session, goal.world)
-        wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+        held = self._holdings.of_world(session, goal.world)
+        stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+        wanted = with_chosen_berths(session, goal, stated, world, facts, all_reserved(held))
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        held = self._holdings.of_world(session, goal.world)
         resting = self._resting(goal.world)
         factors = factors_of(learned_durations(session, goal.world))
         spots, reserved = self._spots(goal.world), all_reserved(held)
         able = frozenset(f for f in facts if f.predicate != CAN or f.args[0] not in resting)
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
-        issues = blocking(check_goals(wanted, world, facts, self._knowledge_base))
+        issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
         return Posed(
             problem=self._urgent(_scaled(problem, factors), goal),
             whole=replace(problem, facts=facts),

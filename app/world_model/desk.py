@@ -24,6 +24,7 @@ from app.world_model.beliefs import (
     revision,
     spot_of,
 )
+from app.world_model.berths import Statement, with_berths
 from app.world_model.problem import objects_of
 from planner import Fact, KnowledgeBaseError
 from robots.clock import Clock
@@ -113,7 +114,7 @@ class WorldDesk:
     def correct(
         self,
         world: str,
-        changes: Sequence[tuple[str, Sequence[str], bool]],
+        changes: Sequence[Statement],
         *,
         actor: str,
         comment: str,
@@ -127,10 +128,11 @@ class WorldDesk:
             robot where it does not reach; then none is changed.
         :raises Outdated: if the facts have changed since `expected_version`.
         """
-        news, gone = self._understood(world, changes)
+        self.world(world)
         with self._database.write() as session:
             _refuse_outdated(world, self._facts.version(session, world), expected_version)
             facts = self._facts.facts(session, world)
+            news, gone = self._understood(world, changes, facts)
             self._refuse_contradictions(facts, news, gone)
             change = revision(facts, news=news, gone=gone)
             self._refuse_out_of_reach(world, change.apply(facts), news)
@@ -149,12 +151,13 @@ class WorldDesk:
             return dropped
 
     def _understood(
-        self, world: str, changes: Sequence[tuple[str, Sequence[str], bool]]
+        self, world: str, changes: Sequence[Statement], facts: Facts
     ) -> tuple[list[Fact], list[Fact]]:
         """What became true and what proved false, in the planner's form."""
         objects = objects_of(self.world(world))
+        said = with_berths(changes, self.world(world), facts)
         try:
-            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in changes]
+            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
         except KnowledgeBaseError as error:
             raise Invalid(str(error), code="malformed-fact") from error
         return [fact for fact, value in parsed if value], [fact for fact, value in parsed if not value]

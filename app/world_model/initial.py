@@ -20,6 +20,7 @@ from app.world_model.beliefs import (
     revised,
     spot_of,
 )
+from app.world_model.berths import with_berths
 from app.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.wire import SymbolicFact
@@ -35,14 +36,16 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     The file's extra facts win over what the layout says of the same robot or object.
 
     :raises planner.KnowledgeBaseError: if an extra fact is not of the vocabulary.
+    :raises Invalid: if it does not tell which of a location's berths it is about.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
     layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.lying.items()}
     objects = objects_of(world)
+    stated = [(fact.predicate, fact.args, True) for fact in world.facts]
     extra = [
-        planner_fact(SymbolicFact(predicate=f.predicate, args=f.args), knowledge_base, objects)
-        for f in world.facts
+        planner_fact(SymbolicFact(predicate=predicate, args=tuple(args)), knowledge_base, objects)
+        for predicate, args, _ in with_berths(stated, world, frozenset(layout))
     ]
     return revised(frozenset(layout), extra)
 

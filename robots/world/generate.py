@@ -13,6 +13,7 @@ from typing import Any
 
 import yaml
 
+from robots.world.berths import WIDEST_PITCH_M
 from robots.world.file import WorldFile
 
 YARD_DEPTH_M = 4.2
@@ -30,7 +31,8 @@ class StoreShapeError(ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoreShape:
-    """How much there is of everything, in the whole world. `compartments` counts the yard.
+    """How much there is of everything, in the whole world. `compartments` counts the yard; `bay_capacity` samples
+    have room in each bay.
 
     :raises StoreShapeError: if an aisle would lack a robot, an interchange or a bay, or a sample a place.
     """
@@ -43,6 +45,7 @@ class StoreShape:
     bays: int
     samples: int
     compartments: int = 2
+    bay_capacity: int = 1
 
     def __post_init__(self) -> None:
         least = {field.name: 1 for field in fields(self)} | {"samples": 0, "compartments": 2}
@@ -55,10 +58,12 @@ class StoreShape:
             raise StoreShapeError(
                 f"aisles must be a multiple of {self.compartments - 1}, the compartments behind the yard"
             )
-        if self.samples > self.doors + self.bays:
-            raise StoreShapeError(
-                f"samples must be at most {self.doors + self.bays}, one a door and bay; add bays or doors"
+        room = self.doors + self.bays * self.bay_capacity
+        if self.samples > room:
+            each = (
+                "one a door and bay" if self.bay_capacity == 1 else f"{self.bay_capacity} a bay, one a door"
             )
+            raise StoreShapeError(f"samples must be at most {room}, {each}; add bays or doors")
 
     @property
     def columns(self) -> int:
@@ -71,7 +76,7 @@ _PER_AISLE = ("store_robots", "interchanges", "bays")
 
 def store_shape(*, samples: int = 4, compartments: int = 2, **given: int | None) -> StoreShape:
     """A shape from a few numbers; what is not given, or None, follows from the others: four robots for up to 16
-    samples, in proportion beyond, and bays half as many again as samples.
+    samples, in proportion beyond, and bays with room for half as many again as samples.
 
     :raises StoreShapeError: see `StoreShape`.
     """
@@ -82,7 +87,8 @@ def store_shape(*, samples: int = 4, compartments: int = 2, **given: int | None)
     yard = numbers.setdefault("yard_robots", ceil(robots / stores))
     numbers.setdefault("interchanges", aisles)
     numbers.setdefault("doors", yard)
-    numbers.setdefault("bays", max(6 * aisles, ceil(1.5 * samples)))
+    capacity = numbers.setdefault("bay_capacity", 1)
+    numbers.setdefault("bays", max(aisles, ceil(max(6 * aisles, ceil(1.5 * samples)) / max(1, capacity))))
     return StoreShape(samples=samples, compartments=compartments, **numbers)
 
 
@@ -90,7 +96,8 @@ def generate_world(shape: StoreShape, *, seed: int = 0, name: str = "generated_s
     """The world of a shape. The seed decides where the samples lie: same shape and seed, same world."""
     plan = _Plan(shape)
     places = [*plan.doors(), *plan.interchanges(), *plan.bays()]
-    free = [place["name"] for place in places if place["kind"] in ("door", "bay")]
+    storing = [place for place in places if place["kind"] in ("door", "bay")]
+    free = [place["name"] for place in storing for _ in range(place.get("capacity", 1))]
     lying = random.Random(seed).sample(free, shape.samples)
     robots = [*plan.yard_robots(), *plan.store_robots()]
     return WorldFile.model_validate(
@@ -149,7 +156,9 @@ class _Plan:
         self._home_to_wall = TO_WALL_M + (BAY_PITCH_M if deep else 0.0)
         last_bay_to_wall = 1.0 if robots == 1 and not deep else self._home_to_wall + 1.9
         rows = ceil(len(self._bays[0]) / 2)
-        self._depth = FIRST_BAY_M + BAY_PITCH_M * (rows - 1) + last_bay_to_wall
+        self._bay_pitch = max(BAY_PITCH_M, WIDEST_PITCH_M * shape.bay_capacity)
+        self._bay_length = WIDEST_PITCH_M * (shape.bay_capacity - 1)
+        self._depth = FIRST_BAY_M + self._bay_pitch * (rows - 1) + self._bay_length + last_bay_to_wall
 
     def _dealt(self, word: str, count: int) -> list[list[str]]:
         """The names dealt out to the aisles, neighbours in number to one aisle."""
@@ -213,10 +222,11 @@ class _Plan:
             west, south = self._corner(aisle)
             rows = ceil(len(names) / 2)
             for number, name in enumerate(names):
-                y = south + FIRST_BAY_M + BAY_PITCH_M * (number % rows)
+                y = south + FIRST_BAY_M + self._bay_length / 2 + self._bay_pitch * (number % rows)
                 at_west = number < rows
                 x = west + (TO_WALL_M if at_west else self._width - TO_WALL_M)
-                yield _place(name, "bay", x, y, [0 if at_west else 180])
+                bay = _place(name, "bay", x, y, [0 if at_west else 180])
+                yield bay if self._shape.bay_capacity == 1 else bay | {"capacity": self._shape.bay_capacity}
 
     def yard_robots(self) -> Iterator[tuple[Entry, Entry]]:
         middle, half = YARD_DEPTH_M / 2, START_FROM_HOME_M / 2

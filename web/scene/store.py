@@ -5,7 +5,7 @@ from math import atan2, cos, radians, sin, tan
 import numpy as np
 import viser
 
-from web.layout import Floor, Layout, Location, Wall
+from web.layout import Floor, Layout, Location, Point, Wall
 from web.scene import palette
 from web.scene.geometry import box, cylinder, merged, turned
 
@@ -13,6 +13,8 @@ FLOOR_M = 0.04
 WALL_HEIGHT_M, WALL_WIDTH_M = 0.32, 0.08
 OPENING_HEIGHT_M = 0.10
 PAD_M, PAD_HEIGHT_M = 0.44, 0.012
+LETTERS_M = 0.17
+"""Height of the letters on the floor."""
 BEACON_HEIGHT_M, BEAM_M = 0.36, 0.26
 CAMERA_FOV_RAD = radians(45)
 CAMERA_ELEVATION_RAD = radians(58)
@@ -29,6 +31,7 @@ def draw_store(server: viser.ViserServer, layout: Layout) -> None:
     _draw_walls(server, layout.walls)
     for kind in sorted({place.kind for place in layout.locations}):
         _draw_places(server, kind, [place for place in layout.locations if place.kind == kind])
+    _label_places(server, layout)
     _draw_beacons(server, layout.locations)
 
 
@@ -125,17 +128,29 @@ def _draw_places(server: viser.ViserServer, kind: str, places: list[Location]) -
         cast_shadow=False,
         receive_shadow=False,
     )
-    for place in places:
-        if kind == "home":
-            continue  # its robot's label says enough
-        server.scene.add_label(
-            f"/places/{kind}/{place.name}",
-            place.name,
-            position=(place.at[0], place.at[1] - PAD_M / 2 - 0.04, 0.0),
-            font_size_mode="scene",
-            font_scene_height=0.17,
-            anchor="top-center",
-        )
+
+
+def _label_places(server: viser.ViserServer, layout: Layout) -> None:
+    """Each place's name south of its pad; of a rack's berths the numbers on their pads and the name south of all."""
+    south = {place.name: place.at[1] - PAD_M / 2 - 0.04 for place in layout.locations}
+    for place in layout.locations:
+        if place.kind != "home" and place.name not in layout.berths:  # a home's robot's label says enough
+            _label(server, place, place.name, (place.at[0], south[place.name]))
+    for rack in layout.racks:
+        _label(server, rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths)))
+    for berth in (place for place in layout.locations if place.name in layout.berths):
+        _label(server, berth, berth.name.rpartition("_")[2], (berth.at[0], berth.at[1] + LETTERS_M / 2))
+
+
+def _label(server: viser.ViserServer, place: Location, text: str, top: Point) -> None:
+    server.scene.add_label(
+        f"/places/{place.kind}/{place.name}",
+        text,
+        position=(*top, 0.0),
+        font_size_mode="scene",
+        font_scene_height=LETTERS_M,
+        anchor="top-center",
+    )
 
 
 def _draw_beacons(server: viser.ViserServer, places: tuple[Location, ...]) -> None:

@@ -1,0 +1,92 @@
+"""Goals that name a location with several berths: any berth will do, and one of them is chosen when planning begins."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from app.world_model.beliefs import IN, NEAR, Facts, occupants, place_of, position_of
+from app.world_model.berths import berths_of
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+AT = "at"
+
+
+def meant(
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    *,
+    kept: Collection[str] = (),
+    shunned: Collection[str] = (),
+) -> Mapping[SymbolicFact, SymbolicFact | None]:
+    """Each goal with the berth that it means; None where no berth is left for it.
+
+    A sample that lies in a berth stays there. Else it is one that nothing lies in and no other of the goals aims at.
+
+    :param kept: berths that an earlier plan of the goals aimed at: first choice.
+    :param shunned: berths that others aim at: last choice.
+    """
+    chosen: dict[SymbolicFact, SymbolicFact | None] = {}
+    aims = {(goal.predicate, goal.args[1]): goal.args[0] for goal in goals if len(goal.args) == 2}
+    for goal in goals:
+        if goal in chosen:
+            continue
+        berths = _berths(goal, world)
+        if not berths:
+            chosen[goal] = goal
+            continue
+        subject = goal.args[0]
+        here = place_of(subject, facts) if goal.predicate == IN else _stands(subject, facts)
+        free = [
+            berth
+            for berth in berths
+            if aims.get((goal.predicate, berth), subject) == subject
+            and not _kept_by_others(goal, berth, goals, world, facts)
+        ]
+        free.sort(key=lambda b: (b != here, b not in kept, bool(occupants(b, facts)), b in shunned))
+        chosen[goal] = goal.model_copy(update={"args": (subject, free[0])}) if free else None
+        if free:
+            aims[goal.predicate, free[0]] = subject
+    return chosen
+
+
+def berthed(
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    *,
+    kept: Collection[str] = (),
+    shunned: Collection[str] = (),
+) -> tuple[SymbolicFact, ...]:
+    """The goals as `meant`; where no berth is left the first one is named, which `check_goals` finds occupied."""
+    found = meant(goals, world, facts, kept=kept, shunned=shunned)
+    return tuple(
+        found[goal] or goal.model_copy(update={"args": (goal.args[0], berths_of(goal.args[1], world)[0])})
+        for goal in goals
+    )
+
+
+def staying(place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: Facts) -> tuple[str, ...]:
+    """The samples that lie in a place and that none of the goals takes away from there."""
+    here = {place, world.owners.get(place, place)}
+    leaving = {g.args[0] for g in goals if g.predicate == IN and len(g.args) == 2 and g.args[1] not in here}
+    return tuple(other for other in occupants(place, facts) if other not in leaving)
+
+
+def _kept_by_others(
+    goal: SymbolicFact, berth: str, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
+) -> bool:
+    if goal.predicate != IN:
+        return False
+    return any(other != goal.args[0] for other in staying(berth, goals, world, facts))
+
+
+def _berths(goal: SymbolicFact, world: WorldFile) -> tuple[str, ...]:
+    """The berths to choose from; empty if the goal is not about a location that has several."""
+    if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, AT}:
+        return ()
+    return berths_of(goal.args[1], world)
+
+
+def _stands(robot: str, facts: Facts) -> str | None:
+    position = position_of(robot, facts)
+    return None if position is None else position.args[2]

@@ -1,0 +1,20 @@
+"""A world's layout as clients see it."""
+
+from typing import Any
+
+from robots.world import WorldFile
+
+
+def layout_of(world: WorldFile) -> dict[str, Any]:
+    """The world file, but with the places that facts name for locations, and those that have berths as `racks`."""
+    written, lying = world.model_dump(mode="json"), world.lying
+    racks = [
+        location | {"berths": [berth.name for berth in world.rows[location["name"]]]}
+        for location in written["locations"]
+        if location["capacity"] > 1
+    ]
+    return written | {
+        "locations": [place.model_dump(mode="json") for place in world.places],
+        "racks": racks,
+        "samples": [sample | {"at": lying[sample["name"]]} for sample in written["samples"]],
+    }
