@@ -10,6 +10,7 @@ import numpy as np
 from planner.assembly import assemble
 from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
+from planner.collector import collector_at_rest
 from planner.detours import without_detours
 from planner.diagnosis import why_unsolvable
 from planner.engine import (
@@ -129,6 +130,7 @@ class HierarchicalEngine:
         self._finished((), empty)
         warm_up_bounds()
 
+    @collector_at_rest()
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
