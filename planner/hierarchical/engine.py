@@ -181,19 +181,21 @@ class HierarchicalEngine:
             )
             tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
         best: tuple[float, Sequence[GroundAction]] | None = None
+        last = False
         for _ in range(MOST_ATTEMPTS):
             actions = self._scheduled(posed, tasks, watch)
             if actions is None:
                 break
-            makespan_s, idle = self._judged(actions, problem)
+            scheduled_s, idle = self._judged(actions, problem)
+            makespan_s, still_idle = scheduled_s, idle
             if idle:
                 kept = [replace(task, fragments=_without(task.fragments, idle)) for task in tasks]
                 last, tasks = kept == list(tasks), kept
                 actions = without_detours(actions, problem, self._base)
                 makespan_s, still_idle = self._judged(actions, problem)
-            if not idle or not still_idle:
+            if not still_idle:
                 best = min(best or (makespan_s, actions), (makespan_s, actions), key=lambda found: found[0])
-            if not idle or last:
+            if last or (not still_idle and makespan_s <= scheduled_s):
                 break
         return best[1] if best else None
 
