@@ -61,12 +61,10 @@ def alternatives(
         pool.solve(problem, objective)
     if not pool.plans:
         return ()
+    _spare_robots(pool, statics, most=k)
     shortest = pool.best(_time)
-    spared = by_work(shortest)[:k]
-    for robot in spared:
-        pool.solve(statics.without({robot}), Objective.MAKESPAN)
     labels: dict[Deeds, list[str]] = {}
-    for label, plan_net in _claims(pool, shortest, spared):
+    for label, plan_net in _claims(pool, shortest):
         labels.setdefault(deeds(plan_net), []).append(label)
     return tuple(
         replace(pool.plans[key], label=", ".join(names), words=_compared(pool.plans[key].plan_net, shortest))
@@ -129,7 +127,18 @@ class _Pool:
         return min(self.plan_nets(), key=merit)
 
 
-def _claims(pool: _Pool, shortest: PlanNet, spared: Sequence[str]) -> Iterator[tuple[str, PlanNet]]:
+def _spare_robots(pool: _Pool, statics: Statics, *, most: int) -> None:
+    """Solve without each robot of the shortest plan, which a plan found so may turn out not to be any more."""
+    spared: list[str] = []
+    while len(spared) < most:
+        robots = (robot for robot in by_work(pool.best(_time)) if robot not in spared)
+        if (robot := next(robots, None)) is None:
+            return
+        pool.solve(statics.without({robot}), Objective.MAKESPAN)
+        spared.append(robot)
+
+
+def _claims(pool: _Pool, shortest: PlanNet) -> Iterator[tuple[str, PlanNet]]:
     """Which plan is best at what; only where the plans differ in it at all."""
     plan_nets = pool.plan_nets()
     yield SHORTEST, shortest
@@ -141,7 +150,7 @@ def _claims(pool: _Pool, shortest: PlanNet, spared: Sequence[str]) -> Iterator[t
         calmest = pool.best(_contact)
         yield "fewest clearances" if calmest.clearances else "needs no contact", calmest
     others = []
-    for robot in spared:
+    for robot in by_work(shortest):
         without = [net for net in plan_nets if robot not in net.robots]
         if without:
             others.append((f"without {robot}", min(without, key=_time)))

@@ -139,6 +139,18 @@ def test_a_plan_that_is_known_already_may_be_the_best(
     assert [one.result.engine for one in found] == ["known", "answering"]
 
 
+def test_a_plan_without_a_robot_may_turn_out_to_be_the_shortest(
+    knowledge_base: KnowledgeBase, problem: PlanningProblem
+) -> None:
+    engine = Answering(makespan=SMALL, yard_1=QUICK)
+    found = alternatives(engine, knowledge_base, problem, REQUEST, k=4)
+    assert [(one.label, one.plan_net.makespan_s) for one in found] == [
+        ("shortest time", 10.0),
+        ("fewest robots, least energy, needs no contact, without yard_2", 20.0),
+    ]
+    assert [one.words for one in found] == ["", "10 s longer, without yard_2, 4 J less, 1 fewer to clear"]
+
+
 def test_a_problem_without_a_plan_has_no_alternatives(
     knowledge_base: KnowledgeBase, problem: PlanningProblem
 ) -> None:
