@@ -7,15 +7,17 @@ from robots.conditions import Condition
 from robots.percepts import Percepts
 
 TOO_FAST, TOO_FAR, TIMEOUT = "toofast", "toofar", "timeout"
+FLICKER_S = 0.5
+"""Conditions that hold again after less than this have flickered with their sensors' noise."""
 
 
 @dataclass(slots=True)
 class EventWatch:
-    """Raises an event when all of its conditions come to hold; again only after they have not held in between."""
+    """Raises an event when all of its conditions come to hold; again only after they have not held for a while."""
 
     events: Mapping[str, tuple[Condition, ...]]
     raised: frozenset[str] = frozenset()
-    _holding: set[str] = field(default_factory=set)
+    _held_s: dict[str, float] = field(default_factory=dict)
 
     def update(self, percepts: Percepts) -> dict[str, str]:
         """The events raised at this instant, each with what was perceived, in words."""
@@ -23,9 +25,10 @@ class EventWatch:
         for name, conditions in self.events.items():
             verdicts = [condition.check(percepts) for condition in conditions]
             if not all(verdict.holds for verdict in verdicts):
-                self._holding.discard(name)
-            elif name not in self._holding:
-                self._holding.add(name)
+                continue
+            now_s = percepts.progress.elapsed_s
+            if now_s - self._held_s.get(name, -FLICKER_S) >= FLICKER_S:
                 news[name] = "; ".join(verdict.words for verdict in verdicts)
+            self._held_s[name] = now_s
         self.raised |= news.keys()
         return news

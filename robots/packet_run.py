@@ -5,6 +5,7 @@ its post-conditions.
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
+from robots.avoidance import Filter, Velocity
 from robots.conditions import unmet
 from robots.events import TIMEOUT, TOO_FAR, EventWatch
 from robots.patterns import BehaviourPattern, Responses, respond
@@ -14,7 +15,7 @@ from robots.progress import Odometer
 from robots.repertoire import BoundPacket
 from robots.sensing.plans import Phase, name_of
 from robots.stall import StallGuard
-from robots.synthesis import Motion, synthesise
+from robots.synthesis import Motion, motion
 from robots.wire import BehaviourPacket, FailureCategory, PacketState
 
 LOST_S = 1.0
@@ -56,6 +57,7 @@ class PacketRun:
         self._lost_s = 0.0
         self._guard = StallGuard(content.goal, content.retries or 0)
         self._odometer = Odometer()
+        self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
         self._watch = EventWatch(content.events)
 
     @property
@@ -147,9 +149,9 @@ class PacketRun:
 
     def _move(self, percepts: Percepts, step_s: float, missing: list[str]) -> Outcome:
         profile, guard = self._profile, self._guard
-        motion = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
-        if motion is not None:
-            return Outcome(motion=motion)
+        manoeuvre = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
+        if manoeuvre is not None:
+            return Outcome(motion=manoeuvre)
         if self.content.retries is not None:
             guard.watch(percepts, step_s)
         if guard.spent:
@@ -164,5 +166,8 @@ class PacketRun:
     def _act(self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Outcome:
         responses = respond(patterns, percepts)
         speed_m_s = min(self._profile.speed_m_s, self.content.max_velocity_m_s)
-        motion = synthesise(responses.competing(), speed_m_s=speed_m_s, turn_rad_s=self._profile.turn_rad_s)
-        return Outcome(motion=motion, responses=responses)
+        wanted = motion(responses.resultant, speed_m_s=speed_m_s, turn_rad_s=self._profile.turn_rad_s)
+        if self._filter is not None and self.state is PacketState.RUNNING:
+            limits = Velocity(speed_m_s, self._profile.turn_rad_s)
+            wanted = self._filter.apply(wanted, responses.resultant, percepts, limits)
+        return Outcome(motion=wanted, responses=responses)

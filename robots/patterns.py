@@ -1,7 +1,7 @@
 """Behaviour patterns: a response and a utility, each a function of one stimulus (MACTA §3, eq. 1)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ from robots.conditions import AnyCondition
 from robots.percepts import Percepts
 from robots.responses import STRICT, AnyResponse
 from robots.stimuli import AnyStimulus
-from robots.synthesis import DegreeOfFreedom, Utilitor
+from robots.synthesis import DegreeOfFreedom, Resultants, Utilitor, synthesise
 
 
 class Level(StrEnum):
@@ -53,16 +53,10 @@ class BehaviourPattern:
 
 @dataclass(frozen=True, slots=True)
 class Responses:
-    """What every active pattern answered at one instant."""
+    """What every active pattern answered at one instant, and what the synthesis made of it."""
 
     of: Sequence[tuple[BehaviourPattern, Utilitor]] = ()
-
-    def competing(self) -> dict[DegreeOfFreedom, list[Utilitor]]:
-        """The utilitors that are related: by degree of freedom."""
-        grouped: dict[DegreeOfFreedom, list[Utilitor]] = {}
-        for pattern, utilitor in self.of:
-            grouped.setdefault(pattern.dof, []).append(utilitor)
-        return grouped
+    resultant: Resultants = field(default_factory=dict)
 
     def shown(self) -> dict[str, tuple[float, float]]:
         """Normalised (r, u) by "dof/name"."""
@@ -70,4 +64,9 @@ class Responses:
 
 
 def respond(patterns: Iterable[BehaviourPattern], percepts: Percepts) -> Responses:
-    return Responses([(pattern, pattern.respond(percepts)) for pattern in patterns])
+    """Ask every pattern, and resolve the related utilitors: by degree of freedom."""
+    answers = [(pattern, pattern.respond(percepts)) for pattern in patterns]
+    related: dict[DegreeOfFreedom, list[Utilitor]] = {}
+    for pattern, utilitor in answers:
+        related.setdefault(pattern.dof, []).append(utilitor)
+    return Responses(answers, synthesise(related))

@@ -16,6 +16,7 @@ from robots.course import guide
 from robots.geometry import clip
 from robots.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Obstacle, Percepts
 from robots.responses import STRICT
+from robots.steering import Alongside, Astern, Course, Distance, ToAdvance, ToGo, ToHeading, ToTurn, Whim
 
 
 class Stimulus(Protocol):
@@ -186,6 +187,23 @@ class LowBattery:
 
 
 AnyStimulus = Annotated[
-    Always | WayOn | WayRound | Ahead | Bearing | Proximity | CaptureHead | Barrier | LowBattery,
+    Always
+    | WayOn
+    | WayRound
+    | Ahead
+    | Bearing
+    | Proximity
+    | CaptureHead
+    | Barrier
+    | LowBattery
+    | ToTurn
+    | ToHeading
+    | ToAdvance
+    | ToGo
+    | Course
+    | Distance
+    | Astern
+    | Alongside
+    | Whim,
     Field(discriminator="sense"),
 ]

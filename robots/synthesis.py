@@ -70,14 +70,19 @@ class Motion:
     close_gripper: bool | None = None
 
 
-def synthesise(
-    competing: Mapping[DegreeOfFreedom, Sequence[Utilitor]], *, speed_m_s: float, turn_rad_s: float
-) -> Motion:
-    """Resolve each degree of freedom on its own and scale the resultant response to the body.
+Resultants = Mapping[DegreeOfFreedom, Utilitor]
+
+
+def synthesise(competing: Mapping[DegreeOfFreedom, Sequence[Utilitor]]) -> Resultants:
+    """Resolve each degree of freedom on its own."""
+    return {dof: superpose(utilitors) for dof, utilitors in competing.items() if utilitors}
+
+
+def motion(resultant: Resultants, *, speed_m_s: float, turn_rad_s: float) -> Motion:
+    """Scale the resultant responses to the body.
 
     A resultant response of pi/2 is full speed; a grip response above 0 closes, below 0 opens.
     """
-    resultant = {dof: superpose(utilitors) for dof, utilitors in competing.items() if utilitors}
     rest = Utilitor(0.0, 0.0)
     grip = resultant.get(DegreeOfFreedom.GRIP, rest)
     return Motion(

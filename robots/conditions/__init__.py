@@ -5,6 +5,7 @@ composable, so that data can state them.
 """
 
 from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, unmet
+from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
@@ -12,6 +13,7 @@ from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, 
 from robots.conditions.verdict import Condition, Verdict
 
 __all__ = [
+    "Abeam",
     "Advanced",
     "AllOf",
     "AnyCondition",
@@ -25,6 +27,7 @@ __all__ = [
     "Cramped",
     "Elapsed",
     "Empty",
+    "Facing",
     "Faster",
     "Heading",
     "Holding",
@@ -35,7 +38,9 @@ __all__ = [
     "Not",
     "OffPoint",
     "OnCourse",
+    "Opening",
     "Raised",
+    "Reached",
     "Travelled",
     "Turned",
     "Vacant",

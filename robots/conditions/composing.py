@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
+from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
@@ -72,6 +73,10 @@ AnyCondition = Annotated[
     | Cramped
     | OffPoint
     | OnCourse
+    | Facing
+    | Abeam
+    | Opening
+    | Reached
     | BetweenJaws
     | JawsAt
     | Holding

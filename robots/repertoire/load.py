@@ -15,6 +15,9 @@ from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.wire import BehaviourPacket
 
+OBJECT_STAND_OFF_M = 0.6
+"""A robot that goes to an object stops this far before its middle; at a way-point it stops on it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Repertoire:
@@ -35,8 +38,8 @@ class Repertoire:
         _check_arguments(packet, spec, profile)
         values = {
             **packet.arguments,
-            **_parameters(packet, spec),
             **_target(packet, spec),
+            **_parameters(packet, spec),
             "me": profile.name,
         }
         bound = spec.bind(values, packet.timeout_s)
@@ -81,9 +84,9 @@ def _target(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
     if ("object" in given) == ("x" in given and "y" in given):
         raise RepertoireError(f"{packet.tag} needs either object, or x and y")
     if "object" in given:
-        return {"target": given["object"]}
+        return {"target": given["object"], "stand_off_m": OBJECT_STAND_OFF_M}
     try:
-        return {"target": waypoint(float(given["x"]), float(given["y"]))}
+        return {"target": waypoint(float(given["x"]), float(given["y"])), "stand_off_m": 0.0}
     except ValueError:
         raise RepertoireError(f"{packet.tag}: x = {given['x']}, y = {given['y']} is no point") from None
 

@@ -9,12 +9,14 @@ from typing import Any
 
 from pydantic import Field, TypeAdapter
 
+from robots.avoidance import AnyAvoidance
 from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
 from robots.events import TIMEOUT, TOO_FAR, TOO_FAST
-from robots.patterns import BehaviourPattern
+from robots.patterns import BehaviourPattern, Level
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
 from robots.stall import RETRIES
 
+PATTERNS = "patterns"
 FASTER = 1.1
 """Above its velocity limit by this factor a robot is too fast: odometry errs by some per cent."""
 
@@ -28,7 +30,9 @@ class PacketSpec(Checked):
     progress, and how often it `retries` without any (None: it need not get anywhere).
 
     SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
-    an `object` or a way-point `x`, `y`; `events`. A packet that is `basic` every robot can carry out.
+    an `object` or a way-point `x`, `y`; `events`; how to `avoid` obstacles: by the packet's `patterns`, or by a method
+    of `robots.avoidance`, under which the patterns of the environment level rest. A packet that is `basic` every robot
+    can carry out.
     """
 
     tag: str
@@ -45,6 +49,7 @@ class PacketSpec(Checked):
     maintain: tuple[dict[str, Any], ...] = ()
     after: tuple[dict[str, Any], ...] = Field(min_length=1)
     events: dict[str, tuple[dict[str, Any], ...]] = Field(default_factory=dict)
+    avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None
     retries: int | None = Field(default=RETRIES, ge=0)
 
@@ -65,16 +70,19 @@ class PacketSpec(Checked):
             return [fill(inner) for inner in value] if isinstance(value, list | tuple) else value
 
         conditions, patterns = _conditions(), _patterns()
+        acting = patterns.validate_python(fill(self.patterns))
+        avoid = _avoidance().validate_python(_method(fill(self.avoid)))
         max_velocity_m_s, max_distance_m = float(values[MAX_VELOCITY]), float(values[MAX_DISTANCE])
         events = {name: conditions.validate_python(fill(one)) for name, one in self.events.items()}
         return BoundPacket(
             tag=self.tag,
             before=conditions.validate_python(fill(self.before)),
             waiting=patterns.validate_python(fill(self.waiting)),
-            patterns=patterns.validate_python(fill(self.patterns)),
+            patterns=tuple(one for one in acting if avoid is None or one.level is not Level.ENVIRONMENT),
             maintain=conditions.validate_python(fill(self.maintain)),
             after=conditions.validate_python(fill(self.after)),
             events=events | _limits(max_velocity_m_s, max_distance_m, timeout_s),
+            avoid=avoid,
             max_velocity_m_s=max_velocity_m_s,
             max_distance_m=max_distance_m,
             goal=fill(self.goal),
@@ -104,6 +112,18 @@ def _patterns() -> TypeAdapter[tuple[BehaviourPattern, ...]]:
     return TypeAdapter(tuple[BehaviourPattern, ...])
 
 
+@cache
+def _avoidance() -> TypeAdapter[AnyAvoidance | None]:
+    return TypeAdapter(AnyAvoidance | None)
+
+
+def _method(avoid: Any) -> Any:
+    """A method's settings from its name alone, or as they are; None for the patterns."""
+    if not isinstance(avoid, str):
+        return avoid
+    return None if avoid == PATTERNS else {"by": avoid}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundPacket:
     """A packet's content with its arguments in place."""
@@ -115,6 +135,7 @@ class BoundPacket:
     maintain: tuple[Condition, ...] = ()
     after: tuple[Condition, ...]
     events: Mapping[str, tuple[Condition, ...]] = field(default_factory=dict)
+    avoid: AnyAvoidance | None = None
     max_velocity_m_s: float = LIMITS[MAX_VELOCITY].most
     max_distance_m: float = LIMITS[MAX_DISTANCE].most
     goal: str | None = None

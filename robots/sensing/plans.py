@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 
 from robots.facts import REPORTED
-from robots.percepts import Needs
+from robots.percepts import NOTHING, Needs
 from robots.repertoire import BoundPacket
 from robots.sensing.actions import ActuatorAction, TaskPlan, percepts_of, superseded
 from robots.stall import BACKS_OFF, WATCHED
@@ -56,4 +56,5 @@ def _in_order(packet: BehaviourPacket, content: BoundPacket) -> tuple[ActuatorAc
 def _acting(content: BoundPacket) -> Needs:
     conditions = [*content.maintain, *content.after]
     conditions += [condition for event in content.events.values() for condition in event]
-    return REPORTED | WATCHED | percepts_of(conditions, content.patterns)
+    avoiding = NOTHING if content.avoid is None else content.avoid.needs
+    return REPORTED | WATCHED | avoiding | percepts_of(conditions, content.patterns)

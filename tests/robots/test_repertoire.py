@@ -28,8 +28,13 @@ after: [{sense: empty}]
 """
 
 
-def test_the_papers_six_packets_are_there() -> None:
-    assert set(REPERTOIRE.specs) == {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"}
+def test_the_papers_packets_and_the_behavioural_suite_are_there() -> None:
+    mission = {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"}
+    turns = {"TURN_LEFT", "TURN_RIGHT", "TURN_TO", "TURN_TOWARD"}
+    follows = {"FOLLOW_LEFT_OBSTACLE", "FOLLOW_RIGHT_OBSTACLE"}
+    suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "WANDER"} | turns | follows
+    assert set(REPERTOIRE.specs) == mission | suite
+    assert {tag for tag, spec in REPERTOIRE.specs.items() if spec.basic} == suite
 
 
 def test_the_four_levels_are_in_use() -> None:

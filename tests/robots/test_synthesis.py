@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.synthesis import DegreeOfFreedom, Utilitor, superpose, synthesise
+from robots.synthesis import DegreeOfFreedom, Utilitor, motion, superpose, synthesise
 
 responses = st.floats(-1, 1)
 utilities = st.floats(0, 1)
@@ -82,12 +82,12 @@ def test_translate_and_rotate_are_resolved_separately() -> None:
         DegreeOfFreedom.TRANSLATE: [Utilitor.normalised(1, 1)],
         DegreeOfFreedom.ROTATE: [Utilitor.normalised(-0.5, 1)],
     }
-    motion = synthesise(competing, speed_m_s=0.4, turn_rad_s=2)
-    assert (motion.linear_m_s, motion.angular_rad_s) == (pytest.approx(0.4), pytest.approx(-1))
-    assert motion.close_gripper is None
+    driven = motion(synthesise(competing), speed_m_s=0.4, turn_rad_s=2)
+    assert (driven.linear_m_s, driven.angular_rad_s) == (pytest.approx(0.4), pytest.approx(-1))
+    assert driven.close_gripper is None
 
 
 @pytest.mark.parametrize(("response", "closes"), [(1, True), (-1, False), (0, None)])
 def test_grip_closes_opens_or_leaves_the_gripper(response: float, closes: bool | None) -> None:
-    motion = synthesise({DegreeOfFreedom.GRIP: [Utilitor.normalised(response, 1)]}, speed_m_s=1, turn_rad_s=1)
-    assert motion.close_gripper is closes
+    resultant = synthesise({DegreeOfFreedom.GRIP: [Utilitor.normalised(response, 1)]})
+    assert motion(resultant, speed_m_s=1, turn_rad_s=1).close_gripper is closes

@@ -1,0 +1,160 @@
+"""A room in PyBullet, one robot in it that is given packets, and what truly became of it: for benchmarks and tests."""
+
+import itertools
+from collections.abc import Callable, Iterable
+from math import dist
+from typing import Any
+
+from robots.body import Pose
+from robots.wire import (
+    BehaviourPacket,
+    BehaviourScript,
+    Message,
+    PacketReport,
+    Performative,
+    Receipt,
+    ScriptReport,
+    ScriptRequest,
+)
+from robots.world import WorldFile
+from sim.agents import behavioural_agent
+from sim.world import Agent, Fitting, Simulation
+
+Box = tuple[float, float, float, float]
+"""West, south, east, north, metres."""
+
+
+def packet(tag: str, *, timeout_s: float = 60, **arguments: object) -> BehaviourPacket:
+    return BehaviourPacket(
+        id=tag.lower(),
+        tag=tag,
+        arguments={name: str(value) for name, value in arguments.items()},
+        expected_start_s=0,
+        expected_duration_s=10,
+        timeout_s=timeout_s,
+        wait_timeout_s=20,
+    )
+
+
+def room(
+    *,
+    size: tuple[float, float] = (6, 6),
+    boxes: Iterable[Box] = (),
+    start: tuple[float, float, float] = (3, 3, 0),
+    other: tuple[float, float, float] | None = None,
+    ball: tuple[float, float] | None = None,
+) -> WorldFile:
+    """A walled room; `fred` in it, if wanted `ginger` and a sample named `ball`; boxes are solid."""
+    east, north = size
+    walls = [wall for box in ((0, 0, east, north), *boxes) for wall in _sides(box)]
+    robots: list[dict[str, Any]] = [{"name": "fred", "compartment": "room", "start": start}]
+    if other is not None:
+        robots.append({"name": "ginger", "compartment": "room", "start": other})
+    places = [{"name": "post", "kind": "place", "at": (0.3, 0.3), "approach_deg": (45,)}]
+    if ball is not None:
+        places.append({"name": "spot", "kind": "place", "at": ball, "approach_deg": (0,)})
+    return WorldFile.model_validate(
+        {
+            "name": "suite_room",
+            "compartments": [{"name": "room", "x": (0, east), "y": (0, north)}],
+            "walls": walls,
+            "locations": places,
+            "robots": robots,
+            "samples": [{"name": "ball", "at": "spot"}] if ball is not None else [],
+        }
+    )
+
+
+def _sides(box: Box) -> list[dict[str, Any]]:
+    west, south, east, north = box
+    corners = [(west, south), (east, south), (east, north), (west, north)]
+    return [
+        {"start": one, "end": other} for one, other in zip(corners, corners[1:] + corners[:1], strict=True)
+    ]
+
+
+class Driven:
+    """An agent that drives as a function of time tells: a thing that moves."""
+
+    def __init__(self, fitting: Fitting, velocity: Callable[[float], tuple[float, float]]) -> None:
+        self._fitting, self._velocity = fitting, velocity
+
+    def tick(self) -> None:
+        self._fitting.body.set_velocity(*self._velocity(self._fitting.clock.now_s()))
+
+
+class Trial:
+    """Runs one script of `fred`'s in a world, and keeps what it reported and what truly happened."""
+
+    def __init__(
+        self,
+        world: WorldFile,
+        *packets: BehaviourPacket,
+        seed: int = 0,
+        jitter_m: float = 0.0,
+        other: Callable[[float], tuple[float, float]] = lambda _: (0.0, 0.0),
+    ) -> None:
+        def agent(fitting: Fitting) -> Agent:
+            return behavioural_agent(fitting) if fitting.spec.name == "fred" else Driven(fitting, other)
+
+        self.simulation = Simulation(world, make_agent=agent, seed=seed, jitter_m=jitter_m)
+        self.reports: list[PacketReport] = []
+        self.ended: ScriptReport | None = None
+        self.touched = False
+        self.path: list[Pose] = [self.pose]
+        script = BehaviourScript(id="script", mission_id="suite", robot="fred", packets=packets)
+        self._send(ScriptRequest(script=script), Performative.REQUEST)
+
+    @property
+    def pose(self) -> Pose:
+        return self.simulation.truth().robots["fred"]
+
+    @property
+    def other(self) -> Pose:
+        return self.simulation.truth().robots["ginger"]
+
+    @property
+    def events(self) -> list[str]:
+        return [event for report in self.reports for event in report.events]
+
+    @property
+    def driven_m(self) -> float:
+        points = [(pose.x_m, pose.y_m) for pose in self.path]
+        return sum(dist(one, other) for one, other in itertools.pairwise(points))
+
+    def run(self, *, limit_s: float = 120.0, each: Callable[[], None] = lambda: None) -> "Trial":
+        """Until the script has ended; `each` is called at 20 Hz.
+
+        :raises TimeoutError: if it does not end.
+        """
+
+        def over() -> bool:
+            self._listen()
+            each()
+            return self.ended is not None
+
+        if not self.simulation.run_until(over, timeout_s=limit_s):
+            raise TimeoutError(f"the script did not end within {limit_s} s: {self.reports}")
+        return self
+
+    def run_for(self, seconds: float) -> None:
+        """Let the world go on."""
+        self.simulation.run_until(lambda: False, timeout_s=seconds)
+
+    def _listen(self) -> None:
+        self.touched |= self.simulation.scene.touched("fred")
+        self.path.append(self.pose)
+        for message in self.simulation.link.receive():
+            body = message.body
+            if isinstance(body, PacketReport | ScriptReport):
+                self._send(Receipt(), Performative.CONFIRM, in_reply_to=message.id)
+            if isinstance(body, PacketReport):
+                self.reports.append(body)
+            if isinstance(body, ScriptReport):
+                self.ended = body
+
+    def _send(self, body: Any, performative: Performative, **slots: str) -> None:
+        message = Message(
+            performative=performative, sender="service", receiver="fred", sent_at_s=0.0, body=body, **slots
+        )
+        self.simulation.link.send(message)
