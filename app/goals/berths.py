@@ -1,6 +1,7 @@
 """Goals that name a location with several berths: any berth will do, and one of them is chosen when planning begins."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from app.world_model.beliefs import IN, NEAR, Facts, occupants, place_of, position_of
 from app.world_model.berths import berths_of
@@ -26,26 +27,17 @@ def meant(
     :param shunned: berths that others aim at: last choice.
     """
     chosen: dict[SymbolicFact, SymbolicFact | None] = {}
+    request = _Request(goals=goals, world=world, facts=facts, kept=kept, shunned=shunned)
     aims = {(goal.predicate, goal.args[1]): goal.args[0] for goal in goals if len(goal.args) == 2}
-    for goal in goals:
-        if goal in chosen:
-            continue
-        berths = _berths(goal, world)
-        if not berths:
+    for goal in dict.fromkeys(goals):
+        if not _berths(goal, world):
             chosen[goal] = goal
             continue
-        subject = goal.args[0]
-        here = place_of(subject, facts) if goal.predicate == IN else _stands(subject, facts)
-        free = [
-            berth
-            for berth in berths
-            if aims.get((goal.predicate, berth), subject) == subject
-            and not _kept_by_others(goal, berth, goals, world, facts)
-        ]
-        free.sort(key=lambda b: (b != here, b not in kept, bool(occupants(b, facts)), b in shunned))
-        chosen[goal] = goal.model_copy(update={"args": (subject, free[0])}) if free else None
-        if free:
-            aims[goal.predicate, free[0]] = subject
+        berth = request.best_for(goal, aims)
+        chosen[goal] = None
+        if berth is not None:
+            aims[goal.predicate, berth] = goal.args[0]
+            chosen[goal] = goal.model_copy(update={"args": (goal.args[0], berth)})
     return chosen
 
 
@@ -72,12 +64,41 @@ def staying(place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: 
     return tuple(other for other in occupants(place, facts) if other not in leaving)
 
 
-def _kept_by_others(
-    goal: SymbolicFact, berth: str, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
-) -> bool:
-    if goal.predicate != IN:
-        return False
-    return any(other != goal.args[0] for other in staying(berth, goals, world, facts))
+Aims = Mapping[tuple[str, str], str]
+"""Who is to be in, or near, a place."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Request:
+    """What berths are chosen by: see `meant`."""
+
+    goals: Sequence[SymbolicFact]
+    world: WorldFile
+    facts: Facts
+    kept: Collection[str]
+    shunned: Collection[str]
+
+    def best_for(self, goal: SymbolicFact, aims: Aims) -> str | None:
+        """The first choice of the berths that are free for the goal; None if none is."""
+        subject = goal.args[0]
+        here = place_of(subject, self.facts) if goal.predicate == IN else _stands(subject, self.facts)
+        return min(
+            (berth for berth in _berths(goal, self.world) if self._is_free(berth, goal, aims)),
+            key=lambda berth: (
+                aims.get((goal.predicate, berth)) != subject,
+                berth != here,
+                berth not in self.kept,
+                bool(occupants(berth, self.facts)),
+                berth in self.shunned,
+            ),
+            default=None,
+        )
+
+    def _is_free(self, berth: str, goal: SymbolicFact, aims: Aims) -> bool:
+        """Nobody else is to be there, and no other sample stays there."""
+        subject = goal.args[0]
+        stay = staying(berth, self.goals, self.world, self.facts) if goal.predicate == IN else ()
+        return aims.get((goal.predicate, berth), subject) == subject and set(stay) <= {subject}
 
 
 def _berths(goal: SymbolicFact, world: WorldFile) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ def _aims(session: Session, goal: GoalRow) -> tuple[frozenset[str], frozenset[st
     query = select(PlanRow.id, PlanRow.goal_id, PlanRow.body["goals"]).where(
         PlanRow.world == goal.world, or_(PlanRow.id == goal.plan_id, PlanRow.state == PlanState.PROPOSED)
     )
-    plans = [(plan, of, _places(facts)) for plan, of, facts in session.execute(query).tuples()]
+    plans = [(plan, of, _places(facts)) for plan, of, facts in session.execute(query)]
     ours = frozenset[str]().union(*(places for plan, _, places in plans if plan == goal.plan_id))
     others = frozenset[str]().union(*(places for _, of, places in plans if of != goal.id))
     return ours, others

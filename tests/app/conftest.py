@@ -10,7 +10,7 @@ from fastapi.testclient import TestClient
 from app.composition import RunningWorld, Service, make_engine
 from app.plans.worker import PlanningWorker
 from app.settings import Settings
-from robots.world import load_world
+from robots.world import WorldFile, load_world
 from tests.app.fake_robots import FakeTeam
 
 TOKEN = "a-token-for-the-tests"
@@ -33,9 +33,16 @@ def team() -> Iterator[FakeTeam]:
 
 
 @pytest.fixture
-def service(tmp_path: Path, team: FakeTeam, worker: PlanningWorker) -> Iterator[Service]:
+def world_file() -> WorldFile:
+    return load_world("sample_store")
+
+
+@pytest.fixture
+def service(
+    tmp_path: Path, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+) -> Iterator[Service]:
     settings = Settings(data=tmp_path, token=TOKEN, database_url=None, answer_patience_s=PATIENCE_S)
-    world = RunningWorld(file=load_world("sample_store"), link=team.link, clock=team.clock, rate=None)
+    world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None)
     with Service(settings, [world], worker=worker) as service:
         yield service
 
