@@ -91,6 +91,7 @@ class GoalBody(BaseModel):
     outcome: str | None
     priority: int
     deadline_s: float | None
+    deadline_at_s: float | None = Field(default=None, description="the deadline by the world's clock")
     auto_approve: bool
     planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
     alternatives: AlternativesSearch | None = Field(

@@ -1,58 +1,17 @@
 """The operator's console in a real browser, before a stand-in for the service."""
 
 import re
-import shutil
-from collections.abc import Iterator
 
 import pytest
 
-from tests.web.fake_api import TOKEN, FakeService, add_console, create_app, free_port, served
+from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
+from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
-from playwright.sync_api import Browser, Page, expect, sync_playwright  # noqa: E402
+from playwright.sync_api import Browser, Page, expect  # noqa: E402
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine"),
-]
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--disable-background-networking",
-    "--disable-sync",
-]
+pytestmark = pytest.mark.browser
 HOSTILE = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture
-def service() -> FakeService:
-    return FakeService()
-
-
-@pytest.fixture
-def page(browser: Browser, service: FakeService) -> Iterator[Page]:
-    app = create_app(service)
-    add_console(app)
-    with served(app, service) as address:
-        page = browser.new_page(viewport={"width": 1280, "height": 720})
-        complaints: list[str] = []
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda line: complaints.append(line.text) if "Policy" in line.text else None)
-        page.goto(f"{address}/?token={TOKEN}")
-        expect(page.get_by_test_id("live-badge")).to_have_text("live")
-        yield page
-        page.close()
-        assert complaints == []
 
 
 def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeService) -> None:

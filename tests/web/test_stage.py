@@ -7,7 +7,8 @@ import pytest
 import viser
 
 from app.api.viewer_proxy import viewer_router
-from tests.web.fake_api import TOKEN, FakeService, add_console, create_app, free_port, served
+from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
+from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, WebSocket, expect, sync_playwright  # noqa: E402

@@ -13,7 +13,8 @@ from typing import Any
 import httpx2
 import pytest
 
-from tests.web.fake_api import TOKEN, WORLD, FakeService, create_app, free_port, served
+from tests.web.fake_api import TOKEN, create_app, free_port, served
+from tests.web.fake_service import WORLD, FakeService
 from web.feed import WorldFeed
 from web.viewer import Viewer
 

@@ -40,14 +40,14 @@ function comparison(plan, plans, look) {
   const head = ["best at", "takes", "drives", "uses", "to clear", "robots"];
   return el(
     "table",
-    { class: "actions", "data-testid": "alternatives" },
+    { class: "actions beside", "data-testid": "alternatives" },
     el("thead", {}, el("tr", {}, head.map((name) => el("th", {}, name)))),
     el("tbody", {}, plans.map((one) => el(
       "tr",
-      { class: one.id === plan.id ? "chosen" : null, title: one.comparison },
-      el("td", {}, el("button", { type: "button", class: "choice", "aria-pressed": one.id === plan.id ? "true" : "false", onclick: () => look(one.id) }, one.label || "the plan")),
+      { class: one.id === plan.id ? "chosen" : null },
+      el("td", {}, el("button", { type: "button", class: "choice", "aria-pressed": one.id === plan.id ? "true" : "false", onclick: () => look(one.id) }, one.label || "the plan"), el("div", { class: "quiet small" }, [one.robots.join(", "), one.comparison].filter(Boolean).join(": "))),
       [seconds(one.makespan_s), `${one.distance_m.toFixed(1)} m`, `${Math.round(one.energy_j)} J`, one.clearances].map((figure) => el("td", { class: "number" }, String(figure))),
-      el("td", {}, one.robots.join(", ")),
+      el("td", { class: "number" }, String(one.robots.length)),
     ))),
   );
 }

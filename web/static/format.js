@@ -16,6 +16,13 @@ export function seconds(value) {
   return `${Math.floor(whole / 60)} min ${String(whole % 60).padStart(2, "0")} s`;
 }
 
+// How far a makespan may be from the best there is, by the bound that no plan can beat; nothing without one.
+export function gap(makespan, bound) {
+  if (typeof bound !== "number" || bound <= 0) return "";
+  if (makespan <= bound + 0.05) return "no plan is quicker";
+  return `at most ${Math.ceil((100 * (makespan - bound)) / bound)} % over the quickest possible (${seconds(bound)})`;
+}
+
 export function words(identifier) {
   return String(identifier ?? "").replaceAll("_", " ");
 }
@@ -23,7 +30,7 @@ export function words(identifier) {
 // One of: good, bad, busy, idle: the colour of a badge.
 const TONES = {
   good: ["completed", "finished", "approved", "online"],
-  bad: ["failed", "unsolvable", "rejected", "cancelled", "expired", "partially_completed", "connection_broken"],
+  bad: ["failed", "unsolvable", "no_plan_found", "rejected", "cancelled", "expired", "partially_completed", "connection_broken"],
   busy: ["running", "planning", "dispatching", "recovering", "initializing", "committed", "retriable"],
   warn: ["unknown", "paused", "planned", "proposed", "offline", "hibernating"],
 };
@@ -32,7 +39,9 @@ export function tone(state) {
   return Object.keys(TONES).find((name) => TONES[name].includes(state)) ?? "idle";
 }
 
-// The word of a goal's badge, which is also what its colour goes by: a finished goal is as good as what came of it.
+// The word of a goal's badge, which is also what its colour goes by: a finished goal is as good as what came of it,
+// and none is called unsolvable unless that is proven.
 export function standing(goal) {
+  if (goal.state === "unsolvable" && goal.outcome && goal.outcome !== "unsolvable") return "no_plan_found";
   return goal.state === "finished" && goal.outcome ? goal.outcome : goal.state;
 }

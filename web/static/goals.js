@@ -16,8 +16,8 @@ export function mountGoals(store, { select, refresh }) {
     button.disabled = true;
     show(box);
     try {
-      const goal = await post("/v1/goals", { world: store.get().world, text: text.value });
-      text.value = "";
+      const goal = await post("/v1/goals", { world: store.get().world, text: text.value, ...wishes(form) });
+      form.reset();
       select(goal.id);
       refresh();
     } catch (problem) {
@@ -42,6 +42,12 @@ export function mountGoals(store, { select, refresh }) {
     show(goals, newestFirst(state.goals).map((goal) => goalItem(goal, state)));
     show(missions, missionItems(state));
   });
+}
+
+// What the operator wishes of the planning beside the goal; what is left empty is left to the service.
+function wishes(form) {
+  const given = [...form.elements].filter((field) => field.name && field.value !== "");
+  return Object.fromEntries(given.map((field) => [field.name, field.type === "number" ? field.valueAsNumber : field.value]));
 }
 
 // The sentence with the choice in the place of the word it stands for, else as its destination.

@@ -31,7 +31,7 @@ function bar(action, x, top) {
   const label = width > 6.6 * action.tag.length ? action.tag : width > 22 ? action.tag.slice(0, 2) : "";
   return svg(
     "g",
-    { class: `action tag-${action.tag.toLowerCase().replace(/[^a-z0-9]/g, "")}` },
+    { class: `action tag-${action.tag.toLowerCase().replace(/[^a-z0-9]/g, "")}${action.critical ? " critical" : ""}` },
     svg("title", {}, action.description || action.tag),
     tail > 1 ? svg("rect", { x: left + width, y: top + BAR / 2 - 2, width: tail, height: 4, class: "slack" }) : null,
     svg("rect", { x: left, y: top, width, height: BAR, rx: 3, class: "bar" }),

@@ -3,6 +3,7 @@
 import { get, id, list } from "./api.js";
 import { el, show } from "./dom.js";
 import { seconds } from "./format.js";
+import { mountGoal } from "./goal.js";
 import { mountGoals } from "./goals.js";
 import { follow } from "./live.js";
 import { mountMission } from "./mission.js";
@@ -97,6 +98,7 @@ function mountWorldChoice() {
 
 mountWorldChoice();
 mountGoals(store, { select, refresh });
+mountGoal(store, { refresh });
 mountPlan(store, { look, refresh });
 mountMission(store, { refresh });
 mountWorld(store);

@@ -79,7 +79,7 @@ function progress(mission, worldTime) {
   const spent = elapsed(mission, worldTime);
   const estimate = mission.estimate_s;
   const share = spent === null || !estimate ? 0 : spent / estimate;
-  const asked = mission.enquire_at_s ?? mission.deadline_s;
+  const [asked, due] = [mission.enquire_at_s, mission.deadline_s];
   const changed = typeof mission.original_estimate_s === "number" && Math.abs(mission.original_estimate_s - estimate) > 0.05;
   return [
     el("progress", { max: 1, value: Math.min(1, share), class: share > 1 ? "late" : null }),
@@ -91,6 +91,7 @@ function progress(mission, worldTime) {
       typeof asked === "number" && spent !== null && !ENDED.includes(mission.state)
         ? `; robots are asked after ${seconds(asked - mission.started_at_s)}`
         : "",
+      typeof due === "number" && spent !== null ? `; due at ${seconds(due - mission.started_at_s)}` : "",
     ),
   ];
 }
@@ -106,6 +107,7 @@ function robotProgress(script) {
       el("b", {}, packet.tag),
       el("span", {}, words(packet.state)),
       el("span", { class: "quiet" }, timing(packet)),
+      packet.waits_for?.length ? el("span", { class: "waits" }, `waits for ${packet.waits_for.join(", ")}`) : null,
     ))),
   );
 }

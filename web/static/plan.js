@@ -1,42 +1,24 @@
-// The middle column's plan: what would happen, when, why by these robots; approve or reject.
+// The middle column's plan: what would happen, when, how good that is, why by these robots; approve or reject.
 
 import { id, post } from "./api.js";
 import { choices } from "./choices.js";
 import { el, replace, show } from "./dom.js";
-import { fact, facts, seconds, standing, tone, words } from "./format.js";
+import { fact, gap, seconds, tone, words } from "./format.js";
 import { lanes } from "./lanes.js";
 import { problemBox } from "./problem.js";
+import { repair } from "./repair.js";
 import { why } from "./why.js";
 
 export function mountPlan(store, { look, refresh }) {
-  const [head, body] = [document.getElementById("goal"), document.getElementById("plan")];
+  const body = document.getElementById("plan");
   let drawn = null;
   store.subscribe((state) => {
     const goal = state.goals.find((candidate) => candidate.id === state.selected);
-    const key = JSON.stringify([goal, state.plan, state.choices]);
+    const key = JSON.stringify([goal?.state, goal?.alternatives, state.plan, state.choices]);
     if (key === drawn) return; // a comment being written survives other news
     drawn = key;
-    replace(head, goal ? goalHead(goal) : invitation());
     replace(body, state.plan ? planCard(state.plan, refresh, choices(goal, state.plan, state.choices, { look, refresh })) : null);
   });
-}
-
-function invitation() {
-  return el("p", { class: "quiet empty" }, "State a goal, or choose one, to see its plan here.");
-}
-
-function goalHead(goal) {
-  return [
-    el(
-      "div",
-      { class: "head" },
-      el("h2", {}, goal.text || facts(goal.goal)),
-      el("span", { class: `badge ${tone(standing(goal))}`, "data-testid": "goal-state" }, words(standing(goal))),
-    ),
-    goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
-    goal.reason ? el("p", { class: "note" }, goal.reason) : null,
-    goal.outcome ? el("p", { class: "note", "data-testid": "goal-outcome" }, `Outcome: ${words(goal.outcome)}`) : null,
-  ];
 }
 
 function planCard(plan, refresh, alternatives) {
@@ -50,6 +32,9 @@ function planCard(plan, refresh, alternatives) {
       el("span", { class: `badge ${tone(plan.state)}`, "data-testid": "plan-state" }, words(plan.state)),
     ),
     el("p", { class: "quiet small" }, provenance(plan)),
+    figures(plan),
+    late(plan),
+    repair(plan),
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
     plan.state === "proposed" ? decision(plan, refresh) : null,
     alternatives,
@@ -66,6 +51,21 @@ function provenance(plan) {
   return [plan.engine && `by ${plan.engine}`, typeof plan.planning_s === "number" && `in ${plan.planning_s.toFixed(2)} s`, plan.robots?.length && `with ${plan.robots.join(", ")}`]
     .filter(Boolean)
     .join(" ");
+}
+
+function figures(plan) {
+  const told = [
+    gap(plan.makespan_s, plan.lower_bound_s),
+    plan.distance_m ? `${plan.distance_m.toFixed(1)} m to drive` : "",
+    plan.energy_j ? `${Math.round(plan.energy_j)} J` : "",
+    plan.clearances ? `${plan.clearances} ${plan.clearances === 1 ? "wait" : "waits"} to be cleared` : "",
+  ].filter(Boolean);
+  return told.length ? el("p", { class: "small", "data-testid": "figures" }, told.join(" · ")) : null;
+}
+
+function late(plan) {
+  if (!plan.late?.length) return null;
+  return el("ul", { class: "problem", "data-testid": "late" }, plan.late.map(({ goal, late_s }) => el("li", {}, `${fact(goal)} comes ${seconds(late_s)} after its deadline`)));
 }
 
 function decision(plan, refresh) {
@@ -103,7 +103,7 @@ function actionTable(plan) {
     el("thead", {}, el("tr", {}, head.map((name) => el("th", {}, name)))),
     el("tbody", {}, order.map((action) => el(
       "tr",
-      {},
+      { class: action.critical ? "critical" : null, title: action.critical ? "on the critical path: the plan ends later if it does" : null },
       el("td", { class: "quiet" }, action.id),
       el("td", {}, action.agents.join(", ")),
       el("td", {}, el("b", {}, action.tag), el("div", { class: "quiet small" }, action.description ?? "")),

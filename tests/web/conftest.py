@@ -1,0 +1,57 @@
+"""A real browser before the stand-in for the service."""
+
+import shutil
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.web.fake_api import TOKEN, add_console, create_app, served
+from tests.web.fake_service import FakeService
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-sync",
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["Browser"]:
+    playwright = pytest.importorskip("playwright.sync_api")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("no chromium on this machine")
+    with playwright.sync_playwright() as driver:
+        running = driver.chromium.launch(executable_path=chromium, args=FLAGS)
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def service() -> FakeService:
+    return FakeService()
+
+
+@pytest.fixture
+def page(browser: "Browser", service: FakeService) -> Iterator["Page"]:
+    """The console, live; it must not complain."""
+    from playwright.sync_api import expect
+
+    app = create_app(service)
+    add_console(app)
+    with served(app, service) as address:
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
+        complaints: list[str] = []
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda line: complaints.append(line.text) if "Policy" in line.text else None)
+        page.goto(f"{address}/?token={TOKEN}")
+        expect(page.get_by_test_id("live-badge")).to_have_text("live")
+        yield page
+        page.close()
+        assert complaints == []

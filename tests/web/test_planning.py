@@ -1,0 +1,104 @@
+"""The console while goals are planned: progress, stopping, how good a plan is, repairs, deadlines, waiting."""
+
+from typing import Any
+
+import pytest
+
+from tests.web.fake_service import FakeService
+
+playwright = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Page, expect  # noqa: E402
+
+pytestmark = pytest.mark.browser
+GOAL = "move sample_1 to bay_1"
+
+
+def test_an_operator_sees_how_far_the_planning_is_and_takes_the_best(
+    page: Page, service: FakeService
+) -> None:
+    goal = service.propose(GOAL)["id"]
+    service.plan_on(goal)
+    expect(page.get_by_test_id("planning")).to_contain_text("No plan yet after 1.5 s, macta")
+    service.plan_on(goal, makespan_s=110.0, lower_bound_s=100.0, elapsed_s=2.5)
+    progress = page.get_by_test_id("planning")
+    expect(progress).to_contain_text("Best plan so far: 1 min 50 s after 2.5 s")
+    expect(progress).to_contain_text("at most 10 % over the quickest possible (1 min 40 s)")
+    expect(page.get_by_test_id("plan")).to_have_count(0)
+    page.get_by_test_id("goal-stop").click()
+    expect(page.get_by_test_id("plan-approve")).to_be_visible()
+    expect(page.get_by_test_id("goal-stop")).to_have_count(0)
+    assert service.stopped == [(goal, "stop")]
+
+
+def test_a_goal_is_withdrawn(page: Page, service: FakeService) -> None:
+    goal = service.propose(GOAL)["id"]
+    page.get_by_test_id("goal-cancel").click()
+    expect(page.get_by_test_id("goal-state")).to_have_text("withdrawn")
+    expect(page.get_by_test_id("goal-cancel")).to_have_count(0)
+    assert service.stopped == [(goal, "cancel")]
+
+
+def test_a_goal_carries_the_wishes_that_were_filled_in(page: Page, service: FakeService) -> None:
+    page.get_by_test_id("goal-wishes").locator("summary").click()
+    page.get_by_label("due within").fill("90")
+    page.get_by_label("aim at").select_option("energy")
+    page.get_by_test_id("goal-text").fill(GOAL)
+    page.get_by_test_id("goal-submit").click()
+    expect(page.get_by_test_id("plan")).to_be_visible()
+    (asked,) = service.asked
+    assert asked == {"world": "sample_store", "text": GOAL, "deadline_s": 90, "objective": "energy"}
+
+
+@pytest.mark.parametrize(
+    ("bound_s", "words"),
+    [(40.9, "no plan is quicker"), (30.0, "at most 37 % over the quickest possible (30.0 s)")],
+)
+def test_a_plan_says_how_far_it_may_be_from_the_best(
+    page: Page, service: FakeService, bound_s: float, words: str
+) -> None:
+    service.propose(GOAL)
+    service.plans["plan-1"] |= {"lower_bound_s": bound_s, "distance_m": 14.2, "energy_j": 556.4}
+    service.publish("plan.proposed", "plan-1")
+    expect(page.get_by_test_id("figures")).to_have_text(f"{words} · 14.2 m to drive · 556 J")
+
+
+def test_a_repaired_plan_says_what_is_different(page: Page, service: FakeService) -> None:
+    service.propose(GOAL)
+    words = ["7 of 8 actions kept, ends 7 s later", "new: store_1 goes to bay_6"]
+    difference = {"words": words, "later_s": 7.0}
+    service.plans["plan-1"]["repairs"] = {"plan_id": "plan-0", "course": "mended", "difference": difference}
+    service.publish("plan.proposed", "plan-1")
+    repairs = page.get_by_test_id("repairs")
+    expect(repairs.locator("summary")).to_have_text("Repaired (mended): 7 of 8 actions kept, ends 7 s later")
+    repairs.locator("summary").click()
+    expect(repairs.locator("li")).to_have_text(["new: store_1 goes to bay_6"])
+
+
+def test_a_deadline_is_counted_down_and_a_plan_that_misses_it_says_so(
+    page: Page, service: FakeService
+) -> None:
+    service.propose(GOAL, deadline_s=30.0, deadline_at_s=service.time_s + 20.0, priority=5)
+    service.plans["plan-1"]["late"] = [{"goal": {"predicate": "in", "args": ["sample_1"]}, "late_s": 20.9}]
+    service.publish("plan.proposed", "plan-1")
+    expect(page.get_by_test_id("goal-due")).to_have_text("due in 20.0 s, priority 5")
+    expect(page.get_by_test_id("late")).to_have_text("in(sample_1) comes 20.9 s after its deadline")
+    service.time_s += 25.0
+    expect(page.get_by_test_id("goal-due")).to_have_text("due 5.0 s ago, priority 5")
+
+
+@pytest.mark.parametrize(("outcome", "word"), [("unsolvable", "unsolvable"), ("timed_out", "no plan found")])
+def test_only_what_is_proven_is_called_unsolvable(
+    page: Page, service: FakeService, outcome: str, word: str
+) -> None:
+    service.propose(GOAL, state="unsolvable", outcome=outcome, plan_id=None, reason="no robot reaches bay_1")
+    expect(page.get_by_test_id("goal-state")).to_have_text(word)
+    expect(page.get_by_test_id("goal-reason")).to_have_text("no robot reaches bay_1")
+
+
+def test_a_packet_says_whose_action_it_waits_for(page: Page, service: FakeService) -> None:
+    service.propose(GOAL)
+    service.approve("plan-1")
+    packet: dict[str, Any] = service.missions["mission-1"]["progress"][1]["packets"][1]
+    packet["waits_for"] = ["a4 of yard_1"]
+    service.publish("mission.running", "mission-1")
+    expect(page.get_by_test_id("mission")).to_contain_text("waits for a4 of yard_1")
