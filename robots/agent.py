@@ -17,6 +17,7 @@ from robots.sensing.energy import SensingMeter, load_powers
 from robots.sensing.loops import control_loop
 from robots.synthesis import Motion
 from robots.telemetry import telemetry
+from robots.trace import Trace
 from robots.wire import (
     Acknowledgement,
     Clearance,
@@ -65,6 +66,11 @@ class BehaviouralAgent:
         self._last_s: float | None = None
         self._fault_s = 0.0
         self._told_s = float("-inf")
+
+    @property
+    def trace(self) -> Trace:
+        """What its patterns contributed and what came of it, tick by tick, for debugging."""
+        return self._executive.trace
 
     def tick(self) -> None:
         """One turn: sense, letters in, act, letters out."""

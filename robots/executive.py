@@ -13,6 +13,7 @@ from robots.sensing.actions import CYCLIC_ACTIONS
 from robots.sensing.machine import BehaviourState, StateMachine, schedule
 from robots.sensing.plans import task_plan
 from robots.synthesis import Motion
+from robots.trace import Instant, Trace
 from robots.wire import (
     BehaviourScript,
     ControlVerb,
@@ -46,6 +47,7 @@ class Executive:
         self._states: dict[str, ScriptState] = {}
         self._reports: list[Report] = []
         self.responses = Responses()
+        self.trace = Trace()
 
     @property
     def script_id(self) -> str | None:
@@ -131,6 +133,7 @@ class Executive:
         self._states[self._under_way.id] = ScriptState.RUNNING
         outcome = run.step(percepts, step_s)
         self.responses = outcome.responses
+        self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
         self._follow(run, outcome, percepts)
         return outcome.motion
 

@@ -58,6 +58,10 @@ class Responses:
     of: Sequence[tuple[BehaviourPattern, Utilitor]] = ()
     resultant: Resultants = field(default_factory=dict)
 
+    def resultants(self) -> dict[str, tuple[float, float]]:
+        """Normalised (r, u) of each degree of freedom."""
+        return {str(dof): (one.response, one.u) for dof, one in self.resultant.items()}
+
     def shown(self) -> dict[str, tuple[float, float]]:
         """Normalised (r, u) by "dof/name"."""
         return {f"{one.dof}/{one.name}": (utilitor.response, utilitor.u) for one, utilitor in self.of}

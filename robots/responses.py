@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal, Protocol
 from pydantic import ConfigDict, Field
 
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+MOST_GAIN = 20.0
 
 
 class Response(Protocol):
@@ -21,7 +22,7 @@ class Constant:
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["constant"] = "constant"
-    value: float
+    value: Annotated[float, Field(ge=-1, le=1)]
 
     def at(self, s: float) -> float:
         return self.value
@@ -33,9 +34,9 @@ class Linear:
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["linear"] = "linear"
-    gain: float = 1.0
-    offset: float = 0.0
-    limit: float = 1.0
+    gain: Annotated[float, Field(ge=-MOST_GAIN, le=MOST_GAIN)] = 1.0
+    offset: Annotated[float, Field(ge=-1, le=1)] = 0.0
+    limit: Annotated[float, Field(ge=0, le=1)] = 1.0
 
     def at(self, s: float) -> float:
         return max(-self.limit, min(self.limit, self.gain * s + self.offset))
@@ -47,7 +48,7 @@ class Size:
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["size"] = "size"
-    gain: float = 1.0
+    gain: Annotated[float, Field(ge=-MOST_GAIN, le=MOST_GAIN)] = 1.0
 
     def at(self, s: float) -> float:
         return min(1.0, self.gain * abs(s))

@@ -3,7 +3,7 @@
 from cmath import phase
 from dataclasses import dataclass
 from math import cos, pi, sin
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 from zlib import crc32
 
 from pydantic import ConfigDict, Field
@@ -27,7 +27,7 @@ class ToTurn:
     sense: Literal["to_turn"] = "to_turn"
     rad: float
     sign: Literal[-1, 1] = 1
-    full_rad: float = Field(default=0.6, gt=0, le=pi)
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
 
     def read(self, percepts: Percepts) -> float | None:
         return clip((self.sign * self.rad - percepts.progress.turned_rad) / self.full_rad)
@@ -40,8 +40,8 @@ class ToHeading:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_heading"] = "to_heading"
-    rad: float = Field(ge=-2 * pi, le=2 * pi)
-    full_rad: float = Field(default=0.6, gt=0, le=pi)
+    rad: Annotated[float, Field(ge=-2 * pi, le=2 * pi)]
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
 
     def read(self, percepts: Percepts) -> float | None:
         return clip(wrap(self.rad - percepts.pose.heading_rad) / self.full_rad)
@@ -55,7 +55,7 @@ class ToAdvance:
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_advance"] = "to_advance"
     m: float
-    full_m: float = Field(default=0.3, gt=0, le=2)
+    full_m: Annotated[float, Field(gt=0, le=2)] = 0.3
 
     def read(self, percepts: Percepts) -> float | None:
         return clip((self.m - percepts.progress.advanced_m) / self.full_m)
@@ -69,8 +69,8 @@ class ToGo:
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["to_go"] = "to_go"
     target: str
-    short_of_m: float = Field(default=0.0, ge=0, le=5)
-    full_m: float = Field(default=0.4, gt=0, le=5)
+    short_of_m: Annotated[float, Field(ge=0, le=5)] = 0.0
+    full_m: Annotated[float, Field(gt=0, le=5)] = 0.4
 
     def read(self, percepts: Percepts) -> float | None:
         at = percepts.locate(self.target)
@@ -85,7 +85,7 @@ class Course:
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["course"] = "course"
     target: str
-    full_rad: float = Field(default=0.8, gt=0, le=pi)
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
 
     def read(self, percepts: Percepts) -> float | None:
         at = percepts.locate(self.target)
@@ -106,8 +106,8 @@ class Distance:
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["distance"] = "distance"
     target: str
-    keep_m: float = Field(ge=0, le=5)
-    full_m: float = Field(default=0.5, gt=0, le=5)
+    keep_m: Annotated[float, Field(ge=0, le=5)]
+    full_m: Annotated[float, Field(gt=0, le=5)] = 0.5
 
     def read(self, percepts: Percepts) -> float | None:
         at = percepts.locate(self.target)
@@ -123,8 +123,8 @@ class Astern:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["astern"] = "astern"
-    reach_m: float = Field(default=0.3, gt=0, le=2)
-    sector_rad: float = Field(default=0.7, gt=0, le=pi)
+    reach_m: Annotated[float, Field(gt=0, le=2)] = 0.3
+    sector_rad: Annotated[float, Field(gt=0, le=pi)] = 0.7
 
     def read(self, percepts: Percepts) -> float | None:
         gaps = [one.gap_m for one in percepts.obstacles if abs(phase(-one.at)) <= self.sector_rad]
@@ -144,8 +144,8 @@ class Alongside:
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["alongside"] = "alongside"
     side: Literal[-1, 1]
-    gap_m: float = Field(ge=0.1, le=1)
-    rad_per_m: float = Field(default=2.5, gt=0, le=10)
+    gap_m: Annotated[float, Field(ge=0.1, le=1)]
+    rad_per_m: Annotated[float, Field(gt=0, le=10)] = 2.5
     found: str
 
     def read(self, percepts: Percepts) -> float | None:
@@ -167,7 +167,7 @@ class Whim:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["whim"] = "whim"
-    period_s: float = Field(default=9.0, ge=1, le=120)
+    period_s: Annotated[float, Field(ge=1, le=120)] = 9.0
 
     def read(self, percepts: Percepts) -> float | None:
         at = 2 * pi * percepts.progress.elapsed_s / self.period_s

@@ -7,7 +7,7 @@ sightings.
 
 from cmath import phase
 from dataclasses import dataclass
-from math import cos
+from math import cos, pi
 from typing import Annotated, ClassVar, Literal, Protocol
 
 from pydantic import ConfigDict, Field
@@ -48,7 +48,7 @@ class WayOn:
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_on"] = "way_on"
     place: str
-    full_m: float = 0.6
+    full_m: Annotated[float, Field(gt=0, le=5)] = 0.6
 
     def read(self, percepts: Percepts) -> float | None:
         guidance = guide(percepts, self.place)
@@ -63,7 +63,7 @@ class WayRound:
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_round"] = "way_round"
     place: str
-    full_rad: float = 0.8
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
 
     def read(self, percepts: Percepts) -> float | None:
         guidance = guide(percepts, self.place)
@@ -81,8 +81,8 @@ class Ahead:
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["ahead"] = "ahead"
     target: str
-    short_of_m: float = 0.0
-    full_m: float = 0.4
+    short_of_m: Annotated[float, Field(ge=0, le=5)] = 0.0
+    full_m: Annotated[float, Field(gt=0, le=5)] = 0.4
 
     def read(self, percepts: Percepts) -> float | None:
         at = percepts.locate(self.target)
@@ -100,7 +100,7 @@ class Bearing:
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["bearing"] = "bearing"
     target: str
-    full_rad: float = 0.6
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
 
     def read(self, percepts: Percepts) -> float | None:
         at = percepts.locate(self.target)
@@ -118,8 +118,8 @@ class Proximity:
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["proximity"] = "proximity"
-    reach_m: float = Field(default=0.3, gt=0)
-    sector_rad: float = 0.8
+    reach_m: Annotated[float, Field(gt=0, le=2)] = 0.3
+    sector_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
     side: bool = False
     robots: bool = False
     until: str | None = None
@@ -153,7 +153,7 @@ class CaptureHead:
     needs: ClassVar[Needs] = HEAD
     sense: Literal["capture_head"] = "capture_head"
     axis: Literal["x", "y"]
-    full_m: float = Field(default=0.05, gt=0)
+    full_m: Annotated[float, Field(gt=0, le=0.5)] = 0.05
 
     def read(self, percepts: Percepts) -> float | None:
         x, y = percepts.capture_head_m
@@ -180,7 +180,7 @@ class LowBattery:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["low_battery"] = "low_battery"
-    enough: float = Field(default=0.2, gt=0)
+    enough: Annotated[float, Field(gt=0, le=1)] = 0.2
 
     def read(self, percepts: Percepts) -> float | None:
         return clip(1 - percepts.battery / self.enough, 0.0)

@@ -33,6 +33,7 @@ def telemetry(
         packet_state=executive.packet_state,
         tags={tag: _place(percepts, tag) for tag in (percepts.tags if percepts.data.holds(LOCATING) else ())},
         patterns=executive.responses.shown(),
+        resultants=executive.responses.resultants(),
         sensors=tuple(sorted(running)),
         sensing_j=meter.used_j,
         sensing_saved_j=meter.saved_j,

@@ -4,6 +4,7 @@ from math import radians
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
 from robots.profile import Architecture
+from robots.repertoire import load_repertoire
 from sim.world import Fitting
 
 
@@ -25,4 +26,10 @@ def behavioural_agent(fitting: Fitting) -> BehaviouralAgent:
         others=fitting.others,
         architecture=Architecture(fitting.spec.architecture),
     )
-    return BehaviouralAgent(profile=profile, body=fitting.body, link=fitting.link, clock=fitting.clock)
+    return BehaviouralAgent(
+        profile=profile,
+        body=fitting.body,
+        link=fitting.link,
+        clock=fitting.clock,
+        repertoire=load_repertoire().tuned(fitting.spec.tuning),
+    )

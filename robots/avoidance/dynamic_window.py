@@ -5,7 +5,7 @@ stop, the one that heads best, keeps clearest and drives fastest.
 
 from dataclasses import dataclass, field
 from math import pi
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import ConfigDict, Field
@@ -28,14 +28,14 @@ class DynamicWindow:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     by: Literal["dynamic_window"] = "dynamic_window"
-    heading_weight: float = Field(default=1.0, ge=0, le=100)
-    clearance_weight: float = Field(default=1.0, ge=0, le=100)
-    velocity_weight: float = Field(default=0.5, ge=0, le=100)
-    safety_m: float = Field(default=0.1, ge=0.02, le=0.5)
-    horizon_m: float = Field(default=1.0, ge=0.3, le=2.0)
-    window_s: float = Field(default=0.25, ge=0.05, le=1.0)
-    acceleration_m_s2: float = Field(default=1.0, gt=0, le=10)
-    turn_acceleration_rad_s2: float = Field(default=6.0, gt=0, le=60)
+    heading_weight: Annotated[float, Field(ge=0, le=100)] = 1.0
+    clearance_weight: Annotated[float, Field(ge=0, le=100)] = 1.0
+    velocity_weight: Annotated[float, Field(ge=0, le=100)] = 0.5
+    safety_m: Annotated[float, Field(ge=0.02, le=0.5)] = 0.1
+    horizon_m: Annotated[float, Field(ge=0.3, le=2.0)] = 1.0
+    window_s: Annotated[float, Field(ge=0.05, le=1.0)] = 0.25
+    acceleration_m_s2: Annotated[float, Field(gt=0, le=10)] = 1.0
+    turn_acceleration_rad_s2: Annotated[float, Field(gt=0, le=60)] = 6.0
 
     def begin(self) -> Avoidance:
         return DynamicWindowRun(self)

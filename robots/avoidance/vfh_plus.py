@@ -4,7 +4,7 @@ ICRA 1998. From a certainty grid to a direction in four stages: primary, binary 
 
 from dataclasses import dataclass, field
 from math import cos, sqrt, tau
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,14 +32,14 @@ class VfhPlus:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     by: Literal["vfh_plus"] = "vfh_plus"
-    target_weight: float = Field(default=5.0, ge=0, le=100)
-    heading_weight: float = Field(default=2.0, ge=0, le=100)
-    previous_weight: float = Field(default=2.0, ge=0, le=100)
-    safety_m: float = Field(default=0.1, ge=0.02, le=0.5)
-    window_m: float = Field(default=1.4, ge=0.4, le=2.0)
-    low: float = Field(default=0.2, gt=0)
-    high: float = Field(default=0.5, gt=0)
-    wide: int = Field(default=12, ge=2, le=36)
+    target_weight: Annotated[float, Field(ge=0, le=100)] = 5.0
+    heading_weight: Annotated[float, Field(ge=0, le=100)] = 2.0
+    previous_weight: Annotated[float, Field(ge=0, le=100)] = 2.0
+    safety_m: Annotated[float, Field(ge=0.02, le=0.5)] = 0.1
+    window_m: Annotated[float, Field(ge=0.4, le=2.0)] = 1.4
+    low: Annotated[float, Field(gt=0)] = 0.2
+    high: Annotated[float, Field(gt=0)] = 0.5
+    wide: Annotated[int, Field(ge=2, le=36)] = 12
 
     def begin(self) -> Avoidance:
         return VfhPlusRun(self)

@@ -4,7 +4,7 @@ from cmath import phase
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi, sin
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -28,9 +28,9 @@ class Facing:
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["facing"] = "facing"
     target: str
-    within_rad: float = Field(default=0.06, gt=0)
-    keep_m: float = Field(default=0.0, ge=0)
-    within_m: float = Field(default=0.15, gt=0)
+    within_rad: Annotated[float, Field(gt=0)] = 0.06
+    keep_m: Annotated[float, Field(ge=0)] = 0.0
+    within_m: Annotated[float, Field(gt=0)] = 0.15
 
     def check(self, percepts: Percepts) -> Verdict:
         at = percepts.locate(self.target)
@@ -50,8 +50,8 @@ class Reached:
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["reached"] = "reached"
     target: str
-    stand_off_m: float = Field(ge=0)
-    within_m: float = Field(gt=0)
+    stand_off_m: Annotated[float, Field(ge=0)]
+    within_m: Annotated[float, Field(gt=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
         at = percepts.locate(self.target)
@@ -69,8 +69,8 @@ class Abeam:
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["abeam"] = "abeam"
     side: Literal[-1, 1]
-    gap_m: float = Field(gt=0)
-    slack_m: float = Field(default=0.15, ge=0)
+    gap_m: Annotated[float, Field(gt=0)]
+    slack_m: Annotated[float, Field(ge=0)] = 0.15
 
     def check(self, percepts: Percepts) -> Verdict:
         gaps = [
@@ -90,8 +90,8 @@ class Opening:
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["opening"] = "opening"
     side: Literal[-1, 1]
-    gap_m: float = Field(gt=0)
-    beyond_m: float = Field(default=0.25, gt=0)
+    gap_m: Annotated[float, Field(gt=0)]
+    beyond_m: Annotated[float, Field(gt=0)] = 0.25
 
     def check(self, percepts: Percepts) -> Verdict:
         goes_on = any(

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -19,7 +19,7 @@ class Elapsed:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["elapsed"] = "elapsed"
-    s: float = Field(ge=0)
+    s: Annotated[float, Field(ge=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
         elapsed_s = percepts.progress.elapsed_s
@@ -33,7 +33,7 @@ class Travelled:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["travelled"] = "travelled"
-    m: float = Field(ge=0)
+    m: Annotated[float, Field(ge=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
         travelled_m = percepts.progress.travelled_m
@@ -48,7 +48,7 @@ class Advanced:
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["advanced"] = "advanced"
     m: float
-    within_m: float = Field(default=0.02, gt=0)
+    within_m: Annotated[float, Field(gt=0)] = 0.02
 
     def check(self, percepts: Percepts) -> Verdict:
         advanced_m = percepts.progress.advanced_m
@@ -64,7 +64,7 @@ class Turned:
     sense: Literal["turned"] = "turned"
     rad: float
     sign: Literal[-1, 1] = 1
-    within_rad: float = Field(default=0.03, gt=0)
+    within_rad: Annotated[float, Field(gt=0)] = 0.03
 
     def check(self, percepts: Percepts) -> Verdict:
         turned_rad = percepts.progress.turned_rad
@@ -79,8 +79,8 @@ class Heading:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["heading"] = "heading"
-    rad: float = Field(ge=-2 * pi, le=2 * pi)
-    within_rad: float = Field(default=0.04, gt=0)
+    rad: Annotated[float, Field(ge=-2 * pi, le=2 * pi)]
+    within_rad: Annotated[float, Field(gt=0)] = 0.04
 
     def check(self, percepts: Percepts) -> Verdict:
         off_rad = wrap(self.rad - percepts.pose.heading_rad)
@@ -94,8 +94,8 @@ class AtRest:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["at_rest"] = "at_rest"
-    m_s: float = Field(default=0.02, gt=0)
-    rad_s: float = Field(default=0.05, gt=0)
+    m_s: Annotated[float, Field(gt=0)] = 0.02
+    rad_s: Annotated[float, Field(gt=0)] = 0.05
 
     def check(self, percepts: Percepts) -> Verdict:
         now = percepts.progress
@@ -110,7 +110,7 @@ class Faster:
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["faster"] = "faster"
-    m_s: float = Field(gt=0)
+    m_s: Annotated[float, Field(gt=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
         speed_m_s = percepts.progress.speed_m_s

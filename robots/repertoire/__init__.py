@@ -6,5 +6,6 @@ Only on-robot software looks in here: the reflective agent knows packets by tag 
 
 from robots.repertoire.load import Repertoire, load_repertoire
 from robots.repertoire.schema import BoundPacket, PacketSpec
+from robots.repertoire.tuning import Tuning
 
-__all__ = ["BoundPacket", "PacketSpec", "Repertoire", "load_repertoire"]
+__all__ = ["BoundPacket", "PacketSpec", "Repertoire", "Tuning", "load_repertoire"]

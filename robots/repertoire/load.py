@@ -13,6 +13,7 @@ from robots.percepts import waypoint
 from robots.profile import RobotProfile
 from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
+from robots.repertoire.tuning import Tuning, tuned
 from robots.wire import BehaviourPacket
 
 OBJECT_STAND_OFF_M = 0.6
@@ -25,14 +26,28 @@ class Repertoire:
 
     specs: Mapping[str, PacketSpec]
 
+    def tuned(self, tuning: Mapping[str, Tuning]) -> "Repertoire":
+        """The repertoire with parameters of its packets' patterns overridden; packets by tag.
+
+        :raises RepertoireError: naming packet, pattern and parameter.
+        """
+        for tag in tuning:
+            self._known(tag)
+        specs = {tag: tuned(spec, tuning.get(tag, {})) for tag, spec in self.specs.items()}
+        return Repertoire(specs)
+
+    def _known(self, tag: str) -> PacketSpec:
+        spec = self.specs.get(tag)
+        if spec is None:
+            raise RepertoireError(f"unknown packet {tag}; known: {', '.join(sorted(self.specs))}")
+        return spec
+
     def bind(self, packet: BehaviourPacket, profile: RobotProfile) -> BoundPacket:
         """A packet on the wire as the triplet this robot runs; what it awaits is added to the pre-conditions.
 
         :raises RepertoireError: naming the tag, argument or fact that does not fit.
         """
-        spec = self.specs.get(packet.tag)
-        if spec is None:
-            raise RepertoireError(f"unknown packet {packet.tag}; known: {', '.join(sorted(self.specs))}")
+        spec = self._known(packet.tag)
         if not spec.basic and packet.tag not in profile.repertoire:
             raise RepertoireError(f"{packet.tag} is not in the repertoire of {profile.name}")
         _check_arguments(packet, spec, profile)
@@ -42,7 +57,7 @@ class Repertoire:
             **_parameters(packet, spec),
             "me": profile.name,
         }
-        bound = spec.bind(values, packet.timeout_s)
+        bound = tuned(spec, packet.tuning).bind(values, packet.timeout_s)
         awaited = tuple(condition_for(fact, profile) for fact in packet.awaits)
         return replace(bound, before=(*bound.before, *(one for one in awaited if one not in bound.before)))
 

@@ -53,23 +53,22 @@ class PacketSpec(Checked):
     goal: str | None = None
     retries: int | None = Field(default=RETRIES, ge=0)
 
+    def defaults(self) -> dict[str, Value]:
+        """What its parameters and limits are when a script does not say."""
+        return {name: one.default for name, one in {**LIMITS, **self.parameters}.items()}
+
     def bind(self, arguments: Mapping[str, Value], timeout_s: float = 60.0) -> "BoundPacket":
         """The packet for these arguments; a name that no argument gives stays unknown to the senses, a
         parameter that none gives has its default.
 
         :raises pydantic.ValidationError: if a condition or pattern is malformed.
         """
-        defaults = {name: one.default for name, one in {**LIMITS, **self.parameters}.items()}
-        values = {**defaults, **arguments, "timeout_s": timeout_s}
+        values = {**self.defaults(), **arguments, "timeout_s": timeout_s}
 
         def fill(value: Any) -> Any:
-            if isinstance(value, str) and value.startswith("$"):
-                return values.get(value[1:], value)
-            if isinstance(value, dict):
-                return {key: fill(inner) for key, inner in value.items()}
-            return [fill(inner) for inner in value] if isinstance(value, list | tuple) else value
+            return filled(value, values)
 
-        conditions, patterns = _conditions(), _patterns()
+        conditions, patterns = _conditions(), behaviour_patterns()
         acting = patterns.validate_python(fill(self.patterns))
         avoid = _avoidance().validate_python(_method(fill(self.avoid)))
         max_velocity_m_s, max_distance_m = float(values[MAX_VELOCITY]), float(values[MAX_DISTANCE])
@@ -90,6 +89,17 @@ class PacketSpec(Checked):
         )
 
 
+def filled(template: Any, values: Mapping[str, Value]) -> Any:
+    """A template with values in place of the names that have one."""
+    if isinstance(template, str) and template.startswith("$"):
+        return values.get(template[1:], template)
+    if isinstance(template, dict):
+        return {key: filled(inner, values) for key, inner in template.items()}
+    if isinstance(template, list | tuple):
+        return [filled(inner, values) for inner in template]
+    return template
+
+
 def _limits(
     max_velocity_m_s: float, max_distance_m: float, timeout_s: float
 ) -> dict[str, tuple[Condition, ...]]:
@@ -108,7 +118,7 @@ def _conditions() -> TypeAdapter[tuple[AnyCondition, ...]]:
 
 
 @cache
-def _patterns() -> TypeAdapter[tuple[BehaviourPattern, ...]]:
+def behaviour_patterns() -> TypeAdapter[tuple[BehaviourPattern, ...]]:
     return TypeAdapter(tuple[BehaviourPattern, ...])
 
 

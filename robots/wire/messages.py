@@ -128,8 +128,9 @@ class Telemetry(Wire):
 
     `x_m, y_m, heading_rad` is its own estimate in the world's frame; `ranges_m` shape (N,), metres, beam 0 ahead,
     counter-clockwise, None where nothing is in range; `tags` places it sees samples at, in the world's frame;
-    `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised; `sensors` those that run, with the
-    energy they have used since the robot's start and what all others would have used beside them, joules.
+    `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised, `resultants` what they came to by "dof";
+    `sensors` those that run, with the energy they have used since the robot's start and what all others would have used
+    beside them, joules.
     """
 
     kind: Literal["telemetry"] = "telemetry"
@@ -148,6 +149,7 @@ class Telemetry(Wire):
     packet_state: PacketState | None = None
     tags: dict[str, tuple[float, float]] = Field(default_factory=dict)
     patterns: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    resultants: dict[str, tuple[float, float]] = Field(default_factory=dict)
     sensors: tuple[str, ...] = ()
     sensing_j: float = 0.0
     sensing_saved_j: float = 0.0

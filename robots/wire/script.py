@@ -80,6 +80,10 @@ class BehaviourPacket(Wire):
     timeout_s: float = Field(gt=0, description="time the patterns may run once started")
     wait_timeout_s: float = Field(gt=0, description="time it may wait for its pre-conditions and clearance")
     description: str = ""
+    tuning: dict[str, dict[str, float]] = Field(
+        default_factory=dict,
+        description="behaviour patterns' parameters to override, by pattern and parameter",
+    )
 
 
 class BehaviourScript(Wire):

@@ -6,6 +6,8 @@ from pathlib import Path
 import yaml
 from pydantic import ValidationError
 
+from robots.errors import RepertoireError
+from robots.repertoire import load_repertoire
 from robots.world.file import WorldFile
 
 
@@ -34,10 +36,24 @@ def load_world(name_or_file: str | Path) -> WorldFile:
     if not isinstance(data, dict):
         raise WorldFileError(f"{origin} holds no mapping of world properties")
     try:
-        return WorldFile.model_validate(data)
+        world = WorldFile.model_validate(data)
     except ValidationError as error:
         slots = [f"  {'.'.join(map(str, e['loc'])) or 'world'}: {e['msg']}" for e in error.errors()]
         raise WorldFileError("\n".join([f"{origin} is not a valid world:", *slots])) from error
+    _check_tuning(world, origin)
+    return world
+
+
+def _check_tuning(world: WorldFile, origin: str) -> None:
+    """Refuse, before the world is started, what the robots' own repertoire would."""
+    for robot in world.robots:
+        if robot.tuning:
+            try:
+                load_repertoire().tuned(robot.tuning)
+            except RepertoireError as error:
+                raise WorldFileError(
+                    f"{origin} is not a valid world:\n  robots.{robot.name}.tuning: {error}"
+                ) from error
 
 
 def _read(name: str) -> tuple[str, str]:

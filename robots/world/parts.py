@@ -91,6 +91,7 @@ class RobotSpec(Part):
     """A robot of the team: start is x, y in metres and heading in degrees.
 
     `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
+    `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     """
 
     name: Name
@@ -108,6 +109,7 @@ class RobotSpec(Part):
     whiskers: int = Field(default=16, ge=8, le=64)
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
+    tuning: dict[str, dict[str, dict[str, float]]] = Field(default_factory=dict)
 
 
 class Sample(Part):

@@ -1,0 +1,54 @@
+"""Tuning: patterns' parameters of a packet overridden with data, each checked where it applies.
+
+A pattern goes by "dof/name", as telemetry shows it, a parameter by where it stands in the pattern: `stimulus.reach_m`,
+`r.gain`, `u.value`.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+from robots.errors import RepertoireError
+from robots.repertoire.schema import PacketSpec, behaviour_patterns, filled
+
+Tuning = Mapping[str, Mapping[str, float]]
+"""Of one packet: pattern, parameter, number."""
+PARTS = ("stimulus", "r", "u")
+
+Template = Mapping[str, Any]
+
+
+def tuned(spec: PacketSpec, tuning: Tuning) -> PacketSpec:
+    """The packet with its patterns' parameters overridden.
+
+    :raises RepertoireError: naming packet, pattern and parameter, for one that is not there or out of its range.
+    """
+    known = [_name(one) for one in (*spec.waiting, *spec.patterns)]
+    for name in tuning:
+        if name not in known:
+            choices = ", ".join(dict.fromkeys(known))
+            raise RepertoireError(f"{spec.tag} has no pattern {name}; it has {choices}")
+
+    def group(patterns: Sequence[Template]) -> tuple[Template, ...]:
+        return tuple(_overridden(spec, one, tuning.get(_name(one), {})) for one in patterns)
+
+    return spec.model_copy(update={"waiting": group(spec.waiting), "patterns": group(spec.patterns)})
+
+
+def _name(pattern: Template) -> str:
+    return f"{pattern['dof']}/{pattern['name']}"
+
+
+def _overridden(spec: PacketSpec, pattern: Template, values: Mapping[str, float]) -> Template:
+    for key, value in values.items():
+        where = f"{spec.tag}: {_name(pattern)}: {key} = {value}"
+        part, _, parameter = key.partition(".")
+        if part not in PARTS or not parameter:
+            raise RepertoireError(f"{where}: a parameter is named {', '.join(f'{one}.X' for one in PARTS)}")
+        pattern = {**pattern, part: {**pattern[part], parameter: value}}
+        try:
+            behaviour_patterns().validate_python([filled(pattern, spec.defaults())])
+        except ValidationError as error:
+            raise RepertoireError(f"{where}: {error.errors()[0]['msg']}") from None
+    return pattern
