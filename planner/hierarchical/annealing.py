@@ -5,15 +5,17 @@ Goes on in chunks, between which the caller looks at the clock.
 
 import numpy as np
 
-from planner.hierarchical.compiled import kernel
+from planner.hierarchical.board import FREE, LAST, NONE, board_for
+from planner.hierarchical.compiled import lean
 from planner.hierarchical.decoder import IMPOSSIBLE, decode
-from planner.hierarchical.model import Choice, Floats, Model
-from planner.hierarchical.schedule import outputs
+from planner.hierarchical.model import AHEAD, BACK, NEAR, PUSH, Choice, Floats, Model
 
-HOT = 0.25
-"""The temperature at the start, as a share of the cost."""
-COLD = 0.002
+HOT = 1.0
+"""The temperature at the start, as a share of what a leg costs on average."""
+COLD = 0.025
 """… and at the end."""
+CRITICAL = 0.7
+"""The share of moves that are about a leg on the critical path."""
 
 
 class Annealing:
@@ -22,107 +24,123 @@ class Annealing:
     def __init__(self, model: Model, choice: Choice, cost: float, weights: Floats, *, seed: int) -> None:
         self.best, self.best_cost = choice, cost
         self._model, self._weights = model, weights
-        self._here, self._here_cost = choice, cost
+        self._here, self._here_cost = _copy(choice), cost
         self._random = np.random.default_rng(seed)
-        self._steps, self._team = outputs(model)
+        self._board = board_for(model)
+        self._trial, self._critical = _copy(choice), np.empty_like(self._board.steps)
 
     def go_on(self, trials: int, share: float) -> bool:
         """Make this many trials, cooled down by the share of the whole that is over; True if the best became better."""
-        temperature = max(1.0, self.best_cost) * HOT * (COLD / HOT) ** share
-        order, alternative, agent, aside = (array.copy() for array in self._here)
-        best = tuple(array.copy() for array in self.best)
-        here_cost, best_cost = _anneal(
+        legs = max(1, len(self.best.order))
+        temperature = max(1.0, self.best_cost) / legs * HOT * (COLD / HOT) ** share
+        best = _copy(self.best)
+        self._here_cost, best_cost = _anneal(
             self._model,
-            order,
-            alternative,
-            agent,
-            aside,
-            *best,
+            self._here,
+            best,
+            self._trial,
+            self._critical,
             self._here_cost,
             self.best_cost,
             temperature,
             trials,
             self._weights,
             self._random.integers(2**31 - 1),
-            self._steps,
-            self._team,
+            self._board,
         )
-        better = best_cost < self.best_cost
-        self._here, self._here_cost = Choice(order, alternative, agent, aside), here_cost
-        self.best, self.best_cost = Choice(*best), best_cost
-        return bool(better)
+        better = bool(best_cost < self.best_cost)
+        self.best, self.best_cost = best, best_cost
+        return better
 
 
-@kernel
+def _copy(choice: Choice) -> Choice:
+    return Choice(*(array.copy() for array in choice))
+
+
+@lean
+def _assign(choice, other):  # type: ignore[no-untyped-def]
+    for task in range(choice.alternative.shape[0]):
+        choice.alternative[task] = other.alternative[task]
+    for n in range(choice.order.shape[0]):
+        choice.order[n], choice.agent[n], choice.aside[n] = other.order[n], other.agent[n], other.aside[n]
+
+
+@lean
 def _anneal(  # type: ignore[no-untyped-def]
-    model,
-    order,
-    alternative,
-    agent,
-    aside,
-    best_order,
-    best_alternative,
-    best_agent,
-    best_aside,
-    here_cost,
-    best_cost,
-    temperature,
-    trials,
-    weights,
-    seed,
-    steps,
-    team,
+    model, here, best, trial, critical, here_cost, best_cost, temperature, trials, weights, seed, board
 ):
+    """Make the trials from `here` on; `here` and `best` are changed. Returns their costs."""
+    if here.alternative.shape[0] == 0:
+        return here_cost, best_cost
     np.random.seed(seed)
-    count, tasks = order.shape[0], alternative.shape[0]
-    stuck = np.zeros(1, np.int32)
-    at_end = model.agent_start.copy()
-    taken = agent.copy()
-    old_order, old_alternative = order.copy(), alternative.copy()
-    old_agent, old_aside = agent.copy(), aside.copy()
-    for _ in range(trials if tasks > 0 else 0):
-        _disturb(model, order, alternative, agent, aside, count, tasks)
-        cost, _, _ = decode(
-            model, order, alternative, agent, aside, weights, steps, team, stuck, at_end, taken
-        )
+    _assign(trial, here)
+    decode(model, here, weights, board)
+    count = _critical_path(board, critical)
+    for _ in range(trials):
+        if count > 0 and np.random.random() < CRITICAL:
+            _disturb_at(model, trial, critical[:count])
+        else:
+            _disturb(model, trial)
+        cost, _, _ = decode(model, trial, weights, board)
         if cost <= here_cost or (
             cost < IMPOSSIBLE and np.random.random() < np.exp((here_cost - cost) / temperature)
         ):
             here_cost = cost
-            old_order[:], old_alternative[:], old_agent[:], old_aside[:] = order, alternative, agent, aside
+            count = _critical_path(board, critical)
+            _assign(here, trial)
             if cost < best_cost:
                 best_cost = cost
-                best_order[:], best_alternative[:], best_agent[:], best_aside[:] = (
-                    order,
-                    alternative,
-                    agent,
-                    aside,
-                )
+                _assign(best, trial)
         else:
-            order[:], alternative[:], agent[:], aside[:] = old_order, old_alternative, old_agent, old_aside
+            _assign(trial, here)
     return here_cost, best_cost
 
 
-@kernel
-def _disturb(model, order, alternative, agent, aside, count, tasks):  # type: ignore[no-untyped-def]
+@lean
+def _critical_path(board, critical):  # type: ignore[no-untyped-def]
+    """Fill in the legs (task·K + leg) that the last one to end had to wait for, backwards; how many."""
+    step = int(board.free[np.argmax(board.free[:, FREE]), LAST])
+    count = 0
+    while step >= 0:
+        if count == 0 or critical[count - 1] != board.served[step]:
+            critical[count] = board.served[step]
+            count += 1
+        step = board.cause[step]
+    return count
+
+
+@lean
+def _disturb_at(model, choice, critical):  # type: ignore[no-untyped-def]
+    """One move of a leg on the critical path: before the one it waits for, or another agent, stop or alternative."""
+    n = np.random.randint(critical.shape[0])
+    place, kind = critical[n], np.random.random()
+    if kind < 0.45:
+        start = _position(choice.order, place)
+        if n + 1 < critical.shape[0]:
+            end = _position(choice.order, critical[n + 1])
+        else:
+            end = np.random.randint(choice.order.shape[0])
+        _shift(choice.order, start, end)
+    elif kind < 0.75:
+        _recruit(model, choice, place)
+    elif kind < 0.9:
+        _stop_elsewhere(choice, place)
+    else:
+        _vary(model, choice, place // model.widest)
+
+
+@lean
+def _disturb(model, choice):  # type: ignore[no-untyped-def]
     """One random move: another place in the order, an exchange, another alternative or another agent."""
     kind = np.random.random()
-    task = np.random.randint(tasks)
-    choices = model.task_first[task + 1] - model.task_first[task]
-    if kind < 0.15 and choices > 1:
-        alternative[task] = np.random.randint(choices)
-        agent[task * model.widest : (task + 1) * model.widest] = -1
+    order = choice.order
+    count = order.shape[0]
+    if kind < 0.15:
+        _vary(model, choice, np.random.randint(choice.alternative.shape[0]))
     elif kind < 0.22:
-        leg = np.random.randint(agent.shape[0])
-        aside[leg] = (aside[leg] + np.random.randint(1, 3)) % 3
+        _stop_elsewhere(choice, np.random.randint(count))
     elif kind < 0.5:
-        leg = np.random.randint(agent.shape[0])
-        if agent[leg] >= 0 and np.random.random() < 0.9:
-            members = model.member_first[model.agent_class[agent[leg]]]
-            many = model.member_first[model.agent_class[agent[leg]] + 1] - members
-            agent[leg] = model.members[members + np.random.randint(many)]
-        else:
-            agent[leg] = -1
+        _recruit(model, choice, np.random.randint(count))
         if np.random.random() < 0.5:
             _shift(order, np.random.randint(count), np.random.randint(count))
     elif kind < 0.65:
@@ -134,7 +152,47 @@ def _disturb(model, order, alternative, agent, aside, count, tasks):  # type: ig
         _shift(order, start, min(count - 1, max(0, start + np.random.randint(-reach, reach + 1))))
 
 
-@kernel
+@lean
+def _vary(model, choice, task):  # type: ignore[no-untyped-def]
+    choices = model.task_first[task + 1] - model.task_first[task]
+    if choices > 1:
+        choice.alternative[task] = np.random.randint(choices)
+        for place in range(task * model.widest, (task + 1) * model.widest):
+            choice.agent[place] = NONE
+
+
+@lean
+def _stop_elsewhere(choice, place):  # type: ignore[no-untyped-def]
+    kind = np.random.randint(4)
+    if kind < 2:
+        choice.aside[place] ^= AHEAD if kind == 0 else PUSH
+    else:
+        now = choice.aside[place] & (BACK | NEAR)
+        choice.aside[place] += (now + np.random.randint(1, 3)) % 3 - now
+
+
+@lean
+def _recruit(model, choice, place):  # type: ignore[no-untyped-def]
+    """Give a leg to another agent of the class, or to whoever can begin first."""
+    task, choice.agent[place] = place // model.widest, NONE
+    chosen = model.task_first[task] + choice.alternative[task]
+    leg = model.leg_first[chosen] + place % model.widest
+    if leg < model.leg_first[chosen + 1] and np.random.random() < 0.9:
+        kind = model.slot_class[model.slot_first[leg]]
+        members = model.member_first[kind]
+        many = model.member_first[kind + 1] - members
+        choice.agent[place] = model.members[members + np.random.randint(many)]
+
+
+@lean
+def _position(order, place):  # type: ignore[no-untyped-def]
+    for n in range(order.shape[0]):
+        if order[n] == place:
+            return n
+    return 0
+
+
+@lean
 def _shift(order, start, end):  # type: ignore[no-untyped-def]
     moved = order[start]
     step = 1 if end > start else -1

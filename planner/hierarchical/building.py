@@ -17,8 +17,6 @@ from planner.hierarchical.travel import Travel
 from planner.knowledge import GroundAction, KnowledgeBase
 
 NO_DEADLINE_S = 1e12
-NEAREST = 4
-"""Places to which an agent may make way, besides where it stood at first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,7 +187,8 @@ class Builder:
             )
         ]
         step_at, step_data = rows(data)
-        near_first, near_ways = rows(self._nearest())
+        near_first, near_ways = rows(travel.nearest())
+        ahead_first, ahead_needs = rows(travel.ahead())
         leaves = [travel.leaves[agent] for agent in classes.agents]
         leave_first, leave_from = rows([[here for here, _ in ways] for ways in leaves])
         slots = np.array([s for group in self._slots for s in group], dtype=np.int32).reshape(-1, 5)
@@ -234,6 +233,8 @@ class Builder:
             fact_by_setup=by_setup,
             hold_facts=ints([fact for fact, _ in holds]),
             hold_agents=ints([agent for _, agent in holds]),
+            ahead_first=ahead_first,
+            ahead_needs=ahead_needs,
             goal_facts=ints(goal_facts),
             posture_agent=ints([agent for agent, _ in self._postures]),
             posture_need=ints([need for _, need in self._postures]),
@@ -242,16 +243,6 @@ class Builder:
             most_steps=self._most_steps(),
             most_touches=self._most_touches(),
         )
-
-    def _nearest(self) -> list[list[int]]:
-        """For each configuration the quickest single steps out of it, among the ways to legs."""
-        travel = self._travel
-        found: list[list[int]] = [[] for _ in travel.configurations]
-        for (here, _), way in travel.way.items():
-            if len(self._way_steps[way]) == 1:
-                found[here].append(way)
-        spans = [sum(a.duration_s for a in way.actions) for way in travel.ways]
-        return [sorted(ways, key=lambda way: spans[way])[:NEAREST] for ways in found]
 
     def _holds(self) -> list[tuple[int, int]]:
         """Facts that do not hold at first and that an agent's first step away would bring about, with the agent."""
@@ -275,7 +266,7 @@ class Builder:
             for alternatives in self._alternatives
         ]
         count = sum(len(max(alternatives, key=len)) for alternatives in self._alternatives)
-        return 1 + sum(legs) + 3 * count + 2 * len(self._classes.agents)
+        return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
 
     def _most_touches(self) -> int:
         steps = self._steps
@@ -287,7 +278,7 @@ class Builder:
             sum(touches[s] for s in core) + most_way * len(slots)
             for core, slots in zip(self._cores, self._slots, strict=True)
         ]
-        return 1 + max([most_way, *cores])
+        return 1 + max([most_way, *cores]) + 2 * most_way
 
 
 def _table(entries: Mapping[tuple[int, int], int], height: int, width: int) -> Ints:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numba
 
-KERNEL = ("compiled.py", "model.py", "placing.py", "decoder.py", "annealing.py")
+KERNEL = ("compiled.py", "model.py", "board.py", "timelines.py", "placing.py", "decoder.py", "annealing.py")
 
 
 def _cache_folder() -> Path:
@@ -34,5 +34,7 @@ setattr(numba.config, "CACHE_DIR", str(_cache_folder()))  # noqa: B010, mypy doe
 
 kernel = numba.njit(cache=True)
 """Compiles a function on its first call and keeps its machine code."""
-inlined = numba.njit(cache=True, inline="always")
-"""Compiles a function as part of its caller: handing on the model would cost more than most of them do."""
+lean = numba.njit(cache=True, _nrt=False, error_model="numpy")
+"""Likewise, of functions that make no arrays: three times as quick, as none need be counted for its release."""
+inlined = numba.njit(cache=True, inline="always", _nrt=False, error_model="numpy")
+"""Likewise, as part of the caller: handing on the model would cost more than most of them do."""

@@ -12,8 +12,7 @@ from planner.hierarchical.building import Builder, Task
 from planner.hierarchical.classes import AgentClasses
 from planner.hierarchical.dispatch import Dispatcher
 from planner.hierarchical.legs import Vocabulary
-from planner.hierarchical.model import Choice, Floats, Model, ints
-from planner.hierarchical.placing import NEAR
+from planner.hierarchical.model import NEAR, PUSH, Choice, Floats, Model, ints
 from planner.hierarchical.schedule import Schedule
 from planner.knowledge import GroundAction, KnowledgeBase
 
@@ -81,8 +80,9 @@ class Composition:
             schedule = self._decoded(choice)
             self._keep(schedule)
             if schedule.is_possible:
-                stepping = schedule.choice._replace(aside=np.full_like(choice.aside, NEAR))
-                self._keep(Schedule(self._model, stepping, self._weights))
+                for aside in (NEAR, NEAR | PUSH, PUSH):
+                    stepping = schedule.choice._replace(aside=np.full_like(choice.aside, aside))
+                    self._keep(Schedule(self._model, stepping, self._weights))
         for choice in self._at_random(LAST_RESORTS if self._schedule is None else 0):
             self._keep(Schedule(self._model, choice, self._weights))
         return self._schedule is not None

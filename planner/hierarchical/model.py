@@ -14,6 +14,7 @@ Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
 
 UNREACHABLE = -1
+BACK, NEAR, AHEAD, PUSH = 1, 2, 4, 8
 HEADER = 4
 """A step's data begin with: a mask (bit k set: the leg's k-th agent takes part), numbers of needs, deletes and adds."""
 MOST_AGENTS = 4
@@ -61,6 +62,10 @@ class Model(NamedTuple):
     fact_by_setup: Ints  # (F,) 1 where some way brings it about
     hold_facts: Ints  # shared facts that an agent holds back at first by where it stands …
     hold_agents: Ints  # … and that agent
+    ahead_first: (
+        Ints  # (N+1,) into ahead_needs: for each need those from which it is met soonest, to wait there
+    )
+    ahead_needs: Ints
     goal_facts: Ints  # shared facts that must hold at the end
     posture_agent: Ints  # agents that must end …
     posture_need: Ints  # … in a configuration that has this need
@@ -74,8 +79,9 @@ class Choice(NamedTuple):
     """A point of the search: which leg has priority, which alternative each task takes, which agent each leg.
 
     `order` (T·K,) holds task·K + leg, K the most legs an alternative has; `alternative` (T,); `agent` (T·K,) says who
-    takes the leg, -1 whoever can begin first; `aside` (T·K,) says where that agent goes
-    first: 0 nowhere, BACK to where it stood at the start, NEAR to the nearest place.
+    takes the leg, -1 whoever can begin first; `aside` (T·K,) says where that agent stops on its way there: 0 nowhere,
+    BACK where it stood at first or NEAR, at the nearest place, and then perhaps (+ AHEAD) near to where the leg begins;
+    + PUSH: who stands in the leg's way makes way at once, not only when nothing else goes on.
     """
 
     order: Ints

@@ -11,6 +11,8 @@ from planner.knowledge import GroundAction
 
 LEAVES = 4
 """Ways out of a configuration that are kept for making way: the quickest to places nobody needs."""
+NEAREST = 4
+"""Places to which an agent may make way or stop on its way, besides where it stood at first."""
 
 ClassFacts = tuple[int, Configuration]
 """Facts said of a class, in the name of its first member."""
@@ -127,6 +129,28 @@ class Travel:
             self._refuges.add(end)
             self.leaves[agent].append((configuration, self._add(way, end)))
         return bool(found)
+
+    def nearest(self) -> list[list[int]]:
+        """For each configuration the quickest single steps out of it, among the ways to legs."""
+        found: list[list[int]] = [[] for _ in self.configurations]
+        for (here, _), way in self.way.items():
+            if len(self.ways[way].actions) == 1:
+                found[here].append(way)
+        return [sorted(ways, key=self._span_s)[:NEAREST] for ways in found]
+
+    def ahead(self) -> list[list[int]]:
+        """For each need the others from which the quickest ways lead to it."""
+        ends = {need: self.ends[way] for (_, need), way in self.way.items()}
+        found: list[list[int]] = []
+        for need in range(len(self.needs)):
+            ways = {other: self.way.get((end, need)) for other, end in ends.items() if other != need}
+            spans = {other: self._span_s(way) for other, way in ways.items() if way is not None}
+            near = sorted((span, other) for other, span in spans.items() if span > 0.0)
+            found.append([other for _, other in near[:NEAREST]])
+        return found
+
+    def _span_s(self, way: int) -> float:
+        return sum(action.duration_s for action in self.ways[way].actions)
 
     def _own(self, agent: str) -> Setups:
         if agent not in self._agents_setups:
