@@ -15,8 +15,13 @@ from robots.world.walls import WALL_THICKNESS_M, Panel
 WIDEST_PITCH_M, STEP_M = 0.7, 0.05
 ABREAST_PITCH_M = 0.5
 """Where two robots may stand at neighbouring berths at once."""
-ROOM_M: Mapping[float, float] = {0.0: 0.15, 0.34: 0.25, 0.8: 0.42}
+DOCK_M, STAND_M = 0.34, 0.8
+"""How far before a berth the middle of a robot is that docks, and that stands near it."""
+ROOM_M: Mapping[float, float] = {0.0: 0.15, DOCK_M: 0.25, STAND_M: 0.42}
 """Free room needed before a berth, by the distance from it: for the sample, for who docks, for who turns with it."""
+
+WAY_M = 0.35
+"""What stands nearer than this to where a robot stands or docks is in its way."""
 
 Rows = Mapping[str, tuple[Location, ...]]
 
@@ -102,9 +107,9 @@ class _Ground:
             yield from (f"{words} {reason}" for reason in self._out_of_area(location, berth))
             yield from (f"{words} {reason}" for reason in self._at_a_wall(berth))
         for other in self.locations:
-            if other.capacity and other is not location:
+            if other is not location:
                 places = settled.get(other.name) or _row(other, other.berth_pitch_m or pitch_m)
-                yield from _too_near(row, places, least_m)
+                yield from _in_the_way(row, places, least_m)
 
     def _out_of_area(self, location: Location, berth: Location) -> Iterator[str]:
         """A berth is reached by whoever reaches the location, and by nobody else."""
@@ -141,9 +146,23 @@ def _point(point: Point) -> str:
     return f"({point[0]:g}, {point[1]:g})"
 
 
-def _too_near(row: Sequence[Location], places: Sequence[Location], least_m: float) -> Iterator[str]:
+def _in_the_way(row: Sequence[Location], places: Sequence[Location], least_m: float) -> Iterator[str]:
+    """Berths and other places that are too near to each other, or stand where robots come to the other."""
     for berth in row:
+        words = f"berth {berth.name} at {berth.at}"
         for place in places:
             apart_m = dist(berth.at, place.at)
-            if apart_m < least_m - 1e-6:
-                yield f"berth {berth.name} at {berth.at} is {apart_m:.2f} m from {place.name}, {least_m} m is needed"
+            if apart_m > STAND_M + WAY_M:
+                continue
+            if place.capacity and apart_m < least_m - 1e-6:
+                yield f"{words} is {apart_m:.2f} m from {place.name}, {least_m} m is needed"
+            if place.capacity and _is_before(place, berth):
+                yield f"{words} is approached over {place.name}"
+            if _is_before(berth, place):
+                yield f"{words} stands where robots come to {place.name}"
+
+
+def _is_before(thing: Location, place: Location) -> bool:
+    """True if one place stands where robots dock or stand before another."""
+    points = (point for ahead_m in (DOCK_M, STAND_M) for point in _before(place, ahead_m))
+    return any(dist(point, thing.at) < WAY_M for point in points)

@@ -24,6 +24,13 @@ def test_the_file_is_a_valid_world_of_the_asked_size(tmp_path: Path) -> None:
     assert CliRunner().invoke(app, ("world", "validate", str(file))).exit_code == 0
 
 
+def test_bays_may_have_berths(tmp_path: Path) -> None:
+    file = tmp_path / "store.yaml"
+    assert generate("--bay-capacity", "3", "--out", str(file)).exit_code == 0
+    said = CliRunner().invoke(app, ("world", "validate", str(file))).stdout
+    assert "12 locations (4 of them with 12 berths)" in said
+
+
 def test_without_a_file_the_world_is_printed_the_same_each_time() -> None:
     printed = generate("--seed", "2").stdout
     assert printed.startswith("name: generated_store\n")

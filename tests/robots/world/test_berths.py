@@ -143,8 +143,16 @@ def test_facts_of_the_file_may_name_the_location_or_the_berth_of_a_sample(tmp_pa
             location("rack_1", [5.5, 5.9], capacity=2, approach_deg=[180], berth_pitch_m=0.9),
             "berth rack_1_2 at (5.5, 6.35) lies outside hall",
         ),
+        (
+            location("rack_1", [1.3, 4.7], capacity=2, approach_deg=[-90], berth_pitch_m=0.6),
+            "berth rack_1_1 at (1.0, 4.7) stands where robots come to bay_1",
+        ),
+        (
+            location("rack_1", [1.0, 3.6], capacity=2, approach_deg=[90], berth_pitch_m=0.9),
+            "berth rack_1_1 at (0.55, 3.6) is approached over bay_1",
+        ),
     ],
-    ids=["at a wall", "at another location", "outside"],
+    ids=["at a wall", "at another location", "outside", "before another location", "behind another location"],
 )
 def test_berths_without_room_are_refused_with_what_is_in_the_way(
     tmp_path: Path, rack: dict[str, Any], said: str

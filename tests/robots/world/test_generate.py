@@ -22,6 +22,8 @@ SHAPES = {
     "default": store_shape(),
     "three compartments": store_shape(samples=6, compartments=3),
     "two robots an aisle": store_shape(store_robots=4, yard_robots=4, interchanges=4, doors=8),
+    "bays with berths": store_shape(bay_capacity=3, samples=20),
+    "deep bays of robots abreast": store_shape(bay_capacity=2, store_robots=4, samples=6, compartments=3),
     "many robots": store_shape(aisles=3, store_robots=8, yard_robots=7, interchanges=7, bays=20, samples=16),
 }
 
@@ -59,7 +61,7 @@ def test_the_seed_alone_decides_where_samples_lie() -> None:
 def test_samples_can_be_handed_from_any_area_to_any_other(world: WorldFile) -> None:
     """Interchanges join the robots' areas to one; every place is reached by some robot."""
     reach = [{place.name for place in world.reach_of(robot)} for robot in world.robots]
-    assert set().union(*reach) == {place.name for place in world.locations}
+    assert set().union(*reach) == {place.name for place in world.places}
     joined, apart = reach[0], reach[1:]
     while near := [places for places in apart if places & joined]:
         joined = joined.union(*near)
@@ -68,14 +70,14 @@ def test_samples_can_be_handed_from_any_area_to_any_other(world: WorldFile) -> N
 
 
 def test_only_robots_on_both_sides_of_a_hatch_reach_its_interchange(world: WorldFile) -> None:
-    for place in world.locations:
+    for place in world.places:
         areas = {world.area_of(robot).name for robot in world.robots if place in world.reach_of(robot)}
         assert len(areas) == (2 if place.kind == "interchange" else 1), place.name
 
 
 def test_every_robot_starts_at_its_home_and_every_place_has_room_to_stand_before_it(world: WorldFile) -> None:
     starts = {robot.home: robot.start[:2] for robot in world.robots}
-    for place in world.locations:
+    for place in world.places:
         for axis_deg in place.approach_deg:
             axis = radians(axis_deg)
             stand = (place.at[0] + STAND_OFF_M * cos(axis), place.at[1] + STAND_OFF_M * sin(axis))
@@ -87,13 +89,24 @@ def test_every_robot_starts_at_its_home_and_every_place_has_room_to_stand_before
             assert dist(starts[place.name], place.at) < 1.0
 
 
+def test_bays_have_room_for_as_many_samples_as_asked() -> None:
+    shape = store_shape(bay_capacity=3, samples=20)
+    world = generate_world(shape, seed=1)
+    rows = [row for name, row in world.rows.items() if name.startswith("bay_")]
+    assert [len(row) for row in rows] == [3] * shape.bays
+    assert 3 * shape.bays >= 1.5 * shape.samples
+    assert len(set(world.lying.values())) == 20
+    between = [dist(one.at, other.at) for row in rows for one, other in pairwise(row)]
+    assert between == pytest.approx([0.7] * len(between))
+
+
 def test_doors_and_hatches_lie_apart_in_their_walls(world: WorldFile) -> None:
     for wall in world.walls:
         for one, other in pairwise(wall.openings):
             assert one.at_m + one.width_m / 2 < other.at_m - other.width_m / 2
         for opening in wall.openings:
             middle = (wall.start[0] + opening.at_m, wall.start[1])
-            near = min(dist(middle, place.at) for place in world.locations)
+            near = min(dist(middle, place.at) for place in world.places)
             assert near == pytest.approx(0.4 if opening.kind == "door" else 0.0, abs=0.01)
 
 
@@ -108,6 +121,8 @@ def test_doors_and_hatches_lie_apart_in_their_walls(world: WorldFile) -> None:
         ({"compartments": 3, "aisles": 3}, "aisles must be a multiple of 2"),
         ({"samples": 15}, None),
         ({"samples": 15, "bays": 12}, "samples must be at most 14"),
+        ({"bay_capacity": 0}, "bay capacity must be at least 1"),
+        ({"samples": 32, "bays": 9, "bay_capacity": 3}, "samples must be at most 31, 3 a bay, one a door"),
     ],
 )
 def test_a_shape_that_cannot_be_built_is_refused_by_the_number_that_is_wrong(
