@@ -95,7 +95,7 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     """
     settings = settings_of(given)
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    listener = _listen(settings)
+    listener = listen(settings)
     tell_of_start(Console(stderr=True))
     viewer = Viewer()
     with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
@@ -119,10 +119,16 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
                 viewer.stop()
 
 
-def _listen(settings: Settings) -> socket.socket:
+def listen(settings: Settings) -> socket.socket:
+    """A socket bound to the settings' host and port.
+
+    :raises Invalid: if it cannot be bound there.
+    """
     host, port = settings.host, settings.port
     listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    # asyncio does so only for sockets of its own making; else an answer's body waits 40 ms for its head's receipt.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     try:
         listener.bind((host, port))
     except (OSError, UnicodeError) as error:
