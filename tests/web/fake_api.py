@@ -15,6 +15,7 @@ from fastapi import Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 
+from app.world_model.layout import layout_of
 from tests.web.fake_service import WORLD, FakeService
 
 TOKEN = "secret"
@@ -60,7 +61,7 @@ def create_app(service: FakeService) -> FastAPI:
 
     @app.get("/v1/worlds/{world}", dependencies=v1)
     def world(world: str) -> Any:
-        return world_line() | {"layout": service.world.model_dump(mode="json")}
+        return world_line() | {"layout": layout_of(service.world)}
 
     @app.get("/v1/worlds/{world}/facts", dependencies=v1)
     def facts(world: str) -> Any:

@@ -13,6 +13,7 @@ from typing import Any
 import httpx2
 import pytest
 
+from tests.app.berthed_store import berthed_store
 from tests.web.fake_api import TOKEN, create_app, free_port, served
 from tests.web.fake_service import WORLD, FakeService
 from web.feed import WorldFeed
@@ -72,6 +73,17 @@ def test_the_scene_is_drawn_from_the_layout(viewer: Viewer, service: FakeService
         assert len(node(viewer, "/samples").batched_positions) == len(service.world.samples)
         _, camera_y, camera_z = viewer.server.initial_camera.position
         assert camera_y < 0 < camera_z
+
+
+def test_a_rack_is_drawn_by_its_berths_and_named_once(
+    viewer: Viewer, service: FakeService, port: int
+) -> None:
+    service.world = berthed_store()
+    with served(create_app(service), service, port):
+        until(lambda: node(viewer, "/samples") is not None)
+        assert len(node(viewer, "/places/bay").batched_positions) == 12 + 4
+        texts = {name: node(viewer, f"/places/bay/{name}").text for name in ("bay_2", "bay_2_1", "bay_2_2")}
+        assert texts == {"bay_2": "bay_2", "bay_2_1": "1", "bay_2_2": "2"}
 
 
 def test_the_scene_follows_telemetry_and_facts(viewer: Viewer, service: FakeService, port: int) -> None:
