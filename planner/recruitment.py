@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from planner.knowledge import GroundAction
 from planner.plan_net import PlanNet, PlanNetAction
 from planner.statics import Statics
+from planner.wording import enumeration
 
 Action = GroundAction | PlanNetAction
 
@@ -39,12 +40,11 @@ def _sentence(robot: str, work: Mapping[str, Sequence[Action]], statics: Statics
     idle = [other for other in others if other not in work]
     busy = [other for other in others if other in work]
     rivals = [
-        f"{_list(idle)} would qualify too, the plan found has no need of it" if idle else "",
-        f"{_list(busy)} would qualify too but has other work" if busy else "",
+        f"{enumeration(idle)} would qualify too, the plan found has no need of it" if idle else "",
+        f"{enumeration(busy)} would qualify too but {'has' if len(busy) == 1 else 'have'} other work"
+        if busy
+        else "",
     ]
+    serves = f" and serves {enumeration(places)}" if places else ""
     alone = "no other robot qualifies"
-    return f"can {_list(tags)} and serves {_list(places)}; {'; '.join(filter(None, rivals)) or alone}"
-
-
-def _list(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "nothing"
+    return f"can {enumeration(tags, most=len(tags))}{serves}; {'; '.join(filter(None, rivals)) or alone}"

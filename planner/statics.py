@@ -9,17 +9,18 @@ from planner.engine import PlanningProblem
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 
-ROBOT = "robot"
-
 
 class Statics:
-    """The static facts of a problem, by robot."""
+    """The static facts of a problem, by robot: whatever acts, of whatever type."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self._problem = problem
         self.facts = frozenset(fact for fact in problem.facts if fact.predicate not in knowledge_base.fluents)
+        is_a, acting = knowledge_base.file.is_a, knowledge_base.agent_types
         self.robots = tuple(
-            name for name, kind in sorted(problem.objects.items()) if knowledge_base.file.is_a(kind, ROBOT)
+            name
+            for name, kind in sorted(problem.objects.items())
+            if any(is_a(kind, agent) for agent in acting)
         )
 
     @cached_property

@@ -34,6 +34,11 @@ class KnowledgeBase:
             for literal in (*op.deletes, *op.intended_effects, *op.other_effects)
         )
 
+    @property
+    def agent_types(self) -> frozenset[str]:
+        """The types of what carries actions out."""
+        return frozenset(op.parameters[agent] for op in self.operators for agent in op.agents)
+
     def is_sensed(self, fact: Fact, objects: Mapping[str, str]) -> bool:
         """True if a robot can perceive this fact by itself."""
         predicate = self.predicates[fact.predicate]
@@ -112,7 +117,7 @@ class KnowledgeBase:
                 f"{action}({dict(arguments)}): its duration {op.duration.text!r} has no value"
             )
         raise KnowledgeBaseError(
-            f"{action} takes {list(self.actions[action].parameters)}, not {dict(arguments)}"
+            f"{action} takes ({', '.join(p.name for p in self.actions[action].parameters)}), not {dict(arguments)}"
         )
 
     def _type_of(self, name: str, objects: Mapping[str, str]) -> str:

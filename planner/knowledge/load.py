@@ -1,6 +1,7 @@
 """Reads a knowledge base from YAML; errors name the file, the line, the action and the slot."""
 
 import re
+from collections.abc import Iterator, Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -13,7 +14,11 @@ from planner.knowledge.schema import KnowledgeBaseFile
 
 _PLACE = re.compile(r"^(?:Value error, )?((?:[a-z_]+)(?:\.[A-Za-z0-9_]+)+): ")
 
-_WORDS = {"a valid tuple": "a list", "Extra inputs are not permitted": "there is no such slot"}
+_WORDS = {
+    "a valid tuple": "a list",
+    "Tuple should": "The list should",
+    "Extra inputs are not permitted": "there is no such slot",
+}
 """What the schema's own words mean to somebody who writes YAML."""
 
 
@@ -28,7 +33,11 @@ def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
     file = Path(path)
     if not file.is_file():
         raise KnowledgeBaseError(f"no knowledge base file {str(path)!r}")
-    return read_knowledge_base(file.read_text(), str(path))
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise KnowledgeBaseError(f"{path} is no text: {error.reason} at byte {error.start}") from error
+    return read_knowledge_base(text, str(path))
 
 
 def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
@@ -40,11 +49,28 @@ def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
         raise KnowledgeBaseError(f"{origin} is not YAML: {error}") from error
     if not isinstance(data, dict) or root is None:
         raise KnowledgeBaseError(f"{origin} holds no mapping of types, predicates and actions")
+    if doubles := list(_doubles(root)):
+        raise KnowledgeBaseError("\n".join([f"{origin} is not a valid knowledge base:", *doubles]))
     try:
         return KnowledgeBase(KnowledgeBaseFile.model_validate(data))
     except ValidationError as error:
         lines = [_describe(root, [str(part) for part in e["loc"]], e["msg"]) for e in error.errors()]
         raise KnowledgeBaseError("\n".join([f"{origin} is not a valid knowledge base:", *lines])) from error
+
+
+def _doubles(node: yaml.Node) -> Iterator[str]:
+    """What stands twice in one mapping: YAML takes the last and drops the first without a word."""
+    children: Sequence[yaml.Node] = node.value if isinstance(node, yaml.SequenceNode) else ()
+    if isinstance(node, yaml.MappingNode):
+        first: dict[str, int] = {}
+        for key, _ in node.value:
+            line = key.start_mark.line + 1
+            if key.value in first:
+                yield f"  line {line}, {key.value}: stands here for the second time, first in line {first[key.value]}"
+            first.setdefault(key.value, line)
+        children = [value for _, value in node.value]
+    for child in children:
+        yield from _doubles(child)
 
 
 def _describe(root: yaml.Node, place: list[str], message: str) -> str:

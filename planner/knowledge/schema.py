@@ -13,6 +13,8 @@ from planner.knowledge.literal import Literal
 
 Word = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
+Formula = Annotated[str, Field(coerce_numbers_to_str=True)]
+"""An expression, or just a number."""
 
 TIME = "time"
 RELATION = "relation"
@@ -77,9 +79,9 @@ class ActionSpec(Slot):
     delete: tuple[str, ...]
     intended_effects: tuple[str, ...] = Field(min_length=1)
     other_effects: tuple[str, ...]
-    duration: str
-    distance: str = "0"
-    energy: str = "0"
+    duration: Formula
+    distance: Formula = "0"
+    energy: Formula = "0"
     description: str
 
     def literals(self, slot: str) -> tuple[Literal, ...]:

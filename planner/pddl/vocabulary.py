@@ -88,7 +88,7 @@ class Vocabulary:
 
     def agent_types(self) -> list[str]:
         """The types of agents, none of them a subtype of another."""
-        kinds = {op.parameters[agent] for op in self.base.operators for agent in op.agents}
+        kinds = self.base.agent_types
         return sorted(k for k in kinds if not any(o != k and self.base.file.is_a(k, o) for o in kinds))
 
     def idle(self, agent: str, op: Operator) -> str:

@@ -1,10 +1,11 @@
 import pickle
 import re
 from importlib import resources
+from pathlib import Path
 
 import pytest
 
-from planner import Fact, KnowledgeBase, KnowledgeBaseError, read_knowledge_base
+from planner import Fact, KnowledgeBase, KnowledgeBaseError, load_knowledge_base, read_knowledge_base
 
 OBJECTS = {"yard_1": "robot", "sample_1": "object", "bay_7": "location", "door_1": "location", "yard": "area"}
 FUNCTIONS = {("distance_m", ("door_1", "bay_7")): 3.0, ("speed_m_s", ("yard_1",)): 0.5}
@@ -223,7 +224,13 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
             'duration: "speed_m_s(area)"',
             "TRACK, duration: speed_m_s takes (robot), not (area)",
         ),
-        ('duration: "7"', "duration: 7", "TRACK, duration: "),
+        ('duration: "7"', "duration: [7]", "TRACK, duration: Input should be a valid string"),
+        ("agents: [robots]", "agents: []", "TRANSPORT, agents: The list should have at least 1 item"),
+        (
+            "    delete: []",
+            "    delete: []\n    delete: [can(robot1, TRACK)]",
+            "line 241, delete: stands here for the second time, first in line 240",
+        ),
     ],
 )
 def test_an_error_in_the_file_names_the_slot_and_the_choices(old: str, new: str, message: str) -> None:
@@ -234,6 +241,17 @@ def test_an_error_in_the_file_names_the_slot_and_the_choices(old: str, new: str,
     assert message in str(error.value)
     assert "kb.yaml" in str(error.value)
     assert re.search(r"line \d+, ", str(error.value))
+
+
+def test_a_duration_may_be_a_number() -> None:
+    text = shipped().replace('duration: "7"', "duration: 7.5")
+    assert read_knowledge_base(text, "kb.yaml").actions["TRACK"].duration == "7.5"
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "kb.yaml").write_bytes(b"\xff\xfe")
+    with pytest.raises(KnowledgeBaseError, match=r"kb.yaml is no text: invalid start byte at byte 0"):
+        load_knowledge_base(tmp_path / "kb.yaml")
 
 
 def test_a_list_of_two_robots_holds_for_each_of_them() -> None:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from planner import Fact, KnowledgeBase
+from planner.foreign import import_problem
 from planner.recruitment import recruitment_of
 from planner.statics import Statics
 from tests.planner.large_store import LargeStore
@@ -37,3 +38,16 @@ def test_a_robot_kept_from_every_action_is_no_rival(knowledge_base: KnowledgeBas
     without = Statics(knowledge_base, problem).without({"yard_1", "yard_2"})
     why = recruitment_of(store.sequence(problem, knowledge_base), Statics(knowledge_base, without))
     assert why["yard_0"].endswith("no other robot qualifies")
+
+
+def test_whatever_acts_is_a_robot_though_its_type_has_another_name() -> None:
+    domain = """(define (domain d) (:requirements :typing) (:types truck place) (:predicates (at ?t - truck ?p - place))
+      (:action drive :parameters (?t - truck ?a ?b - place) :precondition (at ?t ?a)
+       :effect (and (not (at ?t ?a)) (at ?t ?b))))"""
+    problem = """(define (problem p) (:domain d) (:objects t1 t2 - truck x y - place)
+      (:init (at t1 x) (at t2 x)) (:goal (at t1 y)))"""
+    read = import_problem(domain, problem, agents=["truck"])
+    arguments = {"t": "t1", "a": "x", "b": "y"}
+    drive = read.knowledge_base.ground("DRIVE", arguments, {}, objects=read.problem.objects)
+    why = recruitment_of([drive], Statics(read.knowledge_base, read.problem))
+    assert why == {"t1": "can DRIVE; t2 would qualify too, the plan found has no need of it"}
