@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import product
 from math import prod
 
+from planner.contradiction import contradicting_goals
 from planner.engine import PlanningProblem
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
@@ -27,14 +28,16 @@ MOST_REASONS = 6
 
 
 def why_unsolvable(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> str:
-    """What stands in each goal's way, else that no plan exists."""
+    """What stands in each goal's way, else which goals contradict each other, else that no plan exists."""
     reasons = list(dict.fromkeys(_Diagnosis(knowledge_base, problem).reasons()))
+    reasons = reasons or [
+        f"{phrase(knowledge_base, one)} or {phrase(knowledge_base, other)}, not both"
+        for one, other in contradicting_goals(knowledge_base, problem)
+    ]
     if len(reasons) > MOST_REASONS:
         reasons[MOST_REASONS:] = [f"and {len(reasons) - MOST_REASONS} more reasons like these"]
     if not reasons and len(problem.goals) > 1:
-        return (
-            "no plan exists from the present facts for all goals together, though none is out of reach alone"
-        )
+        return "no plan exists from the present facts for all goals together"
     return "; ".join(reasons) or "no plan exists from the present facts"
 
 

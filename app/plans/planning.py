@@ -86,8 +86,11 @@ class Planning:
             result, repairs = self._solved(posed, old, request, watch)
         except WorkerClosed:  # the service ends; the goal is planned when it is back
             return GoalState.PLANNING
-        if result.plan_net is None and posed.waits_for and (never := posed.why_never(self._knowledge_base)):
-            result, posed = _refusal(never), replace(posed, held=(), resting={})
+        if result.plan_net is None and posed.waits_for:
+            if never := posed.why_never(self._knowledge_base):
+                result, posed = _refusal(never), replace(posed, held=(), resting={})
+            else:
+                posed = posed.narrowed(self._knowledge_base)
         with self._database.write() as session:
             goal = session.get_one(GoalRow, goal_id, with_for_update=True)
             goal.planning = None

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sqlalchemy.orm import Session
 
@@ -15,12 +16,17 @@ from app.plans.aims import with_chosen_berths
 from app.vocabulary import planner_fact
 from app.world_model import objects_of, planning_problem
 from app.world_model.beliefs import CAN
+from app.world_model.reservation import is_withheld
 from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
+from planner.contradiction import contradicting_goals
 from planner.diagnosis import why_unsolvable
 from planner.relaxation import is_relaxed_reachable
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
+
+MOST_LOOKED_INTO = 8
+"""Of more missions and robots it is not found out which of them a goal waits for."""
 
 Spots = Callable[[str], Mapping[str, tuple[float, float]]]
 """Where the open-floor places of a world's robots are, (x, y) in metres."""
@@ -56,9 +62,36 @@ class Posed:
 
     def why_never(self, knowledge_base: KnowledgeBase) -> str:
         """Why the goal would have no plan either if all of them were free, in words; empty if it may have one."""
-        if is_relaxed_reachable(knowledge_base, self.whole):
+        if not _is_hopeless(knowledge_base, self.whole):
             return ""
         return why_unsolvable(knowledge_base, self.whole)
+
+    def narrowed(self, knowledge_base: KnowledgeBase) -> "Posed":
+        """Waiting only for those missions and robots of which each alone keeps the goal out of reach; for all of
+        them where none does so alone, or where they are too many to look into."""
+        if len(self.held) + len(self.resting) > MOST_LOOKED_INTO:
+            return self
+
+        def blocks(withheld: Callable[[Fact], bool]) -> bool:
+            left = frozenset(fact for fact in self.whole.facts if not withheld(fact))
+            return _is_hopeless(knowledge_base, replace(self.whole, facts=left))
+
+        held = [one for one in self.held if blocks(partial(is_withheld, reserved=one.reservation))]
+        resting = {
+            robot: why for robot, why in self.resting.items() if blocks(partial(_is_ability, robot=robot))
+        }
+        return replace(self, held=held, resting=resting) if held or resting else self
+
+
+def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:
+    """True if it is proven, quickly, that the problem has no plan."""
+    return not is_relaxed_reachable(knowledge_base, problem) or bool(
+        contradicting_goals(knowledge_base, problem)
+    )
+
+
+def _is_ability(fact: Fact, *, robot: str) -> bool:
+    return fact.predicate == CAN and fact.args[0] == robot
 
 
 class Posing:
@@ -93,7 +126,7 @@ class Posing:
         resting = self._resting(goal.world)
         factors = factors_of(learned_durations(session, goal.world))
         spots, reserved = self._spots(goal.world), all_reserved(held)
-        able = frozenset(f for f in facts if f.predicate != CAN or f.args[0] not in resting)
+        able = frozenset(f for f in facts if not any(_is_ability(f, robot=robot) for robot in resting))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
         return Posed(

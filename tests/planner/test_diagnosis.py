@@ -98,10 +98,13 @@ def test_several_goals_have_each_their_reason(knowledge_base: KnowledgeBase) -> 
     assert reason == "no robot reaches bay_7; home_yard_2 has no room for an object"
 
 
-def test_goals_that_are_in_reach_alone_are_not_blamed(knowledge_base: KnowledgeBase) -> None:
+def test_goals_that_contradict_each_other_are_named(knowledge_base: KnowledgeBase) -> None:
     goals = (inside("sample_1", "bay_7"), inside("sample_2", "bay_7"))
     reason = why_unsolvable(knowledge_base, replace(STORING, goals=goals))
-    assert (
-        reason
-        == "no plan exists from the present facts for all goals together, though none is out of reach alone"
-    )
+    assert reason == "sample_1 is in bay_7 or sample_2 is in bay_7, not both"
+
+
+def test_without_a_reason_no_goal_is_blamed(knowledge_base: KnowledgeBase) -> None:
+    goals = (inside("sample_1", "bay_7"), inside("sample_2", "bay_8"))
+    reason = why_unsolvable(knowledge_base, replace(STORING, goals=goals))
+    assert reason == "no plan exists from the present facts for all goals together"

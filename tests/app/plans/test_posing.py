@@ -1,6 +1,7 @@
 """The planning problem that a goal poses: what was learned, what is urgent, who rests, what would never help."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from app.core import Core
 from app.database import Database, DurationRow, GoalRow, WorldRow
 from app.database.migrate import migrate
 from app.events import EventLog
-from app.plans.active import Holdings
+from app.plans.active import Held, Holdings
 from app.plans.posing import Posed, Posing
+from app.world_model import Reservation
 from app.world_model.store import FactStore
 from planner import Fact, FastDownwardEngine, PlanningRequest, scale_term
 from robots.clock import ManualClock
@@ -56,8 +58,9 @@ class Asker:
         self._session.add(row)
         self._session.flush()
 
-    def pose(self, text: str = "in(sample_1, bay_7)", **more: Any) -> Posed:
-        goal = GoalRow(world="sample_store", goal=[said(text).model_dump()], priority=0, **more)
+    def pose(self, *texts: str, **more: Any) -> Posed:
+        goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
+        goal = GoalRow(world="sample_store", goal=goals, priority=0, **more)
         posed = self._posing.pose(self._session, goal)
         assert posed.releases == 7
         return posed
@@ -110,3 +113,35 @@ def test_waiting_is_in_vain_if_nobody_could_do_it_either_when_all_are_free(
     resting["store_2"] = "which charges"
     assert asker.pose().why_never(STORE.base) == ""
     assert "yard_1" in asker.pose("tracked(store_1, yard_1)").why_never(STORE.base)
+
+
+def held(*robots: str) -> list[Held]:
+    """Missions of a robot each."""
+    return [Held(mission_id=robot, reservation=Reservation(robots=frozenset({robot}))) for robot in robots]
+
+
+@pytest.mark.parametrize(
+    ("busy", "waits_for"),
+    [
+        (("store_1", "store_2", "yard_1"), ["store_2"]),
+        (("yard_1", "yard_2"), ["yard_1", "yard_2"]),  # either would do
+    ],
+)
+def test_a_goal_waits_for_those_missions_that_stand_in_its_way(
+    asker: Asker, busy: tuple[str, ...], waits_for: list[str]
+) -> None:
+    posed = replace(asker.pose(), held=held(*busy)).narrowed(STORE.base)
+    assert [one.mission_id for one in posed.held] == waits_for
+
+
+def test_a_goal_waits_for_no_mission_while_the_robot_it_needs_rests(
+    asker: Asker, resting: dict[str, str]
+) -> None:
+    resting |= {"store_2": "which charges", "yard_1": "which charges"}
+    posed = replace(asker.pose(), held=held("store_1")).narrowed(STORE.base)
+    assert posed.waits_for == "store_2, which charges"
+
+
+def test_goals_that_contradict_each_other_do_not_wait(asker: Asker) -> None:
+    posed = asker.pose("near(yard_1, door_1)", "near(yard_2, door_1)")
+    assert posed.why_never(STORE.base) == "yard_1 is near door_1 or yard_2 is near door_1, not both"
