@@ -5,6 +5,7 @@ A workflow and a message to it are started inside the transaction that makes the
 """
 
 import logging
+import threading
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +13,10 @@ from typing import Any
 
 from dbos import DBOS, DBOSClient, DBOSConfig, DBOSPortableJSONSerializer, EnqueueOptions
 from dbos import error as dbos_error
+from dbos._queue import queue_worker_thread
 from sqlalchemy.orm import Session
+
+from app.database import after_commit
 
 APPLICATION = "macta"
 APPLICATION_VERSION = "1"
@@ -44,7 +48,9 @@ class Workflows:
         self._url = database_url
         self._polling_s = polling_s
         self._client: DBOSClient | None = None
-        DBOS(config=self._config())
+        self._dbos = DBOS(config=self._config())
+        DBOS.listen_queues([])  # we do, see `_Listener`
+        self._listeners: dict[str, _Listener] = {}
 
     def _config(self) -> DBOSConfig:
         return {
@@ -71,9 +77,10 @@ class Workflows:
         """Start executing: first what an earlier process left undone."""
         DBOS.launch()
         for queue in (PLANNING, WAITING, MISSIONS):
-            DBOS.register_queue(
+            known = DBOS.register_queue(
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._polling_s
             )
+            self._listeners[queue.name] = _Listener(self._dbos, known)
         self._client = DBOSClient(
             system_database_url=self._url,
             serializer=DBOSPortableJSONSerializer(),
@@ -89,6 +96,7 @@ class Workflows:
             "app_version": APPLICATION_VERSION,
         }
         self._connected.enqueue_in_transaction(session, options, subject)
+        after_commit(session, self._listeners[queue.name].look)
 
     def wake(self, session: Session, workflow_id: str, key: str) -> None:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
@@ -104,9 +112,55 @@ class Workflows:
         """Stop executing. What is under way is left as it is and taken up by the next `launch`."""
         # Workflows that are cut off complain that the database is gone; they are meant to be.
         logging.getLogger("dbos").setLevel(logging.CRITICAL)
+        for listener in self._listeners.values():
+            listener.end()
         if self._client is not None:
             self._client.destroy()
         DBOS.destroy(destroy_registry=True)
+
+
+class _Listener:
+    """Takes the workflows of one queue in this process. DBOS looks every so often; this looks also when it is told that
+    there is one, which saves a goal half a poll."""
+
+    def __init__(self, dbos: DBOS, queue: Any) -> None:
+        self._pause = _Pause()
+        self._thread = threading.Thread(
+            target=queue_worker_thread,
+            args=(self._pause, dbos, queue),
+            name=f"queue {queue.name}",
+            daemon=True,
+        )
+        self._thread.start()
+
+    def look(self) -> None:
+        """Look now."""
+        self._pause.cut_short()
+
+    def end(self) -> None:
+        self._pause.set()
+        self._thread.join()
+
+
+class _Pause(threading.Event):
+    """Between two looks: set at the end, and can be cut short."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._over = threading.Event()
+
+    def cut_short(self) -> None:
+        self._over.set()
+
+    def set(self) -> None:
+        super().set()
+        self._over.set()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Until it is set, cut short or over; True if it is set."""
+        self._over.wait(timeout)
+        self._over.clear()
+        return self.is_set()
 
 
 class StepFailed(Exception):

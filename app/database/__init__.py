@@ -1,6 +1,6 @@
 """The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
 
-from app.database.engine import Database
+from app.database.engine import Database, after_commit
 from app.database.tables import (
     Base,
     DurationRow,
@@ -26,4 +26,5 @@ __all__ = [
     "PlanRow",
     "ScriptRow",
     "WorldRow",
+    "after_commit",
 ]

@@ -36,8 +36,8 @@ class Database:
                     connection.rollback()
                     raise
                 connection.commit()
-        for notify in self.committed:
-            notify()
+        for call in (*self.committed, *session.info.get(_AFTER_COMMIT, ())):
+            call()
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -51,6 +51,14 @@ class Database:
 
     def close(self) -> None:
         self.engine.dispose()
+
+
+_AFTER_COMMIT = "after_commit"
+
+
+def after_commit(session: Session, call: Callable[[], None]) -> None:
+    """Have this called, in this process, once the session's write transaction has committed."""
+    session.info.setdefault(_AFTER_COMMIT, []).append(call)
 
 
 def _engine(url: str) -> Engine:
