@@ -39,9 +39,9 @@ class Nodes:
         """The numbers of lifted values, an axis for each pool, of length 1 where they do not depend on it."""
         terms = terms_of(*values)
         used = [name for name in pools if name in terms]
-        found = []
+        found, full = [], dict(binding)
         for chosen in product(*(pools[name] for name in used)):
-            full = {**binding, **dict(zip(used, chosen, strict=True))}
+            full.update(zip(used, chosen, strict=True))
             found.append(
                 self.number(owner, tuple([None if one is None else one.ground(full) for one in values]))
             )

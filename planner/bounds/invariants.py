@@ -60,7 +60,7 @@ class Variable:
         return sum(self.has(fact.predicate, fact.args, name) for fact in facts) <= 1
 
     def has(self, predicate: str, terms: tuple[str, ...], name: str) -> bool:
-        return any(part.has(predicate, terms, name) for part in self.parts)
+        return any(part.predicate == predicate and part.has(predicate, terms, name) for part in self.parts)
 
 
 @lru_cache(maxsize=64)

@@ -36,11 +36,15 @@ class Moves:
         self._operators = [op for op in world.base.operators if not self._is_contradictory(op)]
         self.of_things = {kind: self._decided_of_things(kind) for kind in world.thing_types}
         self.of_agents = self._decided_of_agents()
+        self._of_agent: dict[str, Mapping[str, Move]] = {}
         self.steps = [self._step(op) for op in self._operators if self._is_relevant(op, self.of_agents)]
 
-    def of_agent(self, op: Operator) -> dict[str, Move]:
+    def of_agent(self, op: Operator) -> Mapping[str, Move]:
         """By parameter what the operator does to agents that it concerns."""
-        return {name: self._move(op, name, self.of_agents) for name in self._concerned(op, self.of_agents)}
+        if op.name not in self._of_agent:
+            names = self._concerned(op, self.of_agents)
+            self._of_agent[op.name] = {name: self._move(op, name, self.of_agents) for name in names}
+        return self._of_agent[op.name]
 
     def of_thing(self, op: Operator, kind: str) -> dict[str, Move]:
         """By parameter what the operator does to things of a type."""

@@ -6,7 +6,7 @@ them, `THING`, may stand for any of its type, and all the others are `OTHER`.
 """
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -60,7 +60,8 @@ class World:
         placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
         placed |= {arg for _, args in problem.functions for arg in args}
         self.things = frozenset(problem.objects.keys() - placed - set(self.agents))
-        together = any(len(set(self.agents).intersection(args)) > 1 for _, args in problem.functions)
+        known = frozenset(self.agents)
+        together = any(len(known.intersection(args)) > 1 for _, args in problem.functions)
         self.leader: Mapping[str, str] = {
             agent: agent if together else classes.members[classes.number(agent)][0] for agent in self.agents
         }
@@ -149,16 +150,17 @@ class World:
 
     def reach(self, steps: Sequence[Step]) -> None:
         """Learn what the conditions can be: deletes left out, what the steps lead to from the present facts."""
-        tasks = [(step, binding) for step in steps for binding in self.bindings(step.op, None)]
+        tasks = [
+            (step, binding, [(one.predicate, self._fixed(step.op, one, binding)) for one in step.conditions])
+            for step in steps
+            for binding in self.bindings(step.op, None)
+        ]
         seen: dict[int, list[int]] = {}
         grown = True
         while grown:
             grown = False
-            for number, (step, binding) in enumerate(tasks):
-                sizes = [
-                    len(self._nearest(one.predicate, self._fixed(step.op, one, binding)))
-                    for one in step.conditions
-                ]
+            for number, (step, binding, looked_for) in enumerate(tasks):
+                sizes = [min(map(len, self._with(predicate, fixed))) for predicate, fixed in looked_for]
                 if seen.get(number) == sizes:
                     continue
                 seen[number] = sizes
@@ -235,16 +237,16 @@ class World:
             if term in binding or term not in op.parameters
         ]
 
-    def _nearest(self, predicate: str, fixed: Sequence[tuple[int, str]]) -> Collection[Row]:
-        """Rows among which are all that have these arguments."""
-        rows = [self._rows.get((predicate, *one), NO_ROWS) for one in fixed]
-        return min(rows, key=len, default=self._all[predicate])
+    def _with(self, predicate: str, fixed: Sequence[tuple[int, str]]) -> list[Set[Row]]:
+        """For each of these arguments the rows that have it; all rows if there are none."""
+        return [self._rows.get((predicate, *one), NO_ROWS) for one in fixed] or [self._all[predicate]]
 
-    def _matching(self, op: Operator, literal: Literal, binding: Binding) -> list[Row]:
+    def _matching(self, op: Operator, literal: Literal, binding: Binding) -> Set[Row]:
         """The rows that fit the literal."""
-        fixed = self._fixed(op, literal, binding)
-        rows = self._nearest(literal.predicate, fixed)
-        return [row for row in rows if all(row[place] == value for place, value in fixed)]
+        first, *others = sorted(self._with(literal.predicate, self._fixed(op, literal, binding)), key=len)
+        for rows in others:
+            first = first & rows
+        return first
 
     def _durations(self, op: Operator, binding: Binding, pools: Pools) -> Ints:
         """Durations as `Operator.ground` rounds them, an axis for each pool; -1 where undefined."""
