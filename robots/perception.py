@@ -18,14 +18,11 @@ from robots.percepts import (
     WHISKER_RADIUS_M,
     Obstacle,
     Percepts,
-    Track,
 )
 from robots.profile import RobotProfile
+from robots.tracking import ObjectTracking
+from robots.tracking.recognition import by_infra_red, by_touch, by_whiskers
 
-STILL_M = 0.1
-"""A tag that seems to move by less than this has not moved: it is within the sensor's noise."""
-GONE_S = 0.5
-"""Out of view for longer than this breaks a view."""
 BUMP_RADIUS_M = 0.08
 AHEAD = complex(RADIUS_M + BUMP_RADIUS_M)
 """Where something is that was bumped into: the bumper tells no direction, and a robot drives ahead (our choice)."""
@@ -45,7 +42,7 @@ class Perception:
     def __init__(self, profile: RobotProfile) -> None:
         self._profile = profile
         self._localiser = Localiser(profile.start, profile.beacons)
-        self._tracks: dict[str, Track] = {}
+        self._tracking = ObjectTracking()
         self._bump: Bump | None = None
 
     def perceive(
@@ -64,11 +61,9 @@ class Perception:
         check(data, odometry, battery)
         sightings: tuple[Sighting, ...] | None = data.values.get(Sensor.INFRA_RED)
         pose = self._localiser.update(odometry, sightings or ())
-        for sighting in sightings or ():
-            if sighting.identity not in self._profile.places:
-                self._remember(sighting, pose, now_s)
         if data.values.get(Sensor.BUMPER):
             self._bump = Bump(at=to_world(pose, AHEAD), felt_s=now_s)
+        self._track(data, pose, now_s)
         solid = self._bodies(sightings, data.get(Sensor.GRIPPER)) if data.holds(LOCATING) else None
         around = None if solid is None or not data.holds(SURROUNDINGS) else self._around(data, solid)
         return Percepts(
@@ -80,24 +75,22 @@ class Perception:
             seen=None if sightings is None else {sighting.identity: sighting for sighting in sightings},
             solid=solid,
             about=None if around is None else (*around, *self._bumped(pose, now_s)),
-            tracks=dict(self._tracks),
+            cursors=dict(self._tracking.cursors),
             bumped_s=self._bump.felt_s if self._bump else None,
             battery=battery,
             charging=charging,
         )
 
-    def _remember(self, sighting: Sighting, pose: Pose, now_s: float) -> None:
-        at = to_world(pose, rect(sighting.range_m, sighting.bearing_rad))
-        old = self._tracks.get(sighting.identity)
-        new_view = old is None or now_s - old.seen_s > GONE_S
-        moved = old is None or abs(at - old.anchor) > STILL_M
-        self._tracks[sighting.identity] = Track(
-            at=at,
-            seen_s=now_s,
-            in_view_since_s=now_s if old is None or new_view else old.in_view_since_s,
-            anchor=at if old is None or moved else old.anchor,
-            still_since_s=now_s if old is None or moved or new_view else old.still_since_s,
-        )
+    def _track(self, data: MutualDataStore, pose: Pose, now_s: float) -> None:
+        """Feed object tracking with what the sensors that run tell of things; of places it has the map."""
+        places = self._profile.places
+        seen = [one for one in data.values.get(Sensor.INFRA_RED, ()) if one.identity not in places]
+        self._tracking.observe(by_infra_red(seen, pose), now_s)
+        ranges_m = data.values.get(Sensor.ULTRASONIC)
+        if ranges_m is not None:
+            self._tracking.observe(by_whiskers(ranges_m, pose, self._tracking.cursors), now_s)
+        if self._bump is not None and self._bump.felt_s == now_s:
+            self._tracking.observe([by_touch(self._bump.at, self._tracking.cursors)], now_s)
 
     def _bodies(self, sightings: Iterable[Sighting] | None, gripper: Gripper) -> tuple[Obstacle, ...]:
         """Discs around every other robot, and every sample that lies about."""

@@ -16,6 +16,7 @@ from robots.errors import SensorOff
 from robots.geometry import to_robot, to_world, wrap
 from robots.profile import STAND_OFF_M, RobotProfile
 from robots.progress import Progress
+from robots.tracking.cursor import Cursor
 
 REMEMBERED_S = 5.0
 """How long a tag that went out of sight is still believed to lie where it was."""
@@ -35,17 +36,6 @@ HEAD: Needs = frozenset({Sensor.CAPTURE_HEAD})
 TOUCH: Needs = frozenset({Sensor.BUMPER})
 LOCATING: Needs = SIGHT | GRIP
 SURROUNDINGS: Needs = LOCATING | {Sensor.ULTRASONIC}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Track:
-    """Something that moves, as last seen. World frame; times on the robot's clock, seconds."""
-
-    at: complex
-    seen_s: float
-    in_view_since_s: float
-    anchor: complex
-    still_since_s: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +70,7 @@ class Percepts:
     seen: Mapping[str, Sighting] | None = None
     solid: tuple[Obstacle, ...] | None = None
     about: tuple[Obstacle, ...] | None = None
-    tracks: Mapping[str, Track] = field(default_factory=dict)
+    cursors: Mapping[str, Cursor] = field(default_factory=dict)
     bumped_s: float | None = None
     battery: float = 1.0
     charging: bool = False
@@ -153,7 +143,7 @@ class Percepts:
         point = _waypoint(identity)
         if point is not None:
             return to_robot(self.pose, point)
-        track = self.tracks.get(identity)
+        track = self.cursors.get(identity)
         if track is None:
             return None
         patience_s = FRESH_S if identity in self.profile.others else REMEMBERED_S
@@ -187,13 +177,18 @@ class Percepts:
 
     def in_view_for_s(self, identity: str) -> float:
         """How long something has been in view without a break; 0 if it is not in view."""
-        track = self.tracks.get(identity)
+        track = self.cursors.get(identity)
         return self.time_s - track.in_view_since_s if track is not None and self.sees(identity) else 0.0
 
     def still_for_s(self, identity: str) -> float:
         """How long something in view has not moved."""
-        track = self.tracks.get(identity)
+        track = self.cursors.get(identity)
         return self.time_s - track.still_since_s if track is not None and self.sees(identity) else 0.0
+
+    def evidence(self, identity: str) -> float:
+        """How sure it is that something is where it is believed to be, in [0, 1]."""
+        cursor = self.cursors.get(identity)
+        return 0.0 if cursor is None else cursor.evidence_at(self.time_s)
 
     def to_world(self, point: complex) -> complex:
         return to_world(self.pose, point)

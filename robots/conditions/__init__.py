@@ -4,6 +4,7 @@ Each is a question to the percepts and answers with a verdict that says in words
 composable, so that data can state them.
 """
 
+from robots.conditions.believing import Believed, Close, Moving, NarrowPassage
 from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, unmet
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
@@ -19,9 +20,11 @@ __all__ = [
     "AnyCondition",
     "AnyOf",
     "AtRest",
+    "Believed",
     "Beside",
     "BetweenJaws",
     "Clear",
+    "Close",
     "Closer",
     "Condition",
     "Cramped",
@@ -34,6 +37,8 @@ __all__ = [
     "InView",
     "JawsAt",
     "LiesAt",
+    "Moving",
+    "NarrowPassage",
     "Near",
     "Not",
     "OffPoint",

@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
+from robots.conditions.believing import Believed, Close, Moving, NarrowPassage
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
@@ -73,6 +74,10 @@ AnyCondition = Annotated[
     | Cramped
     | OffPoint
     | OnCourse
+    | Believed
+    | Close
+    | Moving
+    | NarrowPassage
     | Facing
     | Abeam
     | Opening

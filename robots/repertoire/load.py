@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib import resources
 
 import yaml
@@ -112,8 +113,18 @@ def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoir
     :param texts: pairs of a name and its YAML text; None reads the ones shipped here.
     :raises RepertoireError: naming the text and what is wrong with it.
     """
+    return _shipped_repertoire() if texts is None else _checked(texts)
+
+
+@cache
+def _shipped_repertoire() -> Repertoire:
+    # NOTE: it takes 60 ms to check, too long for every robot of a large world.
+    return _checked(_shipped())
+
+
+def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
     specs: dict[str, PacketSpec] = {}
-    for origin, text in texts if texts is not None else _shipped():
+    for origin, text in texts:
         try:
             spec = PacketSpec.model_validate(yaml.safe_load(text))
             spec.bind({})

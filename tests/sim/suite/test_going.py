@@ -50,7 +50,7 @@ def test_move_to_an_object_stops_before_it(seed: int) -> None:
     )
     trial.run()
     ball = trial.simulation.truth().samples["ball"]
-    assert trial.events == ["goal"]
+    assert trial.events == ["close", "goal"]
     assert 0.5 < dist((trial.pose.x_m, trial.pose.y_m), (ball.x_m, ball.y_m)) < 0.85
     assert dist((ball.x_m, ball.y_m), (4, 4)) < 0.05
     assert not trial.touched

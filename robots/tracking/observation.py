@@ -1,0 +1,27 @@
+"""What one sensor tells of one thing at one instant: SRA's Observation(object_name, sensor_modality, ...)."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Modality(StrEnum):
+    """Through which sense something is perceived."""
+
+    INFRA_RED = "infra_red"
+    ULTRASONIC = "ultrasonic"
+    TOUCH = "touch"
+
+
+WEIGHT = {Modality.INFRA_RED: 0.3, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.5}
+"""How much of what is missing to certainty one observation adds (our choice)."""
+SIGMA_M = {Modality.INFRA_RED: 0.05, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.15}
+"""How far the place it tells may be off, metres (our choice)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """A thing by name, at a point of the world's frame, metres."""
+
+    name: str
+    modality: Modality
+    at: complex
