@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from app.goals.berths import berthed
 from app.goals.grammar import parse_goal
 from app.organiser import Organised, load_library, organise
 from app.vocabulary import planner_fact, symbolic_all
@@ -60,7 +61,7 @@ def prepare(world: WorldFile, sentence: str, base: KnowledgeBase, *, time_limit_
     if not isinstance(goals, tuple):
         raise NoMission(goals.detail)
     objects = objects_of(world)
-    wanted = [planner_fact(goal, base, objects) for goal in goals]
+    wanted = [planner_fact(goal, base, objects) for goal in berthed(goals, world, facts)]
     problem = planning_problem(world, facts, wanted, spots=initial_spots(world))
     result = FastDownwardEngine(base).plan(problem, PlanningRequest(time_limit_s=time_limit_s))
     if result.plan_net is None:

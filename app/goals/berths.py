@@ -49,12 +49,16 @@ def berthed(
     kept: Collection[str] = (),
     shunned: Collection[str] = (),
 ) -> tuple[SymbolicFact, ...]:
-    """The goals as `meant`; where no berth is left the first one is named, which `check_goals` finds occupied."""
+    """The goals as `meant`; where no berth is left one is named that `check_goals` finds occupied."""
     found = meant(goals, world, facts, kept=kept, shunned=shunned)
-    return tuple(
-        found[goal] or goal.model_copy(update={"args": (goal.args[0], berths_of(goal.args[1], world)[0])})
-        for goal in goals
-    )
+    aims = {goal.args[-1] for goal in found.values() if goal is not None}
+    return tuple(found[goal] or _in_vain(goal, world, aims) for goal in goals)
+
+
+def _in_vain(goal: SymbolicFact, world: WorldFile, aims: Collection[str]) -> SymbolicFact:
+    """The goal with a berth that is not free, rather one that no other goal aims at."""
+    berth = min(_berths(goal, world), key=lambda berth: berth in aims)
+    return goal.model_copy(update={"args": (goal.args[0], berth)})
 
 
 def staying(place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: Facts) -> tuple[str, ...]:

@@ -82,6 +82,14 @@ def test_a_location_without_room_is_refused_with_who_lies_there() -> None:
     assert "bay_7" not in issue.choices
 
 
+def test_without_room_a_berth_is_named_that_no_other_goal_aims_at() -> None:
+    facts = laid("in(sample_3, bay_2_2)", "in(sample_2, door_2)")
+    assert chosen("in(sample_1, bay_2)", "in(sample_4, bay_2)", facts=facts) == [
+        "in(sample_1, bay_2_1)",
+        "in(sample_4, bay_2_2)",
+    ]
+
+
 def test_a_berth_that_another_goal_empties_has_room() -> None:
     goals = ("in(sample_1, bay_7)", "in(sample_3, door_2)")
     assert issues(*goals, facts=FULL) == ()
