@@ -78,6 +78,7 @@ class Setups:
         self._achievers_of: dict[Fact, Sequence[tuple[Operator, Binding]]] = {}
         self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
         self._steps: dict[Configuration, tuple[Way, ...]] = {}
+        self._tables: dict[Configuration, FactTable] = {}
 
     def way(self, start: Configuration, need: Configuration) -> Way | None:
         """The quickest way found to a configuration that has all of `need`; None if there is none."""
@@ -97,7 +98,9 @@ class Setups:
     def _direct(self, start: Configuration, need: Configuration) -> Way | None:
         """The quickest single action that brings about all that is missing."""
         best: Way | None = None
-        here = FactTable(start)
+        if start not in self._tables:
+            self._tables[start] = FactTable(start)
+        here = self._tables[start]
         for op, binding in self._achievers(min(need - start)):
             for action in self._grounded(op, binding, here):
                 way = self._outcome(start, action)
