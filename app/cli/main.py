@@ -15,7 +15,7 @@ from rich.markup import escape
 
 from app.errors import MactaError
 from app.world_model import initial_facts
-from planner import KnowledgeBaseError, Objective, PlanningRequest, load_knowledge_base
+from planner import KnowledgeBase, KnowledgeBaseError, Objective, PlanningRequest, load_knowledge_base
 from robots.world import WorldFile, WorldFileError, load_world
 from sim import SimulationError
 
@@ -66,7 +66,7 @@ def carefully() -> Iterator[None]:
         leave(130)
     except MactaError as error:
         fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
-    except SimulationError as error:
+    except (SimulationError, KnowledgeBaseError) as error:
         fail(str(error))
 
 
@@ -121,6 +121,7 @@ def plan(
         float | None, typer.Option(min=0, help="Seconds to improve the first plan; left out: by its size.")
     ] = None,
     objective: Annotated[Objective, typer.Option(help="What to have little of.")] = Objective.MAKESPAN,
+    deadline: Annotated[float | None, typer.Option(help="Seconds by which every goal is to be true.")] = None,
     engine: Annotated[
         str, typer.Option(help="All that are installed, in turn, or one by name; a wrong name lists them.")
     ] = "portfolio",
@@ -131,6 +132,9 @@ def plan(
         int, typer.Option(min=0, max=20, help="Compare so many plans that really differ.")
     ] = 0,
     explain: Annotated[bool, typer.Option("--explain", help="Say why the plan is as it is.")] = False,
+    knowledge_base: Annotated[
+        Path | None, typer.Option(help="A knowledge base of your own, for the same world.")
+    ] = None,
     pddl: Annotated[Path | None, typer.Option(help="Folder to write the problem to as PDDL.")] = None,
     domain: Annotated[Path | None, typer.Option(help="A PDDL domain to plan with, not a world.")] = None,
     problem: Annotated[Path | None, typer.Option(help="The PDDL problem of that domain.")] = None,
@@ -147,13 +151,25 @@ def plan(
     wanted = Wanted(alternatives=alternatives, explanation=explain)
     with carefully():
         request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=objective)
-        if domain and problem and not goal and not pddl:
+        if domain and problem and not (goal or pddl or knowledge_base or deadline):
             given = (domain, problem, agent or [], request)
             raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, wanted=wanted))
         if domain or problem or agent or not goal:
             fail("give --goal, or --domain and --problem with --agent if need be")
-        given_goal = (_world(world), goal, request)
-        raise typer.Exit(run(*given_goal, engine_name=engine, as_json=json, wanted=wanted, pddl=pddl))
+        base = load_knowledge_base(knowledge_base)
+        raise typer.Exit(
+            run(
+                _world(world, base),
+                base,
+                goal,
+                request,
+                engine_name=engine,
+                as_json=json,
+                wanted=wanted,
+                deadline_s=deadline,
+                pddl=pddl,
+            )
+        )
 
 
 @worlds.command()
@@ -205,11 +221,11 @@ def schema() -> None:
     typer.echo(json.dumps(WorldFile.model_json_schema(), indent=2))
 
 
-def _world(name: str) -> WorldFile:
+def _world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:
     """The world, its file valid and its extra facts of the vocabulary; ends the command otherwise."""
     try:
         world = load_world(name)
-        initial_facts(world, load_knowledge_base())
+        initial_facts(world, knowledge_base or load_knowledge_base())
     except WorldFileError as error:
         fail(str(error))
     except KnowledgeBaseError as error:

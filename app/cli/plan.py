@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -22,7 +23,6 @@ from planner import (
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
-    load_knowledge_base,
 )
 from planner.engines import engine_named
 from planner.errors import UnknownEngine
@@ -33,22 +33,24 @@ NOTHING_MORE = Wanted()
 
 def plan(
     world: WorldFile,
+    knowledge_base: KnowledgeBase,
     sentences: list[str],
     request: PlanningRequest,
     *,
     engine_name: str,
     as_json: bool,
     wanted: Wanted = NOTHING_MORE,
+    deadline_s: float | None = None,
     pddl: Path | None = None,
 ) -> int:
     """Print the plan-net; 0 if there is one, 1 if not. Ctrl-C takes the best one so far.
 
     :param wanted: what to show beside the plan.
+    :param deadline_s: by when every goal is to be true, from the plan's start.
     :param pddl: a folder to write the problem to as PDDL before it is planned.
     :raises Invalid: if the sentences state no goal that makes sense (as JSON that is printed, too), or the
         engine does not exist.
     """
-    knowledge_base = load_knowledge_base()
     engine = _engine(engine_name, knowledge_base)
     try:
         problem = _problem(world, sentences, knowledge_base)
@@ -63,6 +65,8 @@ def plan(
                 }
             )
         raise
+    if deadline_s is not None:
+        problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
     if pddl is not None:
         write_files(pddl, knowledge_base, problem)
     return _answer(engine, problem, request, knowledge_base, as_json=as_json, wanted=wanted, world=world.name)

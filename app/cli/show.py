@@ -1,6 +1,7 @@
 """Plan-nets as an operator reads them in a terminal."""
 
 from collections.abc import Sequence
+from math import ceil
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -9,6 +10,8 @@ from rich.table import Table
 
 from app.plan_body import ActionBody, PlanBody
 
+EQUAL_S = 0.05
+"""Times that differ by no more are the same."""
 LONGEST_PATH = 12
 """As many actions of a critical path are named; of a longer one, the ends."""
 
@@ -25,15 +28,26 @@ def show_plan(console: Console, plan: PlanBody) -> None:
     console.print(_actions(plan))
     console.print(_links(plan))
     for robot, why in sorted(plan.recruitment.items()):
-        console.print(f"[bold]{robot}[/] ({_work(plan, robot)}): {escape(why)}")
+        work = _work(plan, robot)
+        console.print(f"[bold]{robot}[/]{f' ({work})' if work else ''}: {escape(why)}")
     if plan.critical_path:
         console.print(f"Critical path: {_path(plan.critical_path)}")
     for late in plan.late:
         console.print(f"[bold red]{escape(str(late.goal))}[/] comes {late.late_s:.0f} s after its deadline")
-    console.print(
-        f"Expected to take [bold]{plan.makespan_s:.0f} s[/], {_effort(plan.distance_m, plan.energy_j)}; "
-        f"planned by {plan.engine} in {plan.planning_s:.2f} s.\n"
-    )
+    figures = (f"[bold]{plan.makespan_s:.0f} s[/]{_gap(plan)}", _effort(plan.distance_m, plan.energy_j))
+    expected = ", ".join(filter(None, figures))
+    console.print(f"Expected to take {expected}; planned by {plan.engine} in {plan.planning_s:.2f} s.\n")
+
+
+def _gap(plan: PlanBody) -> str:
+    """How far the makespan may be from the best there is, as far as anything is proven."""
+    bound_s = plan.lower_bound_s or 0.0
+    if bound_s <= 0:
+        return ""
+    if plan.makespan_s <= bound_s + EQUAL_S:
+        return " (no plan is quicker)"
+    over = ceil(100 * (plan.makespan_s - bound_s) / bound_s)
+    return f" (at most {over} % over the quickest possible, {bound_s:.0f} s)"
 
 
 def _work(plan: PlanBody, robot: str) -> str:
@@ -44,6 +58,9 @@ def _work(plan: PlanBody, robot: str) -> str:
 
 
 def _effort(distance_m: float, energy_j: float) -> str:
+    """Nothing where the knowledge base has no figures."""
+    if not distance_m and not energy_j:
+        return ""
     energy = f"{energy_j / 1000:.1f} kJ" if energy_j >= 1000 else f"{energy_j:.0f} J"
     return f"{distance_m:.0f} m, {energy}"
 
@@ -85,6 +102,9 @@ def _doing(action: ActionBody) -> str:
     """The tag and what it is done to, short enough for a line: `TRANSPORT sample_1 door_1 → interchange_2`."""
     words = action.arguments
     places = [words[ref] for ref in ("ref1", "ref2") if ref in words]
+    if not places and "object" not in words:
+        acting = {*action.agents, "+".join(action.agents)}
+        return " ".join([action.tag, *(word for word in words.values() if word not in acting)])
     return " ".join(filter(None, (action.tag, words.get("object", ""), " → ".join(places))))
 
 

@@ -11,6 +11,9 @@ from planner.foreign.reading import ReadProblem, read_up_problem
 from planner.knowledge import KnowledgeBaseFile
 
 TOTAL_COST = "total-cost"
+_COMMENT = re.compile(r";[^\n]*")
+_DOMAIN = re.compile(r"\(\s*domain\s+([^\s()]+)", re.IGNORECASE)
+_OF_DOMAIN = re.compile(r"\(\s*:domain\s+([^\s()]+)", re.IGNORECASE)
 _ACTION = re.compile(r"^action (\S+?):")
 
 
@@ -31,6 +34,7 @@ def import_problem(domain: str, problem: str, *, agents: Collection[str] = ()) -
 def _read(domain: str, problem: str | None, agents: Collection[str]) -> ReadProblem:
     from unified_planning.io import PDDLReader
 
+    _check_names(domain, problem)
     with UNIFIED_PLANNING_LOCK:
         try:
             with warnings.catch_warnings():  # the reader's own parser is used as it should not be any more
@@ -45,6 +49,14 @@ def _read(domain: str, problem: str | None, agents: Collection[str]) -> ReadProb
             return read_up_problem(up_problem, agents=agents)
         except Unsupported as error:
             raise Unsupported(f"{_line(domain, str(error))}{error}") from error
+
+
+def _check_names(domain: str, problem: str | None) -> None:
+    """:raises Unsupported: if the problem is one of another domain."""
+    own = _DOMAIN.search(_COMMENT.sub("", domain))
+    meant = _OF_DOMAIN.search(_COMMENT.sub("", problem or ""))
+    if own and meant and own[1].lower() != meant[1].lower():
+        raise Unsupported(f"the problem is one of domain {meant[1]}, not of {own[1]}")
 
 
 def _take_costs(up_problem: Any) -> None:

@@ -2,7 +2,7 @@
 
 import json
 import socket
-from importlib import import_module
+from importlib import import_module, resources
 from pathlib import Path
 
 import pytest
@@ -38,6 +38,7 @@ def test_plan_prints_the_plan_body_as_one_json_document() -> None:
         ("move sample_9 to bay_7", "unknown-sample"),
         ("move sample_1 to bay_2", "place-occupied"),
         ("juggle sample_1", "unknown-verb"),
+        ("inn(sample_1, bay_7)", "unknown-predicate"),
         ("move [/x] to bay_7", "unknown-sample"),
     ],
 )
@@ -49,6 +50,31 @@ def test_a_goal_that_is_refused_is_one_json_document_and_a_line(goal: str, code:
     assert document["choices"]
     assert refused.stderr.startswith("macta: ")
     assert "Traceback" not in refused.stderr
+
+
+def test_another_knowledge_base_and_a_fact_as_goal_are_planned_with(tmp_path: Path) -> None:
+    ours = (resources.files("planner.knowledge") / "files" / "rovers.yaml").read_text()
+    base = tmp_path / "kb.yaml"
+    base.write_text(ours.replace('duration: "7"', "duration: 9"))
+    words = ("--goal", "tracked(yard_1, yard_2)", "--knowledge-base", str(base), "--deadline", "5")
+    done = macta("plan", *words, "--engine", "fast-downward", "--json")
+    assert done.exit_code == 0, done.stderr
+    body = json.loads(done.stdout)
+    assert body["makespan_s"] == 9.0
+    assert [late["late_s"] for late in body["late"]] == [4.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("types: 1", "kb.yaml is not a valid knowledge base: line 1"), (None, "no knowledge base file")],
+)
+def test_a_knowledge_base_that_is_none_is_refused(tmp_path: Path, text: str | None, words: str) -> None:
+    if text is not None:
+        (tmp_path / "kb.yaml").write_text(text)
+    goal = ("--goal", "tracked(yard_1, yard_2)")
+    refused = macta("plan", *goal, "--knowledge-base", str(tmp_path / "kb.yaml"))
+    assert refused.exit_code == 2
+    assert words in " ".join(refused.stderr.split())
 
 
 def test_a_goal_is_refused_before_any_world_is_started() -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import pytest
 from rich.console import Console
 
 from app.cli.show import show_plan
@@ -32,6 +33,34 @@ def test_a_long_critical_path_is_shortened_in_the_middle() -> None:
     plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
     text = shown(plan.model_copy(update={"critical_path": tuple(f"a{n}" for n in range(1, 31))}))
     assert "a5 → a6 → (18 more) → a25 → a26" in text
+
+
+@pytest.mark.parametrize(
+    ("bound_s", "words"),
+    [
+        (50.0, "50 s (no plan is quicker), 5 m"),
+        (40.0, "50 s (at most 25 % over the quickest possible, 40 s), 5 m"),
+        (0.0, "Expected to take 50 s, 5 m"),
+        (None, "Expected to take 50 s, 5 m"),
+    ],
+)
+def test_it_is_told_how_far_a_plan_may_be_from_the_best(bound_s: float | None, words: str) -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    figures = {"makespan_s": 50.0, "distance_m": 5.0, "lower_bound_s": bound_s}
+    assert words in shown(plan.model_copy(update=figures))
+
+
+def test_what_an_action_is_done_to_is_told_whatever_its_arguments_are_called() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    load = plan.actions[0].model_copy(
+        update={"tag": "LOAD", "arguments": {"c": "crate", "by": "van"}, "agents": ("van",)}
+    )
+    none = {"distance_m": 0.0, "energy_j": 0.0}
+    other = plan.model_copy(update={"actions": (load.model_copy(update=none),), **none, "engine": "x"})
+    text = shown(other.model_copy(update={"recruitment": {"van": "can LOAD"}}))
+    assert "van LOAD crate" in text
+    assert "van: can LOAD" in text
+    assert "0 m" not in text
 
 
 def test_a_goal_after_its_deadline_is_told() -> None:

@@ -43,6 +43,14 @@ TWO_PARCELS = """
 """
 
 
+def test_a_problem_of_another_domain_is_refused_by_name() -> None:
+    other = "; (define (domain logistics)\n" + TWO_PARCELS.replace(
+        "(:domain delivery)", "(:domain Logistics)"
+    )
+    with pytest.raises(Unsupported, match="the problem is one of domain Logistics, not of delivery"):
+        import_problem(DELIVERY, other)
+
+
 def test_a_domain_becomes_a_knowledge_base() -> None:
     file = import_domain(DELIVERY, agents=("carrier",))
     actions = {action.name: action for action in file.actions}
