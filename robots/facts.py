@@ -62,8 +62,11 @@ def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
         for name in percepts.profile.others
         if Beside(target=tag, other=name, m=0.45).check(percepts).holds
     ]
+    # NOTE: one look does not tell whether it lies still; that no robot is by it does.
     places = [
-        name for name in percepts.profile.beacons if LiesAt(object=tag, place=name).check(percepts).holds
+        name
+        for name in percepts.profile.beacons
+        if LiesAt(object=tag, place=name, still_s=0.0).check(percepts).holds
     ]
     return [_fact("in", tag, name) for name in (holders or places)[:1]]
 

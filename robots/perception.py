@@ -23,17 +23,21 @@ from robots.profile import RobotProfile
 from robots.tracking import ObjectTracking
 from robots.tracking.recognition import by_infra_red, by_touch, by_whiskers
 
+GONE_S = 0.5
+"""What is felt again within this time is still the same."""
 BUMP_RADIUS_M = 0.08
-AHEAD = complex(RADIUS_M + BUMP_RADIUS_M)
-"""Where something is that was bumped into: the bumper tells no direction, and a robot drives ahead (our choice)."""
+"""What was bumped into is taken to be of this size and ahead: the bumper tells no direction, and a robot drives ahead
+(our choice).
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bump:
-    """Something felt by the bumper: world frame, the robot's clock."""
+    """Something felt by the bumper: world frame, the robot's clock. `heading_rad` is how the robot ran into it."""
 
     at: complex
     felt_s: float
+    heading_rad: float
 
 
 class Perception:
@@ -62,7 +66,7 @@ class Perception:
         sightings: tuple[Sighting, ...] | None = data.values.get(Sensor.INFRA_RED)
         pose = self._localiser.update(odometry, sightings or ())
         if data.values.get(Sensor.BUMPER):
-            self._bump = Bump(at=to_world(pose, AHEAD), felt_s=now_s)
+            self._bump = self._felt(pose, now_s)
         self._track(data, pose, now_s)
         solid = self._bodies(sightings, data.get(Sensor.GRIPPER)) if data.holds(LOCATING) else None
         around = None if solid is None or not data.holds(SURROUNDINGS) else self._around(data, solid)
@@ -104,9 +108,14 @@ class Perception:
         return tuple(found)
 
     def _around(self, data: MutualDataStore, solid: tuple[Obstacle, ...]) -> list[Obstacle]:
-        """The bodies, and a disc around every whisker's hit (from the hull) that is not a body's."""
+        """The bodies, and a disc around every whisker's hit (from the hull) that is not a body's.
+
+        The least that a whisker can read only says that something is nearer: it is taken to be half as far (our
+        choice).
+        """
         found = list(solid)
-        ranges_m = data.get(Sensor.ULTRASONIC)
+        least_m = self._profile.whisker_least_m
+        ranges_m = [r if r > least_m else least_m / 2 for r in data.get(Sensor.ULTRASONIC)]
         count = len(ranges_m)
         for beam, range_m in enumerate(ranges_m):
             if isfinite(range_m):
@@ -114,6 +123,14 @@ class Perception:
                 if not any(one.is_robot and abs(one.at - hit) < RADIUS_M + 0.1 for one in found):
                     found.append(Obstacle(at=hit, radius_m=WHISKER_RADIUS_M))
         return found
+
+    def _felt(self, pose: Pose, now_s: float) -> Bump:
+        """Where the robot ran into something; it does not turn with the robot while they touch."""
+        last = self._bump
+        still = last is not None and now_s - last.felt_s < GONE_S
+        heading_rad = last.heading_rad if last is not None and still else pose.heading_rad
+        at = complex(pose.x_m, pose.y_m) + rect(RADIUS_M + BUMP_RADIUS_M, heading_rad)
+        return Bump(at=at, felt_s=now_s, heading_rad=heading_rad)
 
     def _bumped(self, pose: Pose, now_s: float) -> tuple[Obstacle, ...]:
         """What the robot bumped into a while ago, which no other sensor may tell."""

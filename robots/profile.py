@@ -34,7 +34,8 @@ class Architecture(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """A robot as it was told to be. `sensors` are those its body is fitted with.
+    """A robot as it was told to be. `sensors` are those its body is fitted with; what is nearer than
+    `whisker_least_m` its whiskers read as that.
 
     `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
     nor one of `others` it takes for the tag of a sample.
@@ -49,6 +50,7 @@ class RobotProfile:
     others: tuple[str, ...] = ()
     architecture: Architecture = Architecture.PARALLEL
     sensors: frozenset[Sensor] = ALL_SENSORS
+    whisker_least_m: float = 0.0
     places: Mapping[str, BeaconSpec] = field(init=False)
 
     def __post_init__(self) -> None:

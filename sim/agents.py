@@ -4,12 +4,15 @@ from math import radians
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
 from robots.profile import Architecture
-from robots.repertoire import load_repertoire
+from robots.repertoire import Repertoire, load_repertoire
 from sim.world import Fitting
 
 
-def behavioural_agent(fitting: Fitting) -> BehaviouralAgent:
-    """An agent with the map of its own reach, the names of its fellows, and the pose it was told."""
+def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) -> BehaviouralAgent:
+    """An agent with the map of its own reach, the names of its fellows, and the pose it was told.
+
+    :param repertoire: None is the one that ships.
+    """
     beacons = {
         place.name: BeaconSpec(
             x_m=place.at[0], y_m=place.at[1], approach_rad=tuple(radians(axis) for axis in place.approach_deg)
@@ -25,11 +28,12 @@ def behavioural_agent(fitting: Fitting) -> BehaviouralAgent:
         repertoire=tuple(fitting.spec.repertoire),
         others=fitting.others,
         architecture=Architecture(fitting.spec.architecture),
+        whisker_least_m=fitting.spec.whisker_least_m,
     )
     return BehaviouralAgent(
         profile=profile,
         body=fitting.body,
         link=fitting.link,
         clock=fitting.clock,
-        repertoire=load_repertoire().tuned(fitting.spec.tuning),
+        repertoire=(repertoire or load_repertoire()).tuned(fitting.spec.tuning),
     )

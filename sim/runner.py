@@ -1,12 +1,10 @@
 """The loop inside a world's process: paces the simulation, answers its parent, ends with it."""
 
 import contextlib
-import os
 import select
 import signal
 import time
 import traceback
-from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -61,9 +59,9 @@ class WorldLoop:
         now: Gauge,
         factor: Gauge,
     ) -> None:
-        with _quiet():
-            from sim.agents import behavioural_agent
-            from sim.world import Simulation
+        from sim.agents import behavioural_agent
+        from sim.world import Simulation
+
         hub = Hub(
             PipeLink(link),
             [spec.name for spec in order.world.robots],
@@ -125,16 +123,3 @@ class WorldLoop:
         except ValueError as error:
             return Failed(str(error))
         return Done()
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """PyBullet prints its build time when it is imported; the operator's terminal is no place for it."""
-    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nothing, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nothing)

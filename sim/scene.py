@@ -10,10 +10,12 @@ from collections.abc import Mapping, Sequence
 from math import atan2, cos, remainder, sin, tau
 from typing import Any
 
-import pybullet
-
 from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
+from sim.quiet import quietly
+
+with quietly():
+    import pybullet
 
 TICK_S = 1 / 60
 SUBSTEPS = 4  # of 1/240 s each
@@ -51,6 +53,7 @@ class Scene:
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
         self._samples = {name: self._add_sample(point) for name, point in samples.items()}
         self._held: set[str] = set()
+        self._balls: dict[int, float] = {}
 
     def pose(self, rover: str) -> Pose:
         """A rover's true pose."""
@@ -82,7 +85,9 @@ class Scene:
             self._place(body, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
         for sample, body in self._samples.items():
             if sample not in self._held:
-                self._settle(body)
+                self._settle(body, SAMPLE_HEIGHT_M / 2)
+        for body, radius_m in self._balls.items():
+            self._settle(body, radius_m)
 
     def lift(self, sample: str) -> None:
         """A sample in jaws touches nothing; `carry` moves it."""
@@ -109,6 +114,44 @@ class Scene:
     def touched(self, rover: str) -> bool:
         """True while the rover's body or jaws press against anything."""
         contacts = pybullet.getContactPoints(bodyA=self._rovers[rover], physicsClientId=self._client)
+        return any(contact[8] < 1e-3 for contact in contacts)
+
+    def put_box(
+        self, point: tuple[float, float], heading_rad: float, *, side_m: float, height_m: float
+    ) -> int:
+        """Stand a box on the floor, too heavy to be pushed; it blocks whiskers and, if tall, the line of sight."""
+        half = [side_m / 2, side_m / 2, height_m / 2]
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client
+        )
+        body = self._add(0.0, shape, (*point, height_m / 2), heading_rad)
+        self._collide(body, WALLS, EVERYTHING)
+        return body
+
+    def put_ball(self, point: tuple[float, float], *, radius_m: float) -> int:
+        """Lay a light ball on the floor, below the whiskers' plane; it moves only while it is pushed."""
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_SPHERE, radius=radius_m, physicsClientId=self._client
+        )
+        body = self._add(0.2, shape, (*point, radius_m), 0.0)
+        self._tune(body, lateralFriction=0.1)
+        self._collide(body, LOW, EVERYTHING)
+        self._balls[body] = radius_m
+        return body
+
+    def take_away(self, body: int) -> None:
+        """Remove a box or ball."""
+        self._balls.pop(body, None)
+        pybullet.removeBody(body, physicsClientId=self._client)
+
+    def point_of(self, body: int) -> tuple[float, float]:
+        """The true middle of a box or ball."""
+        place, _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        return (place[0], place[1])
+
+    def meets(self, rover: str, body: int) -> bool:
+        """True while a rover presses against a box or ball."""
+        contacts = pybullet.getContactPoints(self._rovers[rover], body, physicsClientId=self._client)
         return any(contact[8] < 1e-3 for contact in contacts)
 
     def close(self) -> None:
@@ -181,10 +224,10 @@ class Scene:
         turn = (0.0, 0.0, sin(heading_rad / 2), cos(heading_rad / 2))
         pybullet.resetBasePositionAndOrientation(body, middle, turn, physicsClientId=self._client)
 
-    def _settle(self, body: int) -> None:
+    def _settle(self, body: int, height_m: float) -> None:
         """Floor friction: what was pushed in this tick stands still at its end, upright."""
         linear, angular = pybullet.getBaseVelocity(body, physicsClientId=self._client)
         if any(linear) or any(angular):
             (x, y, _), _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-            self._place(body, (x, y, SAMPLE_HEIGHT_M / 2), 0.0)
+            self._place(body, (x, y, height_m), 0.0)
             pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)

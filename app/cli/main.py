@@ -27,6 +27,8 @@ app = typer.Typer(
 )
 worlds = typer.Typer(no_args_is_help=True, help="World files: make and check them, print their schema.")
 app.add_typer(worlds, name="world")
+experiments = typer.Typer(no_args_is_help=True)
+app.add_typer(experiments, name="experiment")
 
 World = Annotated[
     str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")
@@ -219,6 +221,26 @@ def schema() -> None:
     import json
 
     typer.echo(json.dumps(WorldFile.model_json_schema(), indent=2))
+
+
+@experiments.callback()
+def experiment() -> None:  # with it `interference` is a command of its own, though it is the only one
+    """Experiments of the papers, run on the simulated robots."""
+
+
+@experiments.command()
+def interference(
+    seeds: Annotated[int, typer.Option(min=1, help="How many ways to the door in each cell.")] = 10,
+    json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON, and nothing else.")] = False,
+    plots: Annotated[
+        Path | None, typer.Option(help="Folder to write figures like 5 and 6 to, as SVG.")
+    ] = None,
+) -> None:
+    """Things are put in a robot's way to the kitchen door: parallel against sequential sensing (P-SMPA, section 6)."""
+    from app.cli.experiment import interference as run
+
+    with carefully():
+        run(seeds, as_json=json, plots=plots)
 
 
 def _world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:

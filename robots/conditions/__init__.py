@@ -11,6 +11,7 @@ from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
+from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "Believed",
     "Beside",
     "BetweenJaws",
+    "Bumped",
     "Clear",
     "Close",
     "Closer",

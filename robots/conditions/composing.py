@@ -12,6 +12,7 @@ from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
 from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
+from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
 from robots.percepts import NOTHING, Needs, Percepts
 from robots.responses import STRICT
@@ -99,6 +100,7 @@ AnyCondition = Annotated[
     | AtRest
     | Faster
     | Raised
+    | Bumped
     | Not
     | AnyOf
     | AllOf,

@@ -3,6 +3,7 @@
 from cmath import phase, rect
 from collections.abc import Callable
 from dataclasses import replace
+from enum import StrEnum
 from math import hypot
 from typing import Protocol
 
@@ -11,9 +12,10 @@ from robots.geometry import to_robot, to_world, wrap
 from robots.percepts import Percepts
 from robots.profile import Architecture
 from robots.sensing.actions import SensorAction
+from robots.sensing.machine import BehaviourState
 from robots.synthesis import Motion
 
-SENSE_S = 0.4
+SENSE_S = 0.5
 """A sequential robot takes readings for this long, standing, and fuses them all (our choice)."""
 STRETCH_S = 1.0
 """It then acts for this long without sensing. At 0.5 m/s, with speeding up and slowing down, it drives the half metre
@@ -66,17 +68,27 @@ class ParallelLoop:
         return behaviour.beside if behaviour else ()
 
 
-class SequentialLoop:
-    """SMPA: stands and senses all that the state under way needs, then acts for a stretch on the model so made.
+class Phase(StrEnum):
+    """What a sequential robot is at."""
 
-    The model is carried along by odometry while the robot acts, so that it steers and stops by what it saw. The stretch
-    ends early where the model does not tell what the next action needs, or there is nothing to do.
+    SENSE = "sense"
+    MODEL = "model"
+    PLAN = "plan"
+    ACT = "act"
+
+
+class SequentialLoop:
+    """SMPA: stands and senses all that the state under way needs, models, plans, and acts for a stretch on that model.
+
+    Modelling and planning take a tick each. While the robot acts the model is carried along by odometry, so that it
+    steers and stops by what it saw. The stretch ends early where the model does not tell what the next action needs, or
+    there is nothing to do.
     """
 
     def __init__(self, executive: Executive) -> None:
         self._executive = executive
         self._model: Percepts | None = None
-        self._acting = False
+        self._phase = Phase.SENSE
         self._stands = False
         self._since_s = 0.0
 
@@ -86,7 +98,7 @@ class SequentialLoop:
             step = to_robot(last.odometry, complex(sensed.odometry.x_m, sensed.odometry.y_m))
             turned = wrap(sensed.odometry.heading_rad - last.odometry.heading_rad)
             self._stands = hypot(step.real, step.imag) < STANDS_M and abs(turned) < STANDS_RAD
-            if self._acting:
+            if self._phase is not Phase.SENSE:
                 model = carried(last, sensed)
         self._model = model
         return model
@@ -94,28 +106,36 @@ class SequentialLoop:
     def execute(self, known: Percepts, step_s: float) -> Motion:
         behaviour = self._executive.behaviour
         if behaviour is None:
-            self._turn(acting=False)
+            self._turn(Phase.SENSE)
             return self._executive.step(known, step_s)
         informed = known.data.holds(behaviour.action.percepts)
         self._since_s += step_s if informed else 0.0
-        if not self._acting and informed and self._since_s >= SENSE_S:
-            self._turn(acting=True)
-        if not self._acting:
-            return Motion()
-        motion = self._executive.step(known, step_s)
-        nothing_to_do = motion == Motion() and self._executive.behaviour is behaviour
-        if not informed or self._since_s >= STRETCH_S or nothing_to_do:
-            self._turn(acting=False)
-            return replace(motion, linear_m_s=0.0, angular_rad_s=0.0)
-        return motion
+        if self._phase is Phase.ACT:
+            return self._act(behaviour, known, step_s)
+        if self._phase is Phase.PLAN:
+            self._turn(Phase.ACT)
+        elif self._phase is Phase.MODEL:
+            self._turn(Phase.PLAN)
+        elif self._since_s >= SENSE_S:
+            self._turn(Phase.MODEL)
+        return Motion()
 
     @property
     def beside(self) -> tuple[SensorAction, ...]:
         behaviour = self._executive.behaviour
-        return behaviour.beside if behaviour and self._stands and not self._acting else ()
+        return behaviour.beside if behaviour and self._stands and self._phase is Phase.SENSE else ()
 
-    def _turn(self, *, acting: bool) -> None:
-        self._acting, self._since_s = acting, 0.0
+    def _act(self, behaviour: BehaviourState, known: Percepts, step_s: float) -> Motion:
+        motion = self._executive.step(known, step_s)
+        informed = known.data.holds(behaviour.action.percepts)
+        idle = motion == Motion() and self._executive.behaviour is behaviour
+        if informed and not idle and self._since_s < STRETCH_S:
+            return motion
+        self._turn(Phase.SENSE)
+        return replace(motion, linear_m_s=0.0, angular_rad_s=0.0)
+
+    def _turn(self, phase: Phase) -> None:
+        self._phase, self._since_s = phase, 0.0
 
 
 def carried(model: Percepts, now: Percepts) -> Percepts:

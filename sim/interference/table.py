@@ -1,0 +1,103 @@
+"""Table 1 of P-SMPA over many seeds: how many obstacles are noticed, and how long the way takes."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from statistics import fmean, pstdev
+
+from robots.profile import Architecture
+from sim.interference.interferer import Kind
+from sim.interference.trial import Trial, run_trial
+
+CONDITIONS = tuple((Kind.BOX, times) for times in (6, 7, 8)) + tuple(
+    (Kind.BALL, times) for times in (4, 5, 6)
+)
+"""The table's rows: the obstacle by the sensor that must notice it, and how often one is put in the way."""
+
+Job = tuple[Kind, int, Architecture, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A mean and a standard deviation over seeds."""
+
+    mean: float
+    spread: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> "Figure":
+        return cls(fmean(values), pstdev(values))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One architecture under one condition. `performance` is the share of interferences detected, 0 to 1."""
+
+    detected: Figure
+    performance: Figure
+    time_s: Figure
+    sensing_j: Figure
+    saved_j: Figure
+    arrived: int
+    trials: int
+
+    @classmethod
+    def of(cls, trials: Sequence[Trial]) -> "Cell":
+        return cls(
+            detected=Figure.of([trial.detected for trial in trials]),
+            performance=Figure.of([trial.detected / len(trial.interferences) for trial in trials]),
+            time_s=Figure.of([trial.time_s for trial in trials]),
+            sensing_j=Figure.of([trial.sensing_j for trial in trials]),
+            saved_j=Figure.of([trial.saved_j for trial in trials]),
+            arrived=sum(trial.arrived for trial in trials),
+            trials=len(trials),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One condition under both architectures."""
+
+    kind: Kind
+    interferences: int
+    parallel: Cell
+    sequential: Cell
+
+
+def run_table(
+    seeds: int,
+    *,
+    workers: int,
+    conditions: Sequence[tuple[Kind, int]] = CONDITIONS,
+    told: Callable[[int, int], None] = lambda done, of: None,
+) -> list[Row]:
+    """A row a condition, each cell over the seeds 0 to `seeds` - 1; the same figures however many workers.
+
+    :param told: is called after each trial with how many are done, and of how many.
+    """
+    jobs: list[Job] = [
+        (kind, times, architecture, seed)
+        for kind, times in conditions
+        for architecture in Architecture
+        for seed in range(seeds)
+    ]
+    trials: dict[Job, Trial] = {}
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        futures = {pool.submit(run_trial, *job): job for job in jobs}
+        for done, future in enumerate(as_completed(futures), start=1):
+            trials[futures[future]] = future.result()
+            told(done, len(jobs))
+
+    def cell(kind: Kind, times: int, architecture: Architecture) -> Cell:
+        return Cell.of([trials[kind, times, architecture, seed] for seed in range(seeds)])
+
+    return [
+        Row(
+            kind=kind,
+            interferences=times,
+            parallel=cell(kind, times, Architecture.PARALLEL),
+            sequential=cell(kind, times, Architecture.SEQUENTIAL),
+        )
+        for kind, times in conditions
+    ]
