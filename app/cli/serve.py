@@ -1,6 +1,7 @@
 """`macta serve`: the service, its simulated world and the view of it, in one go."""
 
 import errno
+import gc
 import logging
 import os
 import signal
@@ -113,6 +114,7 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
                 target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
             )
             announce.start()
+            gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
             try:
                 server.run(sockets=[listener])
             finally:

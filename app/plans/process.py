@@ -3,6 +3,7 @@
 What it is asked for is work: to plan, or anything else that takes an engine.
 """
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -215,6 +216,7 @@ def _serve(make_engine: MakeEngine, pipe: Pipe) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         engine = make_engine()
+        gc.freeze()  # the collector would look through the libraries again and again, a fifth of a second each time
         pipe.send(_Ready())
         while True:
             # NOTE: a stop may come after its problem was answered; it is not meant for the next one.
