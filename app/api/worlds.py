@@ -59,7 +59,8 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
     ) -> FactsBody:
         """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412).
 
-        The answer's `dropped` are the facts that were believed and cannot hold beside the correction.
+        The answer's `dropped` are the facts that were believed and cannot hold beside the correction. A sample that is
+        laid in a location with several berths lies in a free one (409 if none is).
         """
         dropped = worlds.correct(
             world_id,

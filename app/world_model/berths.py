@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from app.errors import Invalid
+from app.errors import Conflict, Invalid
 from app.world_model.beliefs import CLEAR, IN, OBJECT_POSITION, REACHES, VACANT, Facts, place_of
 from robots.world import WorldFile
 
@@ -24,7 +24,8 @@ def with_berths(statements: Iterable[Statement], world: WorldFile, facts: Facts)
     A sample that is said to lie in such a location lies where it is believed to, if that is one of its berths, else
     in the first that is free. One that is said not to lie there lies in none of them.
 
-    :raises Invalid: if no berth is free, or the statement does not tell which one it is about.
+    :raises Conflict: if no berth is free.
+    :raises Invalid: if a statement does not tell which berth it is about.
     """
     said = list(statements)
     moved = {args[0] for predicate, args, _ in said if predicate == IN and args}
@@ -60,7 +61,7 @@ def _meant(
     lies = place_of(args[0], facts)
     free = [berth for berth in sorted(berths, key=lambda berth: berth != lies) if berth not in taken]
     if not free:
-        raise Invalid(
+        raise Conflict(
             f"{name} has no room for {args[0]}: none of its {len(berths)} berths is free",
             code="place-occupied",
             choices=berths,

@@ -126,6 +126,7 @@ class WorldDesk:
 
         :raises Invalid: if a fact does not fit the vocabulary, contradicts another of the changes, or puts a
             robot where it does not reach; then none is changed.
+        :raises Conflict: if a sample is laid in a location none of whose berths is free.
         :raises Outdated: if the facts have changed since `expected_version`.
         """
         self.world(world)

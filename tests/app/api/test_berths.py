@@ -75,7 +75,7 @@ def test_facts_and_goals_fill_the_berths_until_there_is_no_room(api: TestClient)
         assert correct(api, sample, "bay_7").status_code == 200
         assert lying(api)[sample] == f"bay_7_{number}"
     full = correct(api, "sample_1", "bay_7")
-    assert (full.status_code, full.json()["type"]) == (422, "urn:macta:problem:place-occupied")
+    assert (full.status_code, full.json()["type"]) == (409, "urn:macta:problem:place-occupied")
     refused = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"})
     assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:place-occupied")
     assert "its 3 berths are occupied by sample_2, sample_3 and sample_4" in refused.json()["detail"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.errors import Invalid
+from app.errors import Conflict, Invalid
 from app.world_model import initial_facts
 from app.world_model.berths import Statement, with_berths
 from app.world_model.layout import layout_of
@@ -42,7 +42,7 @@ def test_a_berth_that_the_same_correction_empties_is_free() -> None:
 
 def test_without_a_free_berth_a_correction_is_refused() -> None:
     with pytest.raises(
-        Invalid, match="bay_2 has no room for sample_3: none of its 2 berths is free"
+        Conflict, match="bay_2 has no room for sample_3: none of its 2 berths is free"
     ) as refused:
         understood(("in", ["sample_1", "bay_2"], True), ("in", ["sample_3", "bay_2"], True))
     assert refused.value.code == "place-occupied"
