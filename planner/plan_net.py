@@ -66,11 +66,11 @@ class PlanNetAction:
 
     @property
     def earliest_end_s(self) -> float:
-        return self.earliest_start_s + self.duration_s
+        return round(self.earliest_start_s + self.duration_s, 3)
 
     @property
     def slack_s(self) -> float:
-        return self.latest_start_s - self.earliest_start_s
+        return round(self.latest_start_s - self.earliest_start_s, 3)
 
     @property
     def critical(self) -> bool:

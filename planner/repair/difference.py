@@ -58,8 +58,8 @@ def compare(old: Sequence[PlanNetAction], new: PlanNet, *, elapsed_s: float = 0.
     later_s = round(new.makespan_s - ends_s, 3)
     words = [
         f"{len(kept)} of {len(old)} actions kept, {_ending(later_s)}",
-        *(f"dropped: {action}" for action in dropped),
-        *(f"{new_by_id[b]} instead of {_team(by_id[a])}" for a, b in reassigned.items()),
+        *(f"dropped: {action.description}" for action in dropped),
+        *(f"{new_by_id[b].description}, instead of {_team(by_id[a])}" for a, b in reassigned.items()),
         *(f"new: {action.description}" for action in added),
         *_shifts(shifted, new_by_id),
     ]
