@@ -6,6 +6,7 @@ from math import dist
 from typing import Any
 
 from robots.body import Pose
+from robots.repertoire import Repertoire
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,
@@ -93,9 +94,12 @@ class Trial:
         seed: int = 0,
         jitter_m: float = 0.0,
         other: Callable[[float], tuple[float, float]] = lambda _: (0.0, 0.0),
+        repertoire: Repertoire | None = None,
     ) -> None:
         def agent(fitting: Fitting) -> Agent:
-            return behavioural_agent(fitting) if fitting.spec.name == "fred" else Driven(fitting, other)
+            if fitting.spec.name != "fred":
+                return Driven(fitting, other)
+            return behavioural_agent(fitting, repertoire)
 
         self.simulation = Simulation(world, make_agent=agent, seed=seed, jitter_m=jitter_m)
         self.reports: list[PacketReport] = []
