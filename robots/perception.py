@@ -8,7 +8,7 @@ from math import isfinite, pi
 from robots.body import RADIUS_M, Gripper, Pose, Sensor, Sighting
 from robots.datastore import MutualDataStore
 from robots.errors import SensorFault
-from robots.geometry import to_robot, to_world
+from robots.geometry import to_robot
 from robots.localisation import Localiser
 from robots.percepts import (
     LOCATING,
