@@ -1,5 +1,6 @@
 """Sensors run while they are needed; sequential SMPA senses and acts in turn, and does the same job."""
 
+from cmath import rect
 from collections.abc import Iterator
 from dataclasses import replace
 from math import pi
@@ -13,7 +14,7 @@ from robots.body import Pose, Sensor
 from robots.datastore import MutualDataStore
 from robots.perception import Perception
 from robots.percepts import Percepts
-from robots.profile import Architecture
+from robots.profile import Architecture, RobotProfile
 from robots.sensing.loops import carried
 from robots.wire import Control, ControlVerb, Performative, ScriptState, StatusQuery, StatusReport
 from tests.robots.fake_world import FakeBody, FakeWorld
@@ -67,6 +68,17 @@ def test_sensors_run_with_the_script_and_end_with_it() -> None:
     assert all(Sensor.BUMPER not in running and Sensor.CAPTURE_HEAD not in running for running in ran)
     world.tick()
     assert world.bodies["fred"].running == frozenset()
+
+
+def test_the_task_state_changes_by_what_the_finished_packets_add_and_delete() -> None:
+    world, service = manned(START)
+    here, there = fact("near(fred, fred_spot)"), fact("near(fred, yard)")
+    leg = packet("NAVIGATE", ref2="yard").model_copy(update={"requires": (here,), "achieves": (there,)})
+    back = packet("NAVIGATE", ref2="fred_spot").model_copy(update={"requires": (there,), "achieves": (here,)})
+    service.order(script("fred", leg, back))
+    executive = world.agents["fred"]._executive
+    states = {executive.task_state for _ in sensed_on_the_way(world, service)}
+    assert states == {frozenset(), frozenset({there}), frozenset({here})}
 
 
 def test_a_robot_that_waits_does_without_whiskers() -> None:
@@ -161,8 +173,7 @@ def seen_from(pose: Pose) -> Percepts:
     """Without noise, by a robot that knows where it is."""
     world = room({"sample": 1 + 0.4j}, noise=0.0)
     body = FakeBody(world, "fred", pose)
-    profile = manned(START)[0].agents["fred"].profile
-    perception = Perception(replace(profile, start=pose, beacons=world.beacons))
+    perception = Perception(RobotProfile(name="fred", start=pose, beacons=world.beacons))
     return perception.perceive(MutualDataStore(body.sense().by_sensor()), pose, 0.0)
 
 
@@ -181,6 +192,4 @@ def test_a_model_carried_along_shows_what_fresh_sensing_would_show(before: Pose,
 
 
 def complex_of(angle_rad: float) -> complex:
-    from cmath import rect
-
     return rect(1.0, angle_rad)
