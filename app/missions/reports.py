@@ -129,6 +129,7 @@ class ReportBook:
             robot=script.robot,
             packet=report.packet_id,
             at_s=report.at_s,
+            events=list(report.events),
             detail=report.detail,
         )
 

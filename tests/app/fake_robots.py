@@ -203,7 +203,11 @@ class FakeTeam:
         if state is PacketState.FINISHED and packet.id == self.unbelieved:
             return
         report = PacketReport(
-            script_id=robot.script.id, packet_id=packet.id, state=state, at_s=self.clock.now_s()
+            script_id=robot.script.id,
+            packet_id=packet.id,
+            state=state,
+            at_s=self.clock.now_s(),
+            events=("goal",) if state is PacketState.FINISHED else (),
         )
         self._say(self._message(name, Performative.INFORM, report))
 

@@ -141,6 +141,15 @@ def test_scripts_that_all_finish_without_the_goal_coming_true_are_not_a_success(
     assert "in(sample_1, bay_7)" in ended["reason"]
 
 
+def test_what_a_packet_raises_on_its_way_is_told_the_operator(
+    start: Callable[[], str], follow: Follow, service: Service
+) -> None:
+    follow(start(), *ENDED)
+    assert all(event["events"] == ["goal"] for event in events(service, "packet.finished"))
+    assert all(event["events"] == [] for event in events(service, "packet.running"))
+    assert events(service, "packet.finished")
+
+
 def test_a_script_that_is_lost_on_the_way_is_sent_again_under_the_same_id(
     start: Callable[[], str], follow: Follow, team: FakeTeam
 ) -> None:
