@@ -24,6 +24,9 @@ APPLICATION_VERSION = "1"
 
 WAKE = "wake"
 STEP_ATTEMPTS = 4
+POLLING_S = 0.05
+SELDOM_S = 0.25
+"""Queues of an embedded service, which is told of its own work: looking every 50 ms kept a sixth of a core busy."""
 
 logger = logging.getLogger(__name__)
 
@@ -44,9 +47,11 @@ MISSIONS = Queue(name="missions", at_once=1000)
 class Workflows:
     """Registers, starts, wakes and runs workflows. One instance a process at a time, for DBOS is a singleton."""
 
-    def __init__(self, database_url: str, *, polling_s: float = 0.05) -> None:
+    def __init__(self, database_url: str, *, queue_polling_s: float | None = None) -> None:
+        """:param queue_polling_s: how often to look for workflows that other processes have started."""
         self._url = database_url
-        self._polling_s = polling_s
+        embedded = database_url.startswith("sqlite")
+        self._queue_polling_s = queue_polling_s or (SELDOM_S if embedded else POLLING_S)
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
         DBOS.listen_queues([])  # we do, see `_Listener`
@@ -60,7 +65,7 @@ class Workflows:
             # A process that died left its workflows under its own name; the embedded service is one executor.
             "executor_id": "embedded" if self._url.startswith("sqlite") else uuid.uuid4().hex,
             "serializer": DBOSPortableJSONSerializer(),
-            "notification_listener_polling_interval_sec": self._polling_s,
+            "notification_listener_polling_interval_sec": POLLING_S,
             "log_level": "ERROR",
             "console_log_level": "ERROR",
         }
@@ -78,7 +83,7 @@ class Workflows:
         DBOS.launch()
         for queue in (PLANNING, WAITING, MISSIONS):
             known = DBOS.register_queue(
-                queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._polling_s
+                queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
             self._listeners[queue.name] = _Listener(self._dbos, known)
         self._client = DBOSClient(

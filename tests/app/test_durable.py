@@ -11,7 +11,7 @@ from app.database.migrate import migrate
 from app.durable import MISSIONS, PLANNING, Workflows
 from app.durable import Queue as WorkflowQueue
 
-SELDOM_S = 3600.0
+HARDLY_EVER_S = 3600.0
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def carried_out() -> Queue[str]:
 @pytest.fixture
 def workflows(database: Database, carried_out: Queue[str]) -> Iterator[Workflows]:
     """Workflows that are hardly ever looked for."""
-    workflows = Workflows(database.url, polling_s=SELDOM_S)
+    workflows = Workflows(database.url, queue_polling_s=HARDLY_EVER_S)
     workflows.register("note", carried_out.put)
     workflows.launch()
     yield workflows
