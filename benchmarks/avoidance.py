@@ -37,12 +37,12 @@ def clutter(seed: int, count: int) -> list[Box]:
 
 def _fits(box: Box, boxes: list[Box]) -> bool:
     _west, south, east, north = box
-    clear = [_gap_m(box, (*point, *point)) > PASSAGE_M for point in (START[:2], GOAL)]
+    clear = [gap_m(box, (*point, *point)) > PASSAGE_M for point in (START[:2], GOAL)]
     walls = [0.0 < gap < PASSAGE_M for gap in (south, SIZE_M[1] - north, SIZE_M[0] - east)]
-    return all(clear) and not any(walls) and all(_gap_m(box, other) >= PASSAGE_M for other in boxes)
+    return all(clear) and not any(walls) and all(gap_m(box, other) >= PASSAGE_M for other in boxes)
 
 
-def _gap_m(one: Box, other: Box) -> float:
+def gap_m(one: Box, other: Box) -> float:
     across = max(one[0] - other[2], other[0] - one[2], 0.0)
     along = max(one[1] - other[3], other[1] - one[3], 0.0)
     return dist((0, 0), (across, along))
