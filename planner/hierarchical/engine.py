@@ -11,6 +11,7 @@ from planner.assembly import assemble
 from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
 from planner.collector import collector_at_rest
+from planner.contradiction import contradicting_goals
 from planner.detours import without_detours
 from planner.diagnosis import why_unsolvable
 from planner.engine import (
@@ -113,8 +114,8 @@ class HierarchicalEngine:
     """Plans goals by fragments found from the knowledge base, composed by scheduling.
 
     Every plan-net is validated. What it cannot compose it leaves to other engines (`NOT_FOUND`); it says
-    `UNSOLVABLE` only where even the delete relaxation does not reach a goal. A long-lived process calls
-    `warm_up()` first: it imports unified-planning and compiles the inner loop (seconds, the first time ever).
+    `UNSOLVABLE` only where goals contradict each other or even the delete relaxation does not reach one. A long-lived
+    process calls `warm_up()` first: it imports unified-planning and compiles the inner loop (seconds, the first time).
     """
 
     name = "macta"
@@ -145,6 +146,8 @@ class HierarchicalEngine:
         return replace(result, planning_s=round(watch.elapsed_s, 4))
 
     def _plan(self, problem: PlanningProblem, watch: _Watch) -> PlanningResult:
+        if contradicting_goals(self._base, problem):
+            return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
         # NOTE: learnt anew for each problem, so that a plan-net does not depend on what was planned before.
         fragments = Fragments(self._base)
         known = fragments.of(problem)

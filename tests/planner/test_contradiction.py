@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from planner import Fact, KnowledgeBase
+from planner import Fact, KnowledgeBase, PlanningRequest, PlanningStatus
 from planner.contradiction import contradicting_goals
+from planner.hierarchical.engine import HierarchicalEngine
 from tests.planner.store import inside, store_problem
 
 STORE = store_problem([])
@@ -34,3 +35,10 @@ def test_what_holds_one_at_a_time_contradicts(
 ) -> None:
     found = contradicting_goals(knowledge_base, replace(STORE, goals=(one, other)))
     assert found == (((one, other),) if contradict else ())
+
+
+def test_that_goals_contradict_each_other_is_a_proof(knowledge_base: KnowledgeBase) -> None:
+    goals = (inside("sample_1", "bay_7"), near("yard_1", "door_1"), near("yard_2", "door_1"))
+    result = HierarchicalEngine(knowledge_base).plan(replace(STORE, goals=goals), PlanningRequest())
+    assert result.status is PlanningStatus.UNSOLVABLE
+    assert result.reason == "yard_1 is near door_1 or yard_2 is near door_1, not both"
