@@ -3,6 +3,7 @@
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from time import monotonic
 
 from planner.fact import Fact
@@ -20,6 +21,7 @@ OTHERS = 150
 """How far is searched for a solution without something."""
 SEARCHES = 8
 """How many such searches there are at most."""
+ALL_LEVELS = LEVELS + 1
 LARGEST = 30_000
 """The most steps a world may have to be searched."""
 
@@ -36,8 +38,15 @@ class Discovery:
     is_proof: bool
 
 
-def discover(index: WorldIndex, goals: Sequence[Fact], deadline: float) -> Discovery:
-    """Solutions of these goals that differ in operators or kinds of agents."""
+def discover(
+    index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int = ALL_LEVELS
+) -> Discovery:
+    """Solutions of these goals that differ in operators or kinds of agents.
+
+    :param levels: how many worlds are searched, the smallest first; with fewer than all one solution is enough.
+    """
+    if levels < ALL_LEVELS:
+        return _brief(index, goals, deadline, levels)
     doubted = False
     for lax in (False, True):
         for level, task in _tasks(index, goals, lax, deadline):
@@ -54,6 +63,16 @@ def discover(index: WorldIndex, goals: Sequence[Fact], deadline: float) -> Disco
                 return Discovery(solutions=(), is_proof=True)
             if monotonic() > deadline:
                 return Discovery(solutions=(), is_proof=False)
+    return Discovery(solutions=(), is_proof=False)
+
+
+def _brief(index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int) -> Discovery:
+    """The first solution in the smallest worlds."""
+    for level, task in islice(_tasks(index, goals, False, deadline), levels):
+        if is_reachable(task):
+            found = search(task, expansions=EXPANSIONS[level], deadline=deadline)
+            if found.steps is not None:
+                return Discovery(solutions=(found.steps,), is_proof=False)
     return Discovery(solutions=(), is_proof=False)
 
 

@@ -35,7 +35,7 @@ class Dispatcher:
         free, configuration = np.zeros(len(model.agent_class)), model.agent_start.copy()
         arrival = free[:, None] + self._span[configuration]
         chosen = np.full(tasks, -1, np.int32)
-        open_ = np.ones(len(self._task_of), bool)
+        open_ = np.diff(model.leg_first) > 0
         whim = random.random(len(self._task_of)) * noise_s
         order: list[int] = []
         while open_.any():

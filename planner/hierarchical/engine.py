@@ -4,6 +4,7 @@ intertwined)."""
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -31,10 +32,13 @@ from planner.finishing import confirm, finish
 from planner.hierarchical.building import Task
 from planner.hierarchical.classes import AgentClasses
 from planner.hierarchical.composition import Composition
-from planner.hierarchical.fragments import Fragment, Fragments
+from planner.hierarchical.discovery import ALL_LEVELS
+from planner.hierarchical.fragments import Fragment, Fragments, ProblemFragments
+from planner.hierarchical.groups import Goals, Groups
+from planner.hierarchical.homing import Homing
 from planner.hierarchical.legs import Vocabulary
 from planner.hierarchical.model import Floats
-from planner.hierarchical.stops import Stops, with_stops
+from planner.hierarchical.stops import SHARE, Stops, with_stops
 from planner.hierarchical.tasks import TaskFinder, Unmet
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.relaxation import unreachable_goals
@@ -58,6 +62,8 @@ ROUNDING_S = 0.05
 """A makespan this close to its bound is the optimum."""
 MOST_ATTEMPTS = 4
 """Schedules, each without the stops that served nobody in those before."""
+ANY_SHARE = 9.0
+"""Where tasks stand in each other's way, a stop may be worth a long detour: there is none that lets them all pass."""
 MOST_STOPPING = 16
 """With more tasks, fragments are not varied by stops."""
 LONGEST_DISCOVERY_S = 20.0
@@ -108,6 +114,8 @@ class _Posed:
         self.classes = AgentClasses(knowledge_base, problem)
         self.words = Vocabulary(knowledge_base, problem, self.classes)
         self.bound_s: float | None = None
+        self.interacts = False
+        """Some tasks stand in each other's way."""
 
 
 class HierarchicalEngine:
@@ -150,16 +158,21 @@ class HierarchicalEngine:
             return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
         # NOTE: learnt anew for each problem, so that a plan-net does not depend on what was planned before.
         fragments = Fragments(self._base)
-        known = fragments.of(problem)
         until = watch.begun + min(watch.request.time_limit_s / 2, LONGEST_DISCOVERY_S)
 
-        def find(from_here: PlanningProblem, goals: tuple[Fact, ...]) -> tuple[Fragment, ...]:
-            source = known if from_here is problem else fragments.of(from_here)
-            return source.alternatives(goals, deadline=until)
+        @cache
+        def known(facts: frozenset[Fact]) -> ProblemFragments:
+            return fragments.of(replace(problem, facts=facts))
+
+        @cache
+        def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
+            return known(facts).alternatives(goals, deadline=until, levels=levels)
 
         posed = _Posed(self._base, problem)
-        finder = TaskFinder(problem, posed.words, find)
+        homing = Homing(self._base, problem, posed.words)
+        finder = TaskFinder(problem, Groups(problem, posed.words), homing, find)
         tasks = finder.tasks()
+        posed.interacts = finder.interacts
         if watch.request.effort_s != 0.0:
             posed.bound_s = lower_bound_s(self._base, problem)
         sequence: Sequence[GroundAction] | None = None
@@ -169,7 +182,7 @@ class HierarchicalEngine:
             sequence = self._composed(posed, chain.tasks, watch) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
         if sequence is None and 1 < len(problem.goals) <= TOGETHER:
-            whole = find(problem, problem.goals)
+            whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
         if sequence is None:
             return self._none(problem, tasks, watch)
@@ -180,7 +193,11 @@ class HierarchicalEngine:
         problem = posed.problem
         if len(tasks) <= MOST_STOPPING:
             stops = Stops(
-                knowledge_base=self._base, problem=problem, classes=posed.classes, words=posed.words
+                knowledge_base=self._base,
+                problem=problem,
+                classes=posed.classes,
+                words=posed.words,
+                share=ANY_SHARE if posed.interacts else SHARE,
             )
             tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
         best: tuple[float, Sequence[GroundAction]] | None = None
@@ -221,7 +238,9 @@ class HierarchicalEngine:
         least_s = bound_s if bound_s is not None and request.objective is Objective.MAKESPAN else 0.0
         trials, seconds = ENDLESS, request.effort_s
         if seconds is None:
-            trials, seconds = min(MOST_TRIALS, TRIALS * composition.legs**2), LONGEST_EFFORT_S
+            choices = sum(len(task.fragments) for task in tasks) if posed.interacts else 0
+            trials = min(MOST_TRIALS, TRIALS * composition.legs * max(composition.legs, choices))
+            seconds = LONGEST_EFFORT_S
         seconds = min(seconds, watch.left_s / 2)
         composition.improve(
             trials, seconds, lambda best_s: watch.told(best_s, bound_s) and best_s > least_s + ROUNDING_S

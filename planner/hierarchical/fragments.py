@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from planner.engine import PlanningProblem
 from planner.fact import Fact
-from planner.hierarchical.discovery import discover
+from planner.hierarchical.discovery import ALL_LEVELS, discover
 from planner.hierarchical.joining import Bound, join
 from planner.hierarchical.lifting import LiftedFragment, lift
 from planner.hierarchical.signature import signature
@@ -61,23 +61,24 @@ class ProblemFragments:
         return tuple(dict.fromkeys(goals)) in self._proven
 
     def alternatives(
-        self, goals: tuple[Fact, ...], *, limit: int = 12, deadline: float
+        self, goals: tuple[Fact, ...], *, limit: int = 12, deadline: float, levels: int = ALL_LEVELS
     ) -> tuple[Fragment, ...]:
         """Fragments for these goals together, the least sum of durations first; () if none was found.
 
         They differ in operators, in kinds of agents or in the places used, not in which agent of a kind.
 
         :param deadline: by `time.monotonic`.
+        :param levels: how wide a world is searched; 0: none, there is only what was learnt from any other goals.
         """
         goals = tuple(dict.fromkeys(goals))
         if self.problem.facts.issuperset(goals):
             return (Fragment(goals=goals, actions=()),)
-        shape = signature(self._index, goals)
+        shape = signature(self._index, goals), levels
         known = self._learnt.get(shape, ())
-        bound = self._bound(known, goals)
+        bound = self._bound(known if levels else self._learnt_of(goals), goals)
         solutions: Sequence[tuple[Step, ...]] = ()
-        if not bound:
-            found = discover(self._index, goals, deadline)
+        if not bound and levels:
+            found = discover(self._index, goals, deadline, levels)
             solutions = found.solutions
             if found.is_proof:
                 self._proven.add(goals)
@@ -91,6 +92,12 @@ class ProblemFragments:
         return tuple(
             self._fragment(goals, [(step.op, step.args) for step in steps]) for steps in ranked[:limit]
         )
+
+    def _learnt_of(self, goals: Sequence[Fact]) -> tuple[LiftedFragment, ...]:
+        """What was learnt for goals of these predicates, whatever their shape."""
+        wanted = [goal.predicate for goal in goals]
+        learnt = dict.fromkeys(fragment for known in self._learnt.values() for fragment in known)
+        return tuple(f for f in learnt if [pattern.predicate for pattern in f.goals] == wanted)
 
     def _bound(self, lifted: Sequence[LiftedFragment], goals: Sequence[Fact]) -> list[Bound]:
         return [bound for fragment in lifted for bound in join(self._index, fragment, goals)]

@@ -79,7 +79,7 @@ def legs_of(
     actions: Sequence[GroundAction], goals: Sequence[Fact], facts: frozenset[Fact], words: Vocabulary
 ) -> tuple[Leg, ...]:
     """The legs of a fragment, in an order in which they can be carried out."""
-    groups = _groups(actions)
+    groups = [part for group in _groups(actions) for part in _parts(group, words)]
     cores = [_core(group, words) for group in groups]
     parts = [core for core in cores if core]
     bound = _bound_agents(parts, goals, facts, words)
@@ -124,6 +124,22 @@ def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
     return _in_order(groups, before)
 
 
+def _parts(group: Sequence[GroundAction], words: Vocabulary) -> Iterator[Sequence[GroundAction]]:
+    """The group cut where others may come in between: where its agents let go of what they held, and where they
+    stop on their way (two actions of one kind)."""
+    begun, held, made = 0, False, set[Fact]()
+    needed = [fact for action in group for fact in action.preconditions]
+    for place in range(1, len(group)):
+        before = group[place - 1]
+        needed = needed[len(before.preconditions) :]
+        made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, words))
+        last, held = held, not made.isdisjoint(needed)
+        if (last and not held) or (held and before.tag == group[place].tag):
+            yield group[begun:place]
+            begun = place
+    yield group[begun:]
+
+
 def _in_order(groups: list[list[GroundAction]], before: list[set[int]]) -> list[list[GroundAction]]:
     ordered: list[int] = []
     waiting = list(range(len(groups)))
@@ -134,7 +150,7 @@ def _in_order(groups: list[list[GroundAction]], before: list[set[int]]) -> list[
     return [groups[g] for g in ordered]
 
 
-def _core(group: list[GroundAction], words: Vocabulary) -> list[GroundAction]:
+def _core(group: Sequence[GroundAction], words: Vocabulary) -> Sequence[GroundAction]:
     """The group without the setup it begins with."""
     first = next((n for n, action in enumerate(group) if not words.is_setup(action)), len(group))
     return group[first:]
@@ -191,7 +207,7 @@ def _carried(cores: Sequence[Sequence[GroundAction]], words: Vocabulary) -> froz
     for core in cores:
         made: set[Fact] = set()
         for action in core:
-            needed = {fact for fact in action.preconditions if fact in set(_loose(action, words))}
+            needed = set(action.preconditions).intersection(_loose(action, words))
             carried |= {agent for fact in needed - made for agent in words.agents_of(fact)}
             made |= set(action.effects)
     return frozenset(carried)

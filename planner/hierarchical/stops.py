@@ -19,6 +19,9 @@ from planner.progression import progressed
 MOST_MEMBERS = 4
 """In larger classes somebody else is mostly free, and there would be too many variants."""
 
+SHARE = 0.5
+"""The way to a stop may take this much of the whole way's time."""
+
 Sequenced = tuple[GroundAction, ...]
 
 
@@ -30,6 +33,7 @@ class Stops:
     problem: PlanningProblem
     classes: AgentClasses
     words: Vocabulary
+    share: float = SHARE
 
     def variants(self, actions: Sequenced) -> Iterator[Sequenced]:
         """The fragment with one stop on one way, for each agent of the class that could make it."""
@@ -75,7 +79,7 @@ class Stops:
         if origin is None or len(ends) != 1 or stop in (origin, *ends):
             return None
         first = self._exchanged(action, dict.fromkeys(ends, stop), None)
-        if first is None or first.duration_s > action.duration_s / 2:
+        if first is None or first.duration_s > action.duration_s * self.share:
             return None
         facts = progressed(self.problem.facts, actions[:position])
         varied = list(actions[:position])
