@@ -10,7 +10,10 @@ import numpy as np
 from robots.body import RADIUS_M, Pose
 from robots.geometry import to_robot, to_world
 from sim.interference.corridor import DOOR_M, ROBOT, START_M, WIDTH_M
-from sim.world import Simulation
+from sim.scene import TICK_S
+from sim.world import TICKS_A_CONTROL, Simulation
+
+CONTROL_S = TICKS_A_CONTROL * TICK_S
 
 THRESHOLD_M = 0.5
 """Obstacles are seen only if they are nearer than this (P-SMPA §6.1)."""
@@ -64,7 +67,7 @@ class Interferer:
         self._last = pose
         if self._body is None:
             due = len(self.done) < len(self._marks_m) and pose.x_m >= self._marks_m[len(self.done)]
-            if due and ahead_m >= MOVING_M_S / 20:
+            if due and ahead_m >= MOVING_M_S * CONTROL_S:
                 self._put(pose, now_s)
         elif self._past(pose) or now_s - self.done[-1].since_s > STAYS_S:
             self._simulation.scene.take_away(self._body)

@@ -43,10 +43,10 @@ class Cell:
     trials: int
 
     @classmethod
-    def of(cls, trials: Sequence[Trial]) -> "Cell":
+    def of(cls, trials: Sequence[Trial], times: int) -> "Cell":
         return cls(
             detected=Figure.of([trial.detected for trial in trials]),
-            performance=Figure.of([trial.detected / len(trial.interferences) for trial in trials]),
+            performance=Figure.of([trial.detected / times for trial in trials]),
             time_s=Figure.of([trial.time_s for trial in trials]),
             sensing_j=Figure.of([trial.sensing_j for trial in trials]),
             saved_j=Figure.of([trial.saved_j for trial in trials]),
@@ -90,7 +90,7 @@ def run_table(
             told(done, len(jobs))
 
     def cell(kind: Kind, times: int, architecture: Architecture) -> Cell:
-        return Cell.of([trials[kind, times, architecture, seed] for seed in range(seeds)])
+        return Cell.of([trials[kind, times, architecture, seed] for seed in range(seeds)], times)
 
     return [
         Row(

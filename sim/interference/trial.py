@@ -6,7 +6,7 @@ from functools import partial
 from robots.profile import Architecture
 from robots.wire import Message, Performative, ScriptReport, ScriptRequest, ScriptState, Telemetry
 from sim.agents import behavioural_agent
-from sim.interference.corridor import ROBOT, corridor, get_in_kitchen, repertoire
+from sim.interference.corridor import ROBOT, SONAR_MOST_M, corridor, get_in_kitchen, repertoire
 from sim.interference.interferer import Interference, Interferer, Kind
 from sim.world import TICKS_A_CONTROL, Simulation
 
@@ -87,6 +87,6 @@ def _instant(simulation: Simulation) -> Instant:
     ahead = () if readings.ranges_m is None else readings.ranges_m[[-1, 0, 1]]
     return Instant(
         time_s=readings.time_s,
-        sonar_m=float(min(min(ahead, default=0.0), 2.55)),
+        sonar_m=float(min(min(ahead, default=0.0), SONAR_MOST_M)),
         bumper=0 if readings.bumper is None else 1 + readings.bumper,
     )
