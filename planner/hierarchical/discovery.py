@@ -1,7 +1,7 @@
 """Finds fragments by search: in ever wider worlds the first, then others without its agents or operators."""
 
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from time import monotonic
@@ -11,7 +11,7 @@ from planner.hierarchical.grounding import task_of
 from planner.hierarchical.quotient import is_out_of_reach
 from planner.hierarchical.relaxation import is_reachable
 from planner.hierarchical.relevance import LEVELS, small_world
-from planner.hierarchical.search import search
+from planner.hierarchical.search import never, search
 from planner.hierarchical.steps import Step, Task
 from planner.hierarchical.world_index import WorldIndex
 
@@ -39,14 +39,19 @@ class Discovery:
 
 
 def discover(
-    index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int = ALL_LEVELS
+    index: WorldIndex,
+    goals: Sequence[Fact],
+    deadline: float,
+    levels: int = ALL_LEVELS,
+    stop: Callable[[], bool] = never,
 ) -> Discovery:
     """Solutions of these goals that differ in operators or kinds of agents.
 
     :param levels: how many worlds are searched, the smallest first; with fewer than all one solution is enough.
+    :param stop: asked now and then; True ends the search as the deadline does.
     """
     if levels < ALL_LEVELS:
-        return _brief(index, goals, deadline, levels)
+        return _brief(index, goals, deadline, levels, stop)
     doubted = False
     for lax in (False, True):
         for level, task in _tasks(index, goals, lax, deadline):
@@ -55,22 +60,24 @@ def discover(
                     return Discovery(solutions=(), is_proof=True)
                 doubted = True
                 continue
-            found = search(task, expansions=EXPANSIONS[level], deadline=deadline, lax=lax)
+            found = search(task, expansions=EXPANSIONS[level], deadline=deadline, lax=lax, stop=stop)
             if found.steps is not None:
-                others = _others(index, goals, level, task, found.steps, deadline)
+                others = _others(index, goals, level, task, found.steps, deadline, stop)
                 return Discovery(solutions=(found.steps, *others), is_proof=False)
             if level == LEVELS and found.exhausted:
                 return Discovery(solutions=(), is_proof=True)
-            if monotonic() > deadline:
+            if monotonic() > deadline or stop():
                 return Discovery(solutions=(), is_proof=False)
     return Discovery(solutions=(), is_proof=False)
 
 
-def _brief(index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int) -> Discovery:
+def _brief(
+    index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int, stop: Callable[[], bool]
+) -> Discovery:
     """The first solution in the smallest worlds."""
     for level, task in islice(_tasks(index, goals, False, deadline), levels):
         if is_reachable(task):
-            found = search(task, expansions=EXPANSIONS[level], deadline=deadline)
+            found = search(task, expansions=EXPANSIONS[level], deadline=deadline, stop=stop)
             if found.steps is not None:
                 return Discovery(solutions=(found.steps,), is_proof=False)
     return Discovery(solutions=(), is_proof=False)
@@ -99,6 +106,7 @@ def _others(
     task: Task,
     first: tuple[Step, ...],
     deadline: float,
+    stop: Callable[[], bool],
 ) -> Iterator[tuple[Step, ...]]:
     """Solutions without an operator or a kind of agents of those before, as far as they are new."""
     named = {arg for goal in goals for arg in goal.args}
@@ -106,7 +114,7 @@ def _others(
     tried: set[frozenset[Variant | int]] = set()
     queue: deque[frozenset[Variant | int]] = deque(_left_out(index, named, frozenset(), first))
     left = SEARCHES
-    while queue and left > 0 and monotonic() < deadline:
+    while queue and left > 0 and monotonic() < deadline and not stop():
         without = queue.popleft()
         if without in tried:
             continue
@@ -115,7 +123,7 @@ def _others(
         if other is None or not is_reachable(other):
             continue
         left -= 1
-        steps = search(other, expansions=OTHERS, deadline=deadline).steps
+        steps = search(other, expansions=OTHERS, deadline=deadline, stop=stop).steps
         if steps is not None and _shape(index, steps) not in shapes:
             shapes.add(_shape(index, steps))
             queue.extend(_left_out(index, named, without, steps))

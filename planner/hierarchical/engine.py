@@ -166,7 +166,9 @@ class HierarchicalEngine:
 
         @cache
         def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
-            return known(facts).alternatives(goals, deadline=until, levels=levels)
+            return known(facts).alternatives(
+                goals, deadline=until, levels=levels, stop=watch.observer.should_stop
+            )
 
         posed = _Posed(self._base, problem)
         homing = Homing(self._base, problem, posed.words)
@@ -272,6 +274,8 @@ class HierarchicalEngine:
     def _none(self, problem: PlanningProblem, tasks: object, watch: _Watch) -> PlanningResult:
         if unreachable_goals(self._base, problem):
             return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
+        if watch.observer.should_stop():
+            return self._result(PlanningStatus.NOT_FOUND, "stopped before there was a plan")
         if time.monotonic() >= watch.deadline:
             return self._result(PlanningStatus.TIMED_OUT, f"no plan within {watch.request.time_limit_s:g} s")
         if isinstance(tasks, Unmet):

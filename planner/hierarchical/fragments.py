@@ -6,7 +6,7 @@ is checked against the facts of its own problem.
 """
 
 from collections import Counter
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 from planner.engine import PlanningProblem
@@ -14,6 +14,7 @@ from planner.fact import Fact
 from planner.hierarchical.discovery import ALL_LEVELS, discover
 from planner.hierarchical.joining import Bound, join
 from planner.hierarchical.lifting import LiftedFragment, lift
+from planner.hierarchical.search import never
 from planner.hierarchical.signature import signature
 from planner.hierarchical.steps import Step
 from planner.hierarchical.world_index import WorldIndex
@@ -61,7 +62,13 @@ class ProblemFragments:
         return tuple(dict.fromkeys(goals)) in self._proven
 
     def alternatives(
-        self, goals: tuple[Fact, ...], *, limit: int = 12, deadline: float, levels: int = ALL_LEVELS
+        self,
+        goals: tuple[Fact, ...],
+        *,
+        limit: int = 12,
+        deadline: float,
+        levels: int = ALL_LEVELS,
+        stop: Callable[[], bool] = never,
     ) -> tuple[Fragment, ...]:
         """Fragments for these goals together, the least sum of durations first; () if none was found.
 
@@ -69,6 +76,7 @@ class ProblemFragments:
 
         :param deadline: by `time.monotonic`.
         :param levels: how wide a world is searched; 0: none, there is only what was learnt from any other goals.
+        :param stop: asked now and then; True ends the search as the deadline does.
         """
         goals = tuple(dict.fromkeys(goals))
         if self.problem.facts.issuperset(goals):
@@ -77,8 +85,8 @@ class ProblemFragments:
         known = self._learnt.get(shape, ())
         bound = self._bound(known if levels else self._learnt_of(goals), goals)
         solutions: Sequence[tuple[Step, ...]] = ()
-        if not bound and levels:
-            found = discover(self._index, goals, deadline, levels)
+        if not bound and levels and not stop():
+            found = discover(self._index, goals, deadline, levels, stop)
             solutions = found.solutions
             if found.is_proof:
                 self._proven.add(goals)

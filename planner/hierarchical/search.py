@@ -5,7 +5,7 @@ Vidal 2004), which solves most goals without branching. A step is there for its 
 table 3), so each step owes one of them a use; a path on which such a debt cannot be paid any more is dropped.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import count
@@ -43,18 +43,28 @@ class _Node:
         yield from self.by
 
 
-def search(task: Task, *, expansions: int, deadline: float, lax: bool = False) -> Found:
+def never() -> bool:
+    """Nobody says stop."""
+    return False
+
+
+def search(
+    task: Task, *, expansions: int, deadline: float, lax: bool = False, stop: Callable[[], bool] = never
+) -> Found:
     """A cheap solution in which every step is needed and intended.
 
     :param lax: also look at paths on which something is used that came about by the way before what was
         intended is used, or on which an agent makes way for itself; without them nothing is proven.
+    :param stop: asked now and then; True ends the search as the deadline does.
     """
-    return _Search(task, expansions, deadline, lax).run()
+    return _Search(task, expansions, deadline, lax, stop).run()
 
 
 class _Search:
-    def __init__(self, task: Task, expansions: int, deadline: float, lax: bool) -> None:
-        self.task, self.left, self.deadline, self.lax = task, expansions, deadline, lax
+    def __init__(
+        self, task: Task, expansions: int, deadline: float, lax: bool, stop: Callable[[], bool]
+    ) -> None:
+        self.task, self.left, self.deadline, self.lax, self.stop = task, expansions, deadline, lax, stop
         self.costs: dict[tuple[int, Debts], float] = {}
         self.by_total: list[tuple[float, int, _Node]] = []
         self.by_rest: list[tuple[float, int, _Node]] = []
@@ -75,7 +85,7 @@ class _Search:
             if self.costs[key] < node.cost or (*key, node.cost) in closed or node.cost >= self.best_cost:
                 continue
             closed.add((*key, node.cost))
-            if self.expanded % 16 == 15 and monotonic() > self.deadline:
+            if self.expanded % 16 == 15 and (monotonic() > self.deadline or self.stop()):
                 return Found(steps=self.best, exhausted=False)
             self.left -= 1
             self.expanded += 1

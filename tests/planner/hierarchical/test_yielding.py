@@ -89,3 +89,22 @@ def test_agents_are_back_home_where_later_fragments_begin() -> None:
     assert after != problem.facts
     for agent in words.agents:
         assert words.configuration(agent, after) == words.configuration(agent, problem.facts)
+
+
+def test_who_says_stop_ends_the_search_for_fragments() -> None:
+    problem, _, groups = posed("swap", 2, 0)
+    together = Group.of(groups.wanted).goals
+    asked = 0
+
+    def stop() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 2
+
+    index = Fragments(BASE).of(problem)
+    deadline = time.monotonic() + 60.0
+    assert index.alternatives(together, deadline=deadline, stop=stop) == ()
+    asked_before = asked
+    assert asked_before < 10
+    assert index.alternatives(together, deadline=deadline)
+    assert asked == asked_before
