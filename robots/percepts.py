@@ -36,6 +36,7 @@ HEAD: Needs = frozenset({Sensor.CAPTURE_HEAD})
 TOUCH: Needs = frozenset({Sensor.BUMPER})
 LOCATING: Needs = SIGHT | GRIP
 SURROUNDINGS: Needs = LOCATING | {Sensor.ULTRASONIC}
+TRACKING: Needs = SURROUNDINGS | TOUCH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,9 +187,10 @@ class Percepts:
         return self.time_s - track.still_since_s if track is not None and self.sees(identity) else 0.0
 
     def evidence(self, identity: str) -> float:
-        """How sure it is that something is where it is believed to be, in [0, 1]."""
+        """How sure it is that something is where it is believed to be, in [0, 1], by all that track it."""
         cursor = self.cursors.get(identity)
-        return 0.0 if cursor is None else cursor.evidence_at(self.time_s)
+        evidence = 0.0 if cursor is None else cursor.evidence_at(self.time_s)
+        return _known(evidence if self.data.holds(TRACKING) else None, TRACKING)
 
     def to_world(self, point: complex) -> complex:
         return to_world(self.pose, point)

@@ -7,12 +7,11 @@ from pydantic import ConfigDict, Field
 
 from robots.body import RADIUS_M
 from robots.conditions.verdict import Verdict
-from robots.percepts import SURROUNDINGS, TOUCH, Needs, Percepts
+from robots.percepts import SURROUNDINGS, TRACKING, Needs, Percepts
 from robots.responses import STRICT
 
 BELIEVED = 0.5
 """Evidence from which on a thing is believed to be where its cursor is."""
-TRACKING: Needs = SURROUNDINGS | TOUCH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
