@@ -1,0 +1,5 @@
+(define (problem p)
+  (:domain blocks)
+  (:objects a b c d - block)
+  (:init (clear a) (on a b) (on b c) (on c d) (ontable d) (handempty))
+  (:goal (and (on d c) (on c b) (on b a))))

@@ -1,0 +1,5 @@
+(define (problem p)
+  (:domain gripper)
+  (:objects ra rb - room b1 b2 b3 b4 - ball l r - gripper)
+  (:init (at-robby ra) (free l) (free r) (at b1 ra) (at b2 ra) (at b3 ra) (at b4 ra))
+  (:goal (and (at b1 rb) (at b2 rb) (at b3 rb) (at b4 rb))))

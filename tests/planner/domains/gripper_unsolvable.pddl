@@ -1,0 +1,5 @@
+(define (problem p)
+  (:domain gripper)
+  (:objects ra rb - room b1 - ball l - gripper)
+  (:init (at-robby rb) (at b1 ra))
+  (:goal (and (at b1 rb))))

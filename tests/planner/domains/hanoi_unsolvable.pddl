@@ -1,0 +1,5 @@
+(define (problem p)
+  (:domain hanoi)
+  (:objects p1 p2 d1 d2)
+  (:init (disk d1) (disk d2) (smaller p1 d1) (smaller p1 d2) (smaller p2 d1) (smaller p2 d2) (smaller d2 d1) (clear p2) (clear d1) (on d2 p1) (on d1 d2))
+  (:goal (and (on d2 p2))))

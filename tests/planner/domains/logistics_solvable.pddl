@@ -1,0 +1,5 @@
+(define (problem p)
+  (:domain logistics)
+  (:objects a1 a2 b1 b2 - place t1 t2 - truck pl - plane k1 k2 k3 - package ca cb - city)
+  (:init (in-city a1 ca) (in-city a2 ca) (in-city b1 cb) (in-city b2 cb) (airport a1) (airport b1) (at t1 a2) (at t2 b1) (at pl b1) (at k1 a2) (at k2 a1) (at k3 b2))
+  (:goal (and (at k1 b2) (at k2 b1) (at k3 a2))))

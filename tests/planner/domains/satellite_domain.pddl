@@ -1,0 +1,20 @@
+(define (domain sat)
+  (:requirements :strips :typing :durative-actions :fluents)
+  (:types satellite direction instrument mode)
+  (:predicates (on_board ?i - instrument ?s - satellite) (supports ?i - instrument ?m - mode) (pointing ?s - satellite ?d - direction) (avail ?s - satellite) (power_on ?i - instrument) (have_image ?d - direction ?m - mode))
+  (:functions (slew ?a - direction ?b - direction))
+  (:durative-action turn
+    :parameters (?s - satellite ?n - direction ?p - direction)
+    :duration (= ?duration (slew ?p ?n))
+    :condition (and (at start (pointing ?s ?p)))
+    :effect (and (at end (pointing ?s ?n)) (at start (not (pointing ?s ?p)))))
+  (:durative-action switch_on
+    :parameters (?i - instrument ?s - satellite)
+    :duration (= ?duration 2)
+    :condition (and (over all (on_board ?i ?s)) (at start (avail ?s)))
+    :effect (and (at end (power_on ?i)) (at start (not (avail ?s)))))
+  (:durative-action image
+    :parameters (?s - satellite ?d - direction ?i - instrument ?m - mode)
+    :duration (= ?duration 7)
+    :condition (and (over all (on_board ?i ?s)) (over all (supports ?i ?m)) (over all (power_on ?i)) (over all (pointing ?s ?d)) (at start (pointing ?s ?d)) (at end (power_on ?i)))
+    :effect (at end (have_image ?d ?m))))

@@ -1,0 +1,5 @@
+(define (problem p)
+  (:domain sat)
+  (:objects s1 s2 - satellite i1 i2 - instrument m1 m2 - mode x y z - direction)
+  (:init (on_board i1 s1) (on_board i2 s2) (supports i1 m1) (supports i2 m2) (supports i2 m1) (pointing s1 x) (pointing s2 y) (avail s1) (avail s2) (= (slew x y) 5) (= (slew y x) 5) (= (slew x z) 9) (= (slew z x) 9) (= (slew y z) 3) (= (slew z y) 3) (= (slew x x) 1) (= (slew y y) 1) (= (slew z z) 1))
+  (:goal (and (have_image y m1) (have_image z m2) (have_image z m1))) )

@@ -1,0 +1,56 @@
+"""Domains that are not about robots: every plan is valid in unified-planning's eyes, and a proof is one."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from unified_planning.engines import PlanGenerationResultStatus as Status
+from unified_planning.environment import get_environment
+from unified_planning.io import PDDLReader
+from unified_planning.shortcuts import AnytimePlanner, OneshotPlanner
+
+from planner import register_with_unified_planning
+from tests.planner.test_up_engine import is_valid
+
+DOMAINS = Path(__file__).parent / "domains"
+SOLVABLE = sorted(path.name.removesuffix("_solvable.pddl") for path in DOMAINS.glob("*_solvable.pddl"))
+UNSOLVABLE = sorted(path.name.removesuffix("_unsolvable.pddl") for path in DOMAINS.glob("*_unsolvable.pddl"))
+
+
+@pytest.fixture(autouse=True)
+def _registered() -> None:
+    register_with_unified_planning()
+    get_environment().credits_stream = None
+
+
+def read(name: str, kind: str) -> Any:
+    """The problem of that name that is `solvable` or `unsolvable`."""
+    return PDDLReader().parse_problem(
+        str(DOMAINS / f"{name}_domain.pddl"), str(DOMAINS / f"{name}_{kind}.pddl")
+    )
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_every_plan_is_valid(name: str) -> None:
+    problem = read(name, "solvable")
+    with OneshotPlanner(name="macta") as planner:
+        result = planner.solve(problem, timeout=60.0)
+    assert result.status is Status.SOLVED_SATISFICING, result.log_messages
+    assert is_valid(problem, result.plan)
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_every_plan_on_the_way_is_valid(name: str) -> None:
+    problem = read(name, "solvable")
+    with AnytimePlanner(name="macta") as planner:
+        results = [result for result in planner.get_solutions(problem, timeout=2.0) if result.plan]
+    assert results
+    assert all(is_valid(problem, result.plan) for result in results)
+
+
+@pytest.mark.parametrize("name", UNSOLVABLE)
+def test_what_has_no_plan_is_proven_to_have_none(name: str) -> None:
+    with OneshotPlanner(name="macta") as planner:
+        result = planner.solve(read(name, "unsolvable"), timeout=60.0)
+    assert result.status is Status.UNSOLVABLE_PROVEN
+    assert result.plan is None
