@@ -11,6 +11,7 @@ from planner.engine import (
     PlanningResult,
     PlanningStatus,
     Progress,
+    warm_up,
 )
 from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
 from planner.execution import awaits_of, keep_in_step
@@ -70,4 +71,5 @@ __all__ = [
     "register_with_unified_planning",
     "replay",
     "scale_term",
+    "warm_up",
 ]

@@ -1,6 +1,6 @@
 """The seam behind which every planning engine stands."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol
@@ -109,6 +109,13 @@ class PlanningEngine(Protocol):
     ) -> PlanningResult: ...
 
 
+def warm_up(engine: PlanningEngine) -> None:
+    """Let an engine load and compile what it needs, if it has such things: no request is to pay for it."""
+    warm: Callable[[], None] | None = getattr(engine, "warm_up", None)
+    if warm is not None:
+        warm()
+
+
 __all__ = [
     "UNOBSERVED",
     "Objective",
@@ -119,4 +126,5 @@ __all__ = [
     "PlanningResult",
     "PlanningStatus",
     "Progress",
+    "warm_up",
 ]

@@ -14,6 +14,7 @@ from planner.engine import (
     PlanningResult,
     PlanningStatus,
     Progress,
+    warm_up,
 )
 
 LEAST_SHARE_S = 0.05
@@ -55,11 +56,8 @@ class Portfolio:
     def warm_up(self) -> None:
         """Warm every engine that can be; one that cannot keeps the others from nothing."""
         for engine in self.engines:
-            warm_up = getattr(engine, "warm_up", None)
-            if warm_up is None:
-                continue
             try:
-                warm_up()
+                warm_up(engine)
             except Exception:
                 logger.exception("engine %s cannot be warmed up", engine.name)
 

@@ -23,6 +23,7 @@ from planner import (
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
+    warm_up,
 )
 from planner.engines import engine_named
 from planner.errors import UnknownEngine
@@ -111,6 +112,7 @@ def _answer(
 ) -> int:
     errors = Console(stderr=True, highlight=False)
     with LivePlanning(errors, is_shown=errors.is_terminal and not as_json) as live:
+        warm_up(engine)
         result = engine.plan(problem, request, live)
         beside = wanted.find(engine, knowledge_base, problem, request, live, result)
     if result.plan_net is None:

@@ -2,14 +2,21 @@
 
 import resource
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
 from benchmarks.planner.check import fault_of
 from benchmarks.planner.instances import FAMILIES
-from planner import KnowledgeBase, Observer, PlanningEngine, PlanningRequest, Progress, load_knowledge_base
+from planner import (
+    KnowledgeBase,
+    Observer,
+    PlanningEngine,
+    PlanningRequest,
+    Progress,
+    load_knowledge_base,
+    warm_up,
+)
 from planner.engines import engine_named
 
 OURS = "macta"
@@ -71,9 +78,7 @@ def measured(task: Task) -> Measure:
 def _answer(task: Task, there: Connection) -> None:
     knowledge_base = load_knowledge_base()
     engine = engine_named(task.engine, knowledge_base)
-    warm_up: Callable[[], None] | None = getattr(engine, "warm_up", None)
-    if warm_up is not None:
-        warm_up()
+    warm_up(engine)
     there.send(_run(task, engine, knowledge_base))
 
 
