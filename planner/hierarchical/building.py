@@ -100,6 +100,10 @@ class Builder:
         found = [self._travel.leave(agent, here, fact, contended) for agent, here in pairs]
         return any(found)
 
+    def stop_near(self) -> None:
+        """Let agents stop near to where several legs end."""
+        self._travel.stop_near()
+
     def actions(self, steps: Ints, team: Ints) -> tuple[GroundAction, ...]:
         """The ground actions of decoded steps."""
         found = []

@@ -28,6 +28,8 @@ LAST_RESORTS = 1000
 """Choices at random where none of the beginnings can be scheduled."""
 NOISE_S = 2.0
 """ By how much each further dispatching strays from the rule."""
+MOST_STOPPING = 128
+"""With more tasks, the ways from places near to busy ones would take too long to find."""
 WAYS_MADE = 64
 """How often the model is widened because an agent must make way."""
 
@@ -107,6 +109,9 @@ class Composition:
         """
         if self._schedule is None or self._choice is None:
             return
+        if len(np.diff(self._model.task_first)) <= MOST_STOPPING:
+            self._builder.stop_near()
+            self._model = self._builder.model()
         search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
         begun, done, share = time.monotonic(), 0, 0.0
         chunk = max(LEAST_CHUNK, CHUNK_WORK // max(1, self.legs))
@@ -117,6 +122,8 @@ class Composition:
             done += chunk
             elapsed_s = time.monotonic() - begun
             share = max(done / max(1, trials), elapsed_s / seconds)
+        for task in np.flatnonzero(self._choice.alternative).tolist():
+            self._try("alternative", task, 0)
 
     def polish(self) -> None:
         """Take back what does not pay: each task's alternative, each agent's going aside."""

@@ -38,7 +38,7 @@ from planner.hierarchical.groups import Goals, Groups
 from planner.hierarchical.homing import Homing
 from planner.hierarchical.legs import Vocabulary
 from planner.hierarchical.model import Floats
-from planner.hierarchical.stops import SHARE, Stops, with_stops
+from planner.hierarchical.stops import SHARE, Stops, with_near_stops, with_stops
 from planner.hierarchical.tasks import TaskFinder, Unmet
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.relaxation import unreachable_goals
@@ -65,7 +65,9 @@ MOST_ATTEMPTS = 4
 ANY_SHARE = 9.0
 """Where tasks stand in each other's way, a stop may be worth a long detour: there is none that lets them all pass."""
 MOST_STOPPING = 16
-"""With more tasks, fragments are not varied by stops."""
+"""With more tasks, fragments are varied by stops near to busy places only …"""
+MOST_NEAR_STOPPING = 128
+"""… and with more than these not at all."""
 LONGEST_DISCOVERY_S = 20.0
 """The search for fragments gets half of the time, never longer than this: other engines are to have theirs."""
 TOGETHER = 4
@@ -193,15 +195,18 @@ class HierarchicalEngine:
     def _composed(self, posed: _Posed, tasks: Sequence[Task], watch: _Watch) -> Sequence[GroundAction] | None:
         """A sequence, with stops where they pay; one that serves nobody (table 3) is not tried again."""
         problem = posed.problem
+        stops = Stops(
+            knowledge_base=self._base,
+            problem=problem,
+            classes=posed.classes,
+            words=posed.words,
+            share=ANY_SHARE if posed.interacts else SHARE,
+        )
         if len(tasks) <= MOST_STOPPING:
-            stops = Stops(
-                knowledge_base=self._base,
-                problem=problem,
-                classes=posed.classes,
-                words=posed.words,
-                share=ANY_SHARE if posed.interacts else SHARE,
-            )
             tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
+        elif len(tasks) <= MOST_NEAR_STOPPING and watch.request.effort_s != 0.0:
+            varied = with_near_stops([task.fragments for task in tasks], stops)
+            tasks = [replace(task, fragments=some) for task, some in zip(tasks, varied, strict=True)]
         best: tuple[float, Sequence[GroundAction]] | None = None
         last = False
         for _ in range(MOST_ATTEMPTS):

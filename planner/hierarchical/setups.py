@@ -63,6 +63,7 @@ class Setups:
             if len(op.agents) == 1
             and knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
             and all(op.agents[0] in literal.terms for literal in op.intended_effects)
+            and not any(self._binds_only_themes(parameter) for parameter in op.parameters.values())
         ]
         fluents = words.fluents
         self._static = {
@@ -75,6 +76,7 @@ class Setups:
             ]
             for op in self._operators
         }
+        self._made: dict[Fact, bool] = {}
         self._achievers_of: dict[Fact, Sequence[tuple[Operator, Binding]]] = {}
         self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
         self._steps: dict[Configuration, tuple[Way, ...]] = {}
@@ -85,7 +87,10 @@ class Setups:
         if need <= start:
             return Way(actions=(), end=start)
         if (start, need) not in self._ways:
-            self._ways[start, need] = self._direct(start, need) or self._search(start, need)
+            possible = all(self._is_made(fact) for fact in need - start)
+            self._ways[start, need] = (
+                self._direct(start, need) or self._search(start, need) if possible else None
+            )
         return self._ways[start, need]
 
     def steps(self, start: Configuration) -> tuple[Way, ...]:
@@ -94,6 +99,22 @@ class Setups:
             found = (self._outcome(start, action) for action in self._actions(start))
             self._steps[start] = tuple(way for way in found if way is not None)
         return self._steps[start]
+
+    def _binds_only_themes(self, kind: str) -> bool:
+        """Whether things that are moved are all that a parameter of this type can be: no setup has one."""
+        known = {name for name, own in self._problem.objects.items() if self._base.file.is_a(own, kind)}
+        return bool(known) and known <= self._words.themes
+
+    def _is_made(self, wanted: Fact) -> bool:
+        """Whether any setup may bring a fact about: without, there is no use in a search."""
+        if wanted not in self._made:
+            self._made[wanted] = any(
+                literal.predicate == wanted.predicate
+                and op.extended({op.agents[0]: self.agent}, literal.terms, wanted.args) is not None
+                for op in self._operators
+                for literal in (*op.intended_effects, *op.other_effects)
+            )
+        return self._made[wanted]
 
     def _direct(self, start: Configuration, need: Configuration) -> Way | None:
         """The quickest single action that brings about all that is missing."""

@@ -4,8 +4,9 @@ A place is clear again only once the agent has arrived elsewhere (effects hold a
 pay to stop where it stood at first, which is near and in nobody's way, and to go on from there.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import dataclass, field
 
 from planner.engine import PlanningProblem
 from planner.fact import Fact
@@ -18,6 +19,9 @@ from planner.progression import progressed
 
 MOST_MEMBERS = 4
 """In larger classes somebody else is mostly free, and there would be too many variants."""
+
+NEAR_STOPS = 3
+"""Places near to a busy one that are considered for stops."""
 
 SHARE = 0.5
 """The way to a stop may take this much of the whole way's time."""
@@ -34,6 +38,8 @@ class Stops:
     classes: AgentClasses
     words: Vocabulary
     share: float = SHARE
+    nearest: dict[tuple[str, str, int], list[str]] = field(default_factory=dict)
+    """By tag, origin and class the places near to an origin, once looked for."""
 
     def variants(self, actions: Sequenced) -> Iterator[Sequenced]:
         """The fragment with one stop on one way, for each agent of the class that could make it."""
@@ -51,6 +57,35 @@ class Stops:
                     varied = self._with_stop(played, position, stop)
                     if varied is not None:
                         yield varied
+
+    def near_variants(self, actions: Sequenced, busy: Set[str]) -> Iterator[Sequenced]:
+        """The fragment with one stop on one way out of a busy place, at each of the places near to it."""
+        for position, action in enumerate(actions):
+            if len(action.agents) == 1 and not self.words.is_setup(action) and self._left(action) in busy:
+                for stop in self._near(action, busy):
+                    varied = self._with_stop(actions, position, stop)
+                    if varied is not None:
+                        yield varied
+
+    def places(self, actions: Sequenced) -> set[str]:
+        """The places that a fragment's actions leave and thereby clear for others."""
+        return {place for action in actions if (place := self._left(action)) is not None}
+
+    def _near(self, action: GroundAction, busy: Set[str]) -> Sequence[str]:
+        """The places soonest reached by an action like this one, without busy ones and those of one agent only."""
+        origin = str(self._left(action))
+        kind = action.tag, origin, self.classes.number(action.agents[0])
+        if kind not in self.nearest:
+            ends = self._reached(action)
+            kinds = {self.problem.objects[end] for end in ends}
+            spans = []
+            for name in sorted(self.problem.objects.keys() - busy - self.words.own - self.words.themes):
+                if self.problem.objects[name] in kinds:
+                    first = self._exchanged(action, dict.fromkeys(ends, name), None)
+                    if first is not None:
+                        spans.append((first.duration_s, name))
+            self.nearest[kind] = [name for _, name in sorted(spans)[:NEAR_STOPS]]
+        return self.nearest[kind]
 
     def _left(self, action: GroundAction) -> str | None:
         """The place that the action leaves and thereby clears for others."""
@@ -127,3 +162,13 @@ def with_stops(fragments: Sequence[Sequenced], stops: Stops) -> tuple[Sequenced,
     """The fragments and their variants."""
     varied = {str(list(map(str, v))): v for fragment in fragments for v in stops.variants(fragment)}
     return (*fragments, *varied.values())
+
+
+def with_near_stops(fragments: Sequence[Sequence[Sequenced]], stops: Stops) -> list[tuple[Sequenced, ...]]:
+    """The tasks' fragments, and variants of each task's first one that clear busy places early.
+
+    Busy is what the first fragments of several tasks leave.
+    """
+    leaving = Counter(place for first, *_ in fragments for place in stops.places(first))
+    busy = {place for place, count in leaving.items() if count > 1}
+    return [(*some, *stops.near_variants(some[0], busy)) for some in fragments]

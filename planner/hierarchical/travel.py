@@ -1,6 +1,6 @@
 """The configurations that agents come to during any schedule, numbered, and the ways between them."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from planner.fact import Fact
@@ -129,6 +129,13 @@ class Travel:
             self._refuges.add(end)
             self.leaves[agent].append((configuration, self._add(way, end)))
         return bool(found)
+
+    def stop_near(self) -> None:
+        """Let agents go on from the places nearest to where several legs end, so as not to stand there for long."""
+        often = {here for here, count in Counter(self.after.values()).items() if count > 1}
+        for here, ways in enumerate(self.nearest()):
+            if here in often:
+                self._refuges |= {self.ends[way] for way in ways}
 
     def nearest(self) -> list[list[int]]:
         """For each configuration the quickest single steps out of it, among the ways to legs."""
