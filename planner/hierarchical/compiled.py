@@ -8,6 +8,7 @@ import hashlib
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numba
 
@@ -32,9 +33,11 @@ def _cache_folder() -> Path:
 
 setattr(numba.config, "CACHE_DIR", str(_cache_folder()))  # noqa: B010, mypy does not know it
 
+_LEAN: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}  # numba's stubs do not know the first
+
 kernel = numba.njit(cache=True)
 """Compiles a function on its first call and keeps its machine code."""
-lean = numba.njit(cache=True, _nrt=False, error_model="numpy")
+lean = numba.njit(cache=True, **_LEAN)
 """Likewise, of functions that make no arrays: three times as quick, as none need be counted for its release."""
-inlined = numba.njit(cache=True, inline="always", _nrt=False, error_model="numpy")
+inlined = numba.njit(cache=True, inline="always", **_LEAN)
 """Likewise, as part of the caller: handing on the model would cost more than most of them do."""
