@@ -53,9 +53,11 @@ WEIGHTS = {
 """Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together."""
 
 TRIALS = 40
-MOST_TRIALS = 40_000
+TRIALS_A_LEG = 3
+MOST_DECODED = 3_500_000
+MOST_INTERACTING = 40_000
 LONGEST_EFFORT_S = 4.0
-"""The effort where the request leaves it to the engine: trials by the square of the legs, never longer than this."""
+"""The effort where the request leaves it to the engine, see `_trials`; never longer than this."""
 ENDLESS = 10**9
 """Trials where the request says how long."""
 ROUNDING_S = 0.05
@@ -246,8 +248,7 @@ class HierarchicalEngine:
         trials, seconds = ENDLESS, request.effort_s
         if seconds is None:
             choices = sum(len(task.fragments) for task in tasks) if posed.interacts else 0
-            trials = min(MOST_TRIALS, TRIALS * composition.legs * max(composition.legs, choices))
-            seconds = LONGEST_EFFORT_S
+            trials, seconds = _trials(composition.legs, choices), LONGEST_EFFORT_S
         seconds = min(seconds, watch.left_s / 2)
         composition.improve(
             trials, seconds, lambda best_s: watch.told(best_s, bound_s) and best_s > least_s + ROUNDING_S
@@ -297,3 +298,13 @@ def _without(
 ) -> tuple[tuple[GroundAction, ...], ...]:
     """The fragments that have none of these actions; the first one stays in any case."""
     return (fragments[0], *(f for f in fragments[1:] if idle.isdisjoint(map(str, f))))
+
+
+def _trials(legs: int, choices: int) -> int:
+    """How many schedules to try: by the square of the legs, of many legs by their cube, up to so many legs decoded.
+
+    :param choices: of fragments, where tasks interact, else 0: their schedules take longer, each goal has many.
+    """
+    if choices:
+        return min(MOST_INTERACTING, TRIALS * legs * max(legs, choices))
+    return min(legs**2 * max(TRIALS, TRIALS_A_LEG * legs), MOST_DECODED // max(1, legs))
