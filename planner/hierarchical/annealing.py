@@ -28,29 +28,36 @@ class Annealing:
         self._random = np.random.default_rng(seed)
         self._board = board_for(model)
         self._trial, self._critical = _copy(choice), np.empty_like(self._board.steps)
+        # No trial, so that whoever looks at the clock from here on sees nothing of what may have to be compiled.
+        self._tried(_copy(choice), 1.0, 0, 0)
 
     def go_on(self, trials: int, share: float) -> bool:
         """Make this many trials, cooled down by the share of the whole that is over; True if the best became better."""
         legs = max(1, len(self.best.order))
         temperature = max(1.0, self.best_cost) / legs * HOT * (COLD / HOT) ** share
         best = _copy(self.best)
-        self._here_cost, best_cost = _anneal(
+        seed = int(self._random.integers(2**31 - 1))
+        self._here_cost, best_cost = self._tried(best, temperature, trials, seed)
+        better = bool(best_cost < self.best_cost)
+        self.best, self.best_cost = best, best_cost
+        return better
+
+    def _tried(self, best: Choice, temperature: float, trials: int, seed: int) -> tuple[float, float]:
+        costs: tuple[float, float] = _anneal(
             self._model,
             self._here,
             best,
             self._trial,
             self._critical,
-            self._here_cost,
-            self.best_cost,
-            temperature,
+            float(self._here_cost),
+            float(self.best_cost),
+            float(temperature),
             trials,
             self._weights,
-            self._random.integers(2**31 - 1),
+            seed,
             self._board,
         )
-        better = bool(best_cost < self.best_cost)
-        self.best, self.best_cost = best, best_cost
-        return better
+        return costs
 
 
 def _copy(choice: Choice) -> Choice:

@@ -33,6 +33,7 @@ from planner.hierarchical.building import Task
 from planner.hierarchical.classes import AgentClasses
 from planner.hierarchical.composition import Composition
 from planner.hierarchical.discovery import ALL_LEVELS
+from planner.hierarchical.effort import effort
 from planner.hierarchical.fragments import Fragment, Fragments, ProblemFragments
 from planner.hierarchical.groups import Goals, Groups
 from planner.hierarchical.homing import Homing
@@ -52,14 +53,6 @@ WEIGHTS = {
 }
 """Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together."""
 
-TRIALS = 40
-TRIALS_A_LEG = 3
-MOST_DECODED = 3_500_000
-MOST_INTERACTING = 40_000
-LONGEST_EFFORT_S = 4.0
-"""The effort where the request leaves it to the engine, see `_trials`; never longer than this."""
-ENDLESS = 10**9
-"""Trials where the request says how long."""
 ROUNDING_S = 0.05
 """A makespan this close to its bound is the optimum."""
 MOST_ATTEMPTS = 4
@@ -131,23 +124,29 @@ class HierarchicalEngine:
     """
 
     name = "macta"
+    _is_warm = False
 
     def __init__(self, knowledge_base: KnowledgeBase) -> None:
         self._base = knowledge_base
 
     def warm_up(self) -> None:
+        """Import and compile what is needed, once a process. A problem's time begins only after it."""
+        if HierarchicalEngine._is_warm:
+            return
         empty = PlanningProblem(objects={}, facts=frozenset(), goals=())
         composition = self._composition(_Posed(self._base, empty), (), PlanningRequest())
         composition.begin()
         composition.improve(1, 1.0, lambda _: True)
         self._finished((), empty)
         warm_up_bounds()
+        HierarchicalEngine._is_warm = True
 
     @collector_at_rest()
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
         """A plan-net, or why not."""
+        self.warm_up()
         watch = _Watch(begun=time.monotonic(), request=request, observer=observer, engine=self.name)
         try:
             for fact in (*problem.facts, *problem.goals):
@@ -245,13 +244,12 @@ class HierarchicalEngine:
             return None
         request = watch.request
         least_s = bound_s if bound_s is not None and request.objective is Objective.MAKESPAN else 0.0
-        trials, seconds = ENDLESS, request.effort_s
-        if seconds is None:
-            choices = sum(len(task.fragments) for task in tasks) if posed.interacts else 0
-            trials, seconds = _trials(composition.legs, choices), LONGEST_EFFORT_S
-        seconds = min(seconds, watch.left_s / 2)
+        choices = sum(len(task.fragments) for task in tasks) if posed.interacts else 0
+        trials, seconds = effort(request, composition.legs, choices)
         composition.improve(
-            trials, seconds, lambda best_s: watch.told(best_s, bound_s) and best_s > least_s + ROUNDING_S
+            trials,
+            min(seconds, watch.left_s / 2),
+            lambda best_s: watch.told(best_s, bound_s) and best_s > least_s + ROUNDING_S,
         )
         if len(tasks) <= MOST_STOPPING:
             composition.polish()
@@ -298,13 +296,3 @@ def _without(
 ) -> tuple[tuple[GroundAction, ...], ...]:
     """The fragments that have none of these actions; the first one stays in any case."""
     return (fragments[0], *(f for f in fragments[1:] if idle.isdisjoint(map(str, f))))
-
-
-def _trials(legs: int, choices: int) -> int:
-    """How many schedules to try: by the square of the legs, of many legs by their cube, up to so many legs decoded.
-
-    :param choices: of fragments, where tasks interact, else 0: their schedules take longer, each goal has many.
-    """
-    if choices:
-        return min(MOST_INTERACTING, TRIALS * legs * max(legs, choices))
-    return min(legs**2 * max(TRIALS, TRIALS_A_LEG * legs), MOST_DECODED // max(1, legs))
