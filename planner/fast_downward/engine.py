@@ -4,6 +4,7 @@ ourselves."""
 import time
 from collections.abc import Iterable, Sequence
 
+from planner.answering import Outcome, answered, result_of
 from planner.compilation import compile_problem
 from planner.detours import without_detours
 from planner.diagnosis import why_unsolvable
@@ -16,7 +17,6 @@ from planner.engine import (
     PlanningStatus,
     Progress,
 )
-from planner.errors import InvalidPlan, KnowledgeBaseError
 from planner.fast_downward.pddl import write_pddl
 from planner.fast_downward.search import Found, Search
 from planner.finishing import confirm, finish, merit
@@ -24,8 +24,6 @@ from planner.knowledge import GroundAction, KnowledgeBase
 from planner.native import Limits
 from planner.plan_net import PlanNet
 from planner.statics import Statics
-
-Outcome = tuple[PlanningStatus, PlanNet | None, str]
 
 
 class FastDownwardEngine:
@@ -51,21 +49,11 @@ class FastDownwardEngine:
 
         With an effort the first plan is improved on for so long; without, the same problem has the same plan.
         """
-        begun = time.monotonic()
-        plan_net: PlanNet | None = None
-        try:
-            for fact in (*sorted(problem.facts), *problem.goals):
-                self._base.check(fact, problem.objects)
-            status, plan_net, reason = _Run(self.name, self._base, problem, request, observer).outcome()
-        except (KnowledgeBaseError, InvalidPlan) as error:
-            status, reason = PlanningStatus.FAILED, str(error)
-        return PlanningResult(
-            status=status,
-            engine=self.name,
-            planning_s=round(time.monotonic() - begun, 3),
-            plan_net=plan_net,
-            reason=reason,
-        )
+
+        def plan() -> PlanningResult:
+            return result_of(self.name, _Run(self.name, self._base, problem, request, observer).outcome())
+
+        return answered(self.name, self._base, problem, plan)
 
 
 class _Run:

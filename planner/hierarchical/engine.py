@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from planner.answering import answered, result_of
 from planner.assembly import assemble
 from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
@@ -25,7 +26,6 @@ from planner.engine import (
     PlanningStatus,
     Progress,
 )
-from planner.errors import InvalidPlan, KnowledgeBaseError
 from planner.extraction import extract, fault_of
 from planner.fact import Fact
 from planner.finishing import confirm, finish
@@ -148,13 +148,7 @@ class HierarchicalEngine:
         """A plan-net, or why not."""
         self.warm_up()
         watch = _Watch(begun=time.monotonic(), request=request, observer=observer, engine=self.name)
-        try:
-            for fact in (*problem.facts, *problem.goals):
-                self._base.check(fact, problem.objects)
-            result = self._plan(problem, watch)
-        except (KnowledgeBaseError, InvalidPlan) as error:
-            result = self._result(PlanningStatus.FAILED, str(error))
-        return replace(result, planning_s=round(watch.elapsed_s, 4))
+        return answered(self.name, self._base, problem, lambda: self._plan(problem, watch))
 
     def _plan(self, problem: PlanningProblem, watch: _Watch) -> PlanningResult:
         if contradicting_goals(self._base, problem):
@@ -271,9 +265,7 @@ class HierarchicalEngine:
         if isinstance(plan_net, str):
             return self._result(PlanningStatus.NOT_FOUND, plan_net)
         confirm(plan_net, problem, self._base)
-        return PlanningResult(
-            status=PlanningStatus.SOLVED, engine=self.name, planning_s=0.0, plan_net=plan_net
-        )
+        return result_of(self.name, (PlanningStatus.SOLVED, plan_net, ""))
 
     def _none(self, problem: PlanningProblem, tasks: object, watch: _Watch) -> PlanningResult:
         if unreachable_goals(self._base, problem):
@@ -288,7 +280,7 @@ class HierarchicalEngine:
         return self._result(PlanningStatus.NOT_FOUND, "the ways to the goals do not compose")
 
     def _result(self, status: PlanningStatus, reason: str) -> PlanningResult:
-        return PlanningResult(status=status, engine=self.name, planning_s=0.0, reason=reason)
+        return result_of(self.name, (status, None, reason))
 
 
 def _without(

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Protocol
 
+from planner.answering import Outcome, answered, result_of
 from planner.diagnosis import why_unsolvable
 from planner.engine import (
     UNOBSERVED,
@@ -16,17 +17,13 @@ from planner.engine import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.errors import InvalidPlan, KnowledgeBaseError
 from planner.finishing import confirm
 from planner.knowledge import KnowledgeBase
 from planner.native import Ended, Limits
-from planner.plan_net import PlanNet
 from planner.relaxation import is_relaxed_reachable
 from planner.statics import Statics
 from planner.temporal.best import BestPlan
 from planner.temporal.compilation import compile_temporal
-
-Outcome = tuple[PlanningStatus, PlanNet | None, str]
 
 
 class Solver(Protocol):
@@ -60,21 +57,11 @@ class TemporalEngine:
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
         """A plan-net, or why not; the processes started are ended at the time limit."""
-        begun = time.monotonic()
-        plan_net: PlanNet | None = None
-        try:
-            for fact in (*sorted(problem.facts), *problem.goals):
-                self._base.check(fact, problem.objects)
-            status, plan_net, reason = self._plan(problem, request, observer)
-        except (KnowledgeBaseError, InvalidPlan) as error:
-            status, reason = PlanningStatus.FAILED, str(error)
-        return PlanningResult(
-            status=status,
-            engine=self.name,
-            planning_s=round(time.monotonic() - begun, 3),
-            plan_net=plan_net,
-            reason=reason,
-        )
+
+        def plan() -> PlanningResult:
+            return result_of(self.name, self._plan(problem, request, observer))
+
+        return answered(self.name, self._base, problem, plan)
 
     def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
         if not self._solver.is_installed:
