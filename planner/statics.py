@@ -16,12 +16,7 @@ class Statics:
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self._problem = problem
         self.facts = frozenset(fact for fact in problem.facts if fact.predicate not in knowledge_base.fluents)
-        is_a, acting = knowledge_base.file.is_a, knowledge_base.agent_types
-        self.robots = tuple(
-            name
-            for name, kind in sorted(problem.objects.items())
-            if any(is_a(kind, agent) for agent in acting)
-        )
+        self.robots = knowledge_base.agents_among(problem.objects)
 
     @cached_property
     def placed(self) -> frozenset[str]:

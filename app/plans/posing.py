@@ -1,6 +1,6 @@
 """The planning problem that a goal poses now: what is believed, what is free, what was learned, what is urgent."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -78,7 +78,7 @@ class Posed:
 
         held = [one for one in self.held if blocks(partial(is_withheld, reserved=one.reservation))]
         resting = {
-            robot: why for robot, why in self.resting.items() if blocks(partial(_is_ability, robot=robot))
+            robot: why for robot, why in self.resting.items() if blocks(partial(_is_ability, of={robot}))
         }
         return replace(self, held=held, resting=resting) if held or resting else self
 
@@ -90,8 +90,8 @@ def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> boo
     )
 
 
-def _is_ability(fact: Fact, *, robot: str) -> bool:
-    return fact.predicate == CAN and fact.args[0] == robot
+def _is_ability(fact: Fact, *, of: Collection[str]) -> bool:
+    return fact.predicate == CAN and fact.args[0] in of
 
 
 class Posing:
@@ -126,7 +126,7 @@ class Posing:
         resting = self._resting(goal.world)
         factors = factors_of(learned_durations(session, goal.world))
         spots, reserved = self._spots(goal.world), all_reserved(held)
-        able = frozenset(f for f in facts if not any(_is_ability(f, robot=robot) for robot in resting))
+        able = frozenset(fact for fact in facts if not _is_ability(fact, of=resting))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
         return Posed(

@@ -21,17 +21,7 @@ class AgentClasses:
     """The agents of a problem by class: alike in every static fact and function that names them."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        kinds = {
-            op.parameters[agent]
-            for op in knowledge_base.operators
-            for agent in op.agents
-            if agent in op.parameters
-        }
-        self.agents = tuple(
-            name
-            for name, kind in sorted(problem.objects.items())
-            if any(knowledge_base.file.is_a(kind, wanted) for wanted in kinds)
-        )
+        self.agents = knowledge_base.agents_among(problem.objects)
         self.own = _own_objects(self.agents, knowledge_base, problem)
         said = _said_of(self.agents, self.own, knowledge_base, problem)
         numbers: dict[tuple[str, frozenset[object]], int] = {}

@@ -14,6 +14,7 @@ from planner.hierarchical.dispatch import Dispatcher
 from planner.hierarchical.legs import Vocabulary
 from planner.hierarchical.model import NEAR, PUSH, Choice, Floats, Model, ints
 from planner.hierarchical.schedule import Schedule
+from planner.hierarchical.stops import MOST_NEAR_STOPPING
 from planner.knowledge import GroundAction, KnowledgeBase
 
 LEAST_CHUNK = 8
@@ -28,8 +29,6 @@ LAST_RESORTS = 1000
 """Choices at random where none of the beginnings can be scheduled."""
 NOISE_S = 2.0
 """ By how much each further dispatching strays from the rule."""
-MOST_STOPPING = 128
-"""With more tasks, the ways from places near to busy ones would take too long to find."""
 WAYS_MADE = 64
 """How often the model is widened because an agent must make way."""
 
@@ -109,21 +108,29 @@ class Composition:
         """
         if self._schedule is None or self._choice is None:
             return
-        if len(np.diff(self._model.task_first)) <= MOST_STOPPING:
+        if seconds > 0.0 and go_on(self._schedule.makespan_s):
+            self._anneal(trials, seconds, go_on)
+        for task in np.flatnonzero(self._choice.alternative).tolist():
+            self._try("alternative", task, 0)
+
+    def _anneal(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
+        assert self._schedule is not None
+        assert self._choice is not None
+        if len(np.diff(self._model.task_first)) <= MOST_NEAR_STOPPING:
             self._builder.stop_near()
             self._model = self._builder.model()
         search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
         begun, done, share = time.monotonic(), 0, 0.0
         chunk = max(LEAST_CHUNK, CHUNK_WORK // max(1, self.legs))
-        while share < 1.0 and seconds > 0.0 and go_on(self._schedule.makespan_s):
+        while share < 1.0:
             if search.go_on(min(chunk, trials - done), share):
                 self._choice = search.best
                 self._schedule = Schedule(self._model, search.best, self._weights)
             done += chunk
             elapsed_s = time.monotonic() - begun
             share = max(done / max(1, trials), elapsed_s / seconds)
-        for task in np.flatnonzero(self._choice.alternative).tolist():
-            self._try("alternative", task, 0)
+            if not go_on(self._schedule.makespan_s):
+                break
 
     def polish(self) -> None:
         """Take back what does not pay: each task's alternative, each agent's going aside."""

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from itertools import islice
 from time import monotonic
 
+from planner.engine import UNOBSERVED
 from planner.fact import Fact
 from planner.hierarchical.grounding import task_of
 from planner.hierarchical.quotient import is_out_of_reach
 from planner.hierarchical.relaxation import is_reachable
 from planner.hierarchical.relevance import LEVELS, small_world
-from planner.hierarchical.search import never, search
+from planner.hierarchical.search import search
 from planner.hierarchical.steps import Step, Task
 from planner.hierarchical.world_index import WorldIndex
 
@@ -43,7 +44,7 @@ def discover(
     goals: Sequence[Fact],
     deadline: float,
     levels: int = ALL_LEVELS,
-    stop: Callable[[], bool] = never,
+    stop: Callable[[], bool] = UNOBSERVED.should_stop,
 ) -> Discovery:
     """Solutions of these goals that differ in operators or kinds of agents.
 

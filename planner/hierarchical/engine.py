@@ -39,7 +39,7 @@ from planner.hierarchical.groups import Goals, Groups
 from planner.hierarchical.homing import Homing
 from planner.hierarchical.legs import Vocabulary
 from planner.hierarchical.model import Floats
-from planner.hierarchical.stops import SHARE, Stops, with_near_stops, with_stops
+from planner.hierarchical.stops import MOST_NEAR_STOPPING, SHARE, Stops, with_near_stops, with_stops
 from planner.hierarchical.tasks import TaskFinder, Unmet
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.relaxation import unreachable_goals
@@ -60,9 +60,7 @@ MOST_ATTEMPTS = 4
 ANY_SHARE = 9.0
 """Where tasks stand in each other's way, a stop may be worth a long detour: there is none that lets them all pass."""
 MOST_STOPPING = 16
-"""With more tasks, fragments are varied by stops near to busy places only …"""
-MOST_NEAR_STOPPING = 128
-"""… and with more than these not at all."""
+"""With more tasks, fragments are varied by stops near to busy places only, if at all."""
 LONGEST_DISCOVERY_S = 20.0
 """The search for fragments gets half of the time, never longer than this: other engines are to have theirs."""
 TOGETHER = 4

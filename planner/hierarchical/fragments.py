@@ -9,12 +9,11 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
-from planner.engine import PlanningProblem
+from planner.engine import UNOBSERVED, PlanningProblem
 from planner.fact import Fact
 from planner.hierarchical.discovery import ALL_LEVELS, discover
 from planner.hierarchical.joining import Bound, join
 from planner.hierarchical.lifting import LiftedFragment, lift
-from planner.hierarchical.search import never
 from planner.hierarchical.signature import signature
 from planner.hierarchical.steps import Step
 from planner.hierarchical.world_index import WorldIndex
@@ -68,7 +67,7 @@ class ProblemFragments:
         limit: int = 12,
         deadline: float,
         levels: int = ALL_LEVELS,
-        stop: Callable[[], bool] = never,
+        stop: Callable[[], bool] = UNOBSERVED.should_stop,
     ) -> tuple[Fragment, ...]:
         """Fragments for these goals together, the least sum of durations first; () if none was found.
 

@@ -11,6 +11,7 @@ from heapq import heappop, heappush
 from itertools import count
 from time import monotonic
 
+from planner.engine import UNOBSERVED
 from planner.hierarchical.relaxation import UNREACHED, relaxed_plan
 from planner.hierarchical.steps import Step, Task
 from planner.hierarchical.tidying import is_intended, merged, needed
@@ -43,13 +44,13 @@ class _Node:
         yield from self.by
 
 
-def never() -> bool:
-    """Nobody says stop."""
-    return False
-
-
 def search(
-    task: Task, *, expansions: int, deadline: float, lax: bool = False, stop: Callable[[], bool] = never
+    task: Task,
+    *,
+    expansions: int,
+    deadline: float,
+    lax: bool = False,
+    stop: Callable[[], bool] = UNOBSERVED.should_stop,
 ) -> Found:
     """A cheap solution in which every step is needed and intended.
 

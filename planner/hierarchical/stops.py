@@ -20,6 +20,8 @@ from planner.progression import progressed
 MOST_MEMBERS = 4
 """In larger classes somebody else is mostly free, and there would be too many variants."""
 
+MOST_NEAR_STOPPING = 128
+"""With more tasks, stops near to busy places would take too long to find, and the ways on from there."""
 NEAR_STOPS = 3
 """Places near to a busy one that are considered for stops."""
 

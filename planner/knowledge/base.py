@@ -34,6 +34,15 @@ class KnowledgeBase:
             for literal in (*op.deletes, *op.intended_effects, *op.other_effects)
         )
 
+    def agents_among(self, objects: Mapping[str, str]) -> tuple[str, ...]:
+        """Those of the objects, name → type, that can carry actions out."""
+        kinds = self.agent_types
+        return tuple(
+            name
+            for name, kind in sorted(objects.items())
+            if any(self.file.is_a(kind, wanted) for wanted in kinds)
+        )
+
     @property
     def agent_types(self) -> frozenset[str]:
         """The types of what carries actions out."""

@@ -60,8 +60,8 @@ class WorldFile(Part):
         """Place → the location that it is, or is a berth of."""
         return {place.name: name for name, row in self.rows.items() for place in row}
 
-    @property
-    def lying(self) -> dict[str, str]:
+    @cached_property
+    def lying(self) -> Mapping[str, str]:
         """Sample → the place where it lies at the start: where a location has berths, the first that is free.
 
         :raises ValueError: if more samples start at a location than it has room for.
