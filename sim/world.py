@@ -12,10 +12,9 @@ from robots.clock import Clock
 from robots.link import InMemoryLink, Link
 from robots.world import Location, RobotSpec, WorldFile
 from robots.world.walls import panels_of
-from sim.body import SimulatedBody
+from sim.bodies import make_body
 from sim.hub import Hub
 from sim.jaws import Jaws
-from sim.odometry import Odometry
 from sim.placing import StartPlaces, sample_points, told_pose
 from sim.scene import TICK_S, Scene
 from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
@@ -92,8 +91,12 @@ class Simulation:
         self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}
         told = {name: told_pose(pose, placing) for name, pose in starts.items()}
         self.bodies = {
-            spec.name: SimulatedBody(
-                spec, self._jaws, Odometry(told[spec.name], self.scene.pose(spec.name), self._rngs[spec.name])
+            spec.name: make_body(
+                spec,
+                scene=self.scene,
+                jaws=self._jaws,
+                told=told[spec.name],
+                rng=self._rngs[spec.name],
             )
             for spec in world.robots
         }
@@ -114,8 +117,8 @@ class Simulation:
             for agent in self.agents.values():
                 agent.tick()
             self.hub.flush()
-        for name, body in self.bodies.items():
-            self.scene.drive(name, *body.accelerate())
+        for body in self.bodies.values():
+            body.drive()
         self.scene.step()
         self._feel()
         self._jaws.carry()
@@ -160,7 +163,7 @@ class Simulation:
     def _feel(self) -> None:
         """Bumpers keep a touch until they are read."""
         for name in self._running(Sensor.BUMPER):
-            if name not in self._touched and self.scene.touched(name):
+            if name not in self._touched and self.bodies[name].touches():
                 self._touched.add(name)
 
     def _running(self, sensor: Sensor) -> list[str]:
@@ -170,7 +173,7 @@ class Simulation:
         """Only what runs senses: for the others no ray is cast and nothing is looked up."""
         poses = self._poses()
         for name, body in self.bodies.items():
-            body.odometry.update(poses[name])
+            body.count_way(poses[name])
         ranges = self._whiskers.read(self.scene, poses, self._rngs, self._running(Sensor.ULTRASONIC))
         emitters = self._emitters(poses, self._running(Sensor.INFRA_RED))
         seen = sightings(self.scene, poses, emitters, self._rngs)
