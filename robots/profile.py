@@ -46,7 +46,7 @@ class RobotProfile:
     beacons: Mapping[str, BeaconSpec]
     speed_m_s: float = 0.5
     turn_rad_s: float = 1.5
-    repertoire: tuple[str, ...] = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
+    repertoire: tuple[str, ...] = ("NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
     others: tuple[str, ...] = ()
     architecture: Architecture = Architecture.PARALLEL
     sensors: frozenset[Sensor] = ALL_SENSORS

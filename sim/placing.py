@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, radians, remainder, sin, sqrt, tau
+from math import cos, dist, hypot, radians, remainder, sin, sqrt, tau
 
 import numpy as np
 
@@ -19,6 +19,14 @@ SAMPLE_SIGMA_M = 0.01
 _TRIES = 1000
 
 
+@dataclass(frozen=True, slots=True)
+class Rock:
+    """Where a seed puts an obstacle: metres in the world's frame."""
+
+    point: tuple[float, float]
+    radius_m: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartPlaces:
     """Draws start poses: within `jitter_m` of the world file's, in its area, clear of all, any heading.
@@ -28,6 +36,7 @@ class StartPlaces:
 
     world: WorldFile
     panels: Sequence[Panel]
+    rocks: Sequence[Rock]
     rng: np.random.Generator
     jitter_m: float
 
@@ -42,12 +51,8 @@ class StartPlaces:
 
     def _draw(self, spec: RobotSpec, start: Pose, others: Sequence[Pose]) -> Pose:
         for _ in range(_TRIES):
-            away, around = self.jitter_m * sqrt(self.rng.random()), tau * self.rng.random()
-            pose = Pose(
-                x_m=start.x_m + away * cos(around),
-                y_m=start.y_m + away * sin(around),
-                heading_rad=remainder(tau * self.rng.random(), tau),
-            )
+            x_m, y_m = _within((start.x_m, start.y_m), self.jitter_m, self.rng)
+            pose = Pose(x_m=x_m, y_m=y_m, heading_rad=remainder(tau * self.rng.random(), tau))
             if self._clear(spec, (pose.x_m, pose.y_m), others):
                 return pose
         return start
@@ -60,6 +65,7 @@ class StartPlaces:
             and clearance_m(point, self.panels) >= WALL_CLEARANCE_M
             and all(hypot(point[0] - x, point[1] - y) >= BODY_CLEARANCE_M for x, y in bodies)
             and all(hypot(point[0] - x, point[1] - y) >= SAMPLE_CLEARANCE_M for x, y in samples)
+            and all(dist(point, rock.point) - rock.radius_m >= WALL_CLEARANCE_M for rock in self.rocks)
         )
 
 
@@ -73,6 +79,14 @@ def told_pose(true: Pose, rng: np.random.Generator) -> Pose:
     )
 
 
+def rocks_of(world: WorldFile, rng: np.random.Generator) -> tuple[Rock, ...]:
+    """Where the obstacles stand: at the world file's points, each within its own jitter."""
+    return tuple(
+        Rock(_within(one.at, one.jitter_m, rng) if one.jitter_m else one.at, one.radius_m)
+        for one in world.obstacles
+    )
+
+
 def sample_points(world: WorldFile, rng: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Where the samples stand at the start: at their locations, within about a centimetre."""
     points = {}
@@ -81,6 +95,12 @@ def sample_points(world: WorldFile, rng: np.random.Generator) -> dict[str, tuple
         noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
         points[sample] = (x + float(noise[0]), y + float(noise[1]))
     return points
+
+
+def _within(middle: tuple[float, float], reach_m: float, rng: np.random.Generator) -> tuple[float, float]:
+    """A point within reach of another, any as likely as any other."""
+    away, around = reach_m * sqrt(rng.random()), tau * rng.random()
+    return (middle[0] + away * cos(around), middle[1] + away * sin(around))
 
 
 def _file_start(spec: RobotSpec) -> Pose:

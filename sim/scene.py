@@ -21,6 +21,8 @@ TICK_S = 1 / 60
 SUBSTEPS = 4  # of 1/240 s each
 
 WALL_HEIGHT_M = 0.6
+ROCK_HEIGHT_M = 0.4
+"""Higher than a held sample, lower than the infra-red's lines of sight."""
 ROVER_HEIGHT_M = 0.3
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15
@@ -125,6 +127,15 @@ class Scene:
             pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client
         )
         body = self._add(0.0, shape, (*point, height_m / 2), heading_rad)
+        self._collide(body, WALLS, EVERYTHING)
+        return body
+
+    def put_rock(self, point: tuple[float, float], *, radius_m: float) -> int:
+        """Stand a round rock on the floor, too heavy to be pushed; it blocks whiskers, not the line of sight."""
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_CYLINDER, radius=radius_m, height=ROCK_HEIGHT_M, physicsClientId=self._client
+        )
+        body = self._add(0.0, shape, (*point, ROCK_HEIGHT_M / 2), 0.0)
         self._collide(body, WALLS, EVERYTHING)
         return body
 

@@ -15,7 +15,7 @@ from robots.world.walls import panels_of
 from sim.bodies import make_body
 from sim.hub import Hub
 from sim.jaws import Jaws
-from sim.placing import StartPlaces, sample_points, told_pose
+from sim.placing import StartPlaces, rocks_of, sample_points, told_pose
 from sim.scene import TICK_S, Scene
 from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
 from sim.truth import SampleTruth, Truth
@@ -83,9 +83,12 @@ class Simulation:
         self.hub = hub or Hub(robots_end, [spec.name for spec in world.robots])
         self._rngs = {spec.name: rng for spec, rng in zip(world.robots, streams, strict=True)}
         panels = panels_of(world.walls)
-        starts = StartPlaces(world=world, panels=panels, rng=placing, jitter_m=jitter_m).poses()
+        rocks = rocks_of(world, placing)
+        starts = StartPlaces(world=world, panels=panels, rocks=rocks, rng=placing, jitter_m=jitter_m).poses()
         points = sample_points(world, placing)
         self.scene = Scene(panels, starts, points)
+        for rock in rocks:
+            self.scene.put_rock(rock.point, radius_m=rock.radius_m)
         self._jaws = Jaws(self.scene, list(starts), list(points))
         self._whiskers = Whiskers(world.robots)
         self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}

@@ -3,11 +3,12 @@
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds
-from robots.world.parts import Compartment, Location, Opening, RobotSpec, Sample, Wall, WorldFact
+from robots.world.parts import Compartment, Location, Obstacle, Opening, RobotSpec, Sample, Wall, WorldFact
 
 __all__ = [
     "Compartment",
     "Location",
+    "Obstacle",
     "Opening",
     "RobotSpec",
     "Sample",

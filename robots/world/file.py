@@ -15,6 +15,7 @@ from robots.world.parts import (
     Compartment,
     Location,
     Name,
+    Obstacle,
     Part,
     RobotSpec,
     Sample,
@@ -33,6 +34,7 @@ class WorldFile(Part):
     title: str = ""
     compartments: tuple[Compartment, ...] = Field(min_length=1)
     walls: tuple[Wall, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     locations: tuple[Location, ...] = Field(min_length=1)
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
@@ -105,10 +107,11 @@ class WorldFile(Part):
     @model_validator(mode="after")
     def _check(self) -> Self:
         aisles = [aisle for compartment in self.compartments for aisle in compartment.aisles]
-        parts = (self.compartments, aisles, self.locations, self.robots, self.samples)
+        parts = (self.compartments, aisles, self.obstacles, self.locations, self.robots, self.samples)
         names = [part.name for group in parts for part in group]
         _unique(names)
         self._check_building()
+        self._check_obstacles()
         locations = {location.name: location for location in self.locations}
         for robot in self.robots:
             self._check_robot(robot, locations)
@@ -134,6 +137,19 @@ class WorldFile(Part):
                     raise ValueError(
                         f"{opening.kind} at {opening.at_m} m is beyond its wall's {wall.length_m:.2f} m"
                     )
+
+    def _check_obstacles(self) -> None:
+        for obstacle in self.obstacles:
+            where = f"obstacles.{obstacle.name} at {obstacle.at}"
+            if not any(compartment.contains(obstacle.at) for compartment in self.compartments):
+                raise ValueError(f"{where} lies in no compartment")
+            reach_m = obstacle.radius_m + obstacle.jitter_m
+            for robot in self.robots:
+                if dist(robot.start[:2], obstacle.at) < reach_m + ROBOT_WIDTH_M / 2:
+                    raise ValueError(f"{where} stands where robots.{robot.name} starts")
+            for location in self.locations:
+                if dist(location.at, obstacle.at) < reach_m:
+                    raise ValueError(f"{where} covers locations.{location.name}")
 
     def _check_lies(self, sample: str, place: str) -> None:
         """No fact of the file lays the sample elsewhere, or says that nothing lies where it does."""

@@ -5,16 +5,19 @@ from east.
 """
 
 from math import hypot
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Point = tuple[float, float]
 Interval = tuple[float, float]
 
-PACKET_TAGS = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
+Tag = Literal["NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"]
+PACKET_TAGS: tuple[Tag, ...] = get_args(Tag)
 ON_BORDER_M = 0.05
+SHORTEST_M = 0.7
+"""A long object is at least so long: two robots grip it side by side."""
 NARROWEST_PITCH_M = 0.45
 """Berths nearer to each other than this, and a robot would take what lies in one to lie in the other."""
 
@@ -101,9 +104,7 @@ class RobotSpec(Part):
     home: Name | None = None
     body: Literal["velocity"] = "velocity"
     architecture: Literal["parallel", "sequential"] = "parallel"
-    repertoire: tuple[Literal["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"], ...] = (
-        PACKET_TAGS  # type: ignore[assignment]
-    )
+    repertoire: tuple[Tag, ...] = PACKET_TAGS
     speed_m_s: float = Field(default=0.5, gt=0, le=2)
     turn_rad_s: float = Field(default=1.5, gt=0, le=6)
     whiskers: int = Field(default=16, ge=8, le=64)
@@ -113,10 +114,36 @@ class RobotSpec(Part):
 
 
 class Sample(Part):
-    """A tagged sample and where it lies at the start."""
+    """A tagged sample and where it lies at the start.
+
+    One with a `length_m` is a long object that takes two robots: a bar with a handle at each end and its tag at the
+    middle. It lies across the first approach direction of its place. 0 is a compact sample, which one robot carries.
+    """
 
     name: Name
     at: Name
+    length_m: float = Field(default=0.0, ge=0, le=3)
+
+    @field_validator("length_m")
+    @classmethod
+    def _two_robots_fit(cls, length_m: float) -> float:
+        if 0 < length_m < SHORTEST_M:
+            raise ValueError(
+                f"two robots stand side by side at {SHORTEST_M} m or more; 0 is a compact sample"
+            )
+        return length_m
+
+
+class Obstacle(Part):
+    """A round rock that stands on the floor and is on no robot's map: whiskers meet it, infra-red passes above it.
+
+    `jitter_m`: how far from `at` a seed may put it.
+    """
+
+    name: Name
+    at: Point
+    radius_m: float = Field(gt=0, le=2)
+    jitter_m: float = Field(default=0.0, ge=0, le=2)
 
 
 class WorldFact(Part):

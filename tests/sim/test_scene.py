@@ -1,10 +1,12 @@
-from math import hypot, pi
+from math import dist, hypot, pi
 
+import numpy as np
 import pytest
 
 from robots.body import RADIUS_M
-from robots.world import Wall
+from robots.world import Obstacle, Wall, load_world
 from robots.world.walls import solid_pieces
+from sim.placing import rocks_of
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 TO_JAWS_M = 0.31  # from a rover's centre to the tip of its jaws
@@ -131,3 +133,30 @@ def test_a_wall_is_solid_but_for_its_hatches_and_gaps() -> None:
         (5.5, 6.5, True),
         (6.5, 8.0, False),
     ]
+
+
+def test_rocks_stop_whiskers_and_rovers_but_not_the_line_of_sight() -> None:
+    world = two_rooms((0.5, 1, 0), samples={"stone": "pass"})
+    rock = {"name": "rock", "at": (1.3, 1.0), "radius_m": 0.2}
+    simulation, puppets = simulate(world.model_validate({**world.model_dump(), "obstacles": [rock]}))
+    readings = simulation.bodies["fred"].sense()
+    assert readings.ranges_m[0] == pytest.approx(0.8 - 0.2 - RADIUS_M, abs=0.05)
+    assert "stone" in {sighting.identity for sighting in readings.sightings}
+    puppets["fred"].velocity = (0.3, 0.0)
+    run_s(simulation, 4)
+    assert fred(simulation).x_m < 1.3 - 0.2 - RADIUS_M + 0.02
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_seed_puts_rocks_within_their_jitter_and_rovers_clear_of_them(seed: int) -> None:
+    world = load_world("relocation_lab")
+    rocks = rocks_of(world, np.random.default_rng(seed))
+    for rock, spec in zip(rocks, world.obstacles, strict=True):
+        assert 0 < dist(rock.point, spec.at) <= spec.jitter_m
+    crowded = world.model_copy(
+        update={"obstacles": (Obstacle(name="rock", at=(1.4, 4.7), radius_m=0.4, jitter_m=0.1),)}
+    )
+    simulation, _ = simulate(crowded, seed=seed, jitter_m=0.8)
+    pose = simulation.truth().robots["fred"]
+    near = rocks_of(crowded, np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0]))[0]
+    assert dist((pose.x_m, pose.y_m), near.point) > near.radius_m + RADIUS_M

@@ -72,3 +72,30 @@ def test_a_file_that_is_no_text_is_refused_by_name(tmp_path: Path) -> None:
     file.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(WorldFileError, match=r"room\.yaml cannot be read"):
         load_world(file)
+
+
+def test_a_rock_does_not_stand_where_a_robot_starts_nor_on_a_location(tmp_path: Path) -> None:
+    on_robot = {"name": "rock", "at": [3.2, 3.3], "radius_m": 0.2}
+    assert "obstacles.rock at (3.2, 3.3) stands where robots.left starts" in refusal(
+        tmp_path, obstacles=[on_robot]
+    )
+    on_bay = {"name": "rock", "at": [1.3, 1], "radius_m": 0.2, "jitter_m": 0.2}
+    assert "obstacles.rock at (1.3, 1.0) covers locations.bay_1" in refusal(tmp_path, obstacles=[on_bay])
+
+
+def test_a_rock_stands_in_a_compartment(tmp_path: Path) -> None:
+    said = refusal(tmp_path, obstacles=[{"name": "rock", "at": [7, 1], "radius_m": 0.2}])
+    assert "lies in no compartment" in said
+
+
+def test_a_long_object_has_room_for_two_robots_side_by_side(tmp_path: Path) -> None:
+    said = refusal(tmp_path, samples=[{"name": "beam", "at": "bay_1", "length_m": 0.5}])
+    assert "samples.0.length_m" in said
+    assert "0 is a compact sample" in said
+
+
+def test_the_relocation_laboratory_has_two_robots_a_long_object_and_rocks_on_the_way() -> None:
+    lab = load_world("relocation_lab")
+    assert len(lab.robots) == 2
+    assert [sample.length_m for sample in lab.samples] == [0.9]
+    assert len(lab.obstacles) >= 3
