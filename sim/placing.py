@@ -9,6 +9,7 @@ import numpy as np
 from robots.body import RADIUS_M, Pose
 from robots.world import RobotSpec, WorldFile
 from robots.world.walls import Panel, clearance_m
+from sim.scene import Placed
 
 WALL_CLEARANCE_M = RADIUS_M + 0.2  # room to turn with the jaws ahead
 BODY_CLEARANCE_M = 2 * RADIUS_M + 0.2
@@ -59,12 +60,16 @@ class StartPlaces:
 
     def _clear(self, spec: RobotSpec, point: tuple[float, float], others: Sequence[Pose]) -> bool:
         bodies = [(other.x_m, other.y_m) for other in others]
-        samples = [self.world.location(place).at for place in self.world.lying.values()]
+        lying, samples = self.world.lying, self.world.samples
+        reach = [
+            (self.world.location(lying[one.name]).at, SAMPLE_CLEARANCE_M + one.length_m / 2)
+            for one in samples
+        ]
         return (
             self.world.area_of(spec).contains(point)
             and clearance_m(point, self.panels) >= WALL_CLEARANCE_M
             and all(hypot(point[0] - x, point[1] - y) >= BODY_CLEARANCE_M for x, y in bodies)
-            and all(hypot(point[0] - x, point[1] - y) >= SAMPLE_CLEARANCE_M for x, y in samples)
+            and all(hypot(point[0] - x, point[1] - y) >= reach_m for (x, y), reach_m in reach)
             and all(dist(point, rock.point) - rock.radius_m >= WALL_CLEARANCE_M for rock in self.rocks)
         )
 
@@ -87,14 +92,18 @@ def rocks_of(world: WorldFile, rng: np.random.Generator) -> tuple[Rock, ...]:
     )
 
 
-def sample_points(world: WorldFile, rng: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Where the samples stand at the start: at their locations, within about a centimetre."""
-    points = {}
-    for sample, place in world.lying.items():
-        x, y = world.location(place).at
+def placed_samples(world: WorldFile, rng: np.random.Generator) -> dict[str, Placed]:
+    """Where the samples stand at the start: at their locations, within about a centimetre; long ones lie across
+    their location's first approach direction.
+    """
+    placed = {}
+    for sample in world.samples:
+        place = world.location(world.lying[sample.name])
         noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
-        points[sample] = (x + float(noise[0]), y + float(noise[1]))
-    return points
+        point = (place.at[0] + float(noise[0]), place.at[1] + float(noise[1]))
+        across_rad = radians(place.approach_deg[0] + 90) if sample.length_m else 0.0
+        placed[sample.name] = Placed(point, sample.length_m, across_rad)
+    return placed
 
 
 def _within(middle: tuple[float, float], reach_m: float, rng: np.random.Generator) -> tuple[float, float]:

@@ -7,6 +7,7 @@ stop them.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import atan2, cos, remainder, sin, tau
 from typing import Any
 
@@ -26,6 +27,7 @@ ROCK_HEIGHT_M = 0.4
 ROVER_HEIGHT_M = 0.3
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15
+BEAM_WIDTH_M = 0.06
 LIFTED_M = 0.245
 """Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
 
@@ -36,11 +38,20 @@ EVERYTHING = AUDIBLE | LOW
 Point3 = tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """Where a sample stands: its middle; of a long one its length, and the direction that it lies in."""
+
+    point: tuple[float, float]
+    length_m: float = 0.0
+    heading_rad: float = 0.0
+
+
 class Scene:
     """One PyBullet world without a window. Bodies are known by their names in the world file."""
 
     def __init__(
-        self, panels: Sequence[Panel], rovers: Mapping[str, Pose], samples: Mapping[str, tuple[float, float]]
+        self, panels: Sequence[Panel], rovers: Mapping[str, Pose], samples: Mapping[str, Placed]
     ) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         pybullet.setPhysicsEngineParameter(
@@ -49,11 +60,13 @@ class Scene:
             deterministicOverlappingPairs=1,
             physicsClientId=self._client,
         )
+        self._solid: list[int] = []
         for panel in panels:
             self._add_wall(panel)
         shape = self._rover_shape()
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
-        self._samples = {name: self._add_sample(point) for name, point in samples.items()}
+        self._samples = {name: self._add_sample(placed) for name, placed in samples.items()}
+        self._long = frozenset(self._samples[name] for name, placed in samples.items() if placed.length_m)
         self._held: set[str] = set()
         self._balls: dict[int, float] = {}
 
@@ -62,12 +75,16 @@ class Scene:
         (x, y, _), turn = pybullet.getBasePositionAndOrientation(
             self._rovers[rover], physicsClientId=self._client
         )
-        return Pose(x_m=x, y_m=y, heading_rad=remainder(2 * atan2(turn[2], turn[3]), tau))
+        return Pose(x_m=x, y_m=y, heading_rad=_about_z(turn))
 
     def sample_point(self, sample: str) -> Point3:
         """A sample's true middle."""
         place, _ = pybullet.getBasePositionAndOrientation(self._samples[sample], physicsClientId=self._client)
         return (place[0], place[1], place[2])
+
+    def sample_heading(self, sample: str) -> float:
+        """The direction that a long sample lies in."""
+        return self._heading(self._samples[sample])
 
     def drive(self, rover: str, linear_m_s: float, angular_rad_s: float) -> None:
         """Give a rover its velocity for the coming tick, along its own heading."""
@@ -96,15 +113,23 @@ class Scene:
         self._held.add(sample)
         self._collide(self._samples[sample], 0, 0)
 
-    def carry(self, sample: str, point: tuple[float, float]) -> None:
+    def carry(self, sample: str, point: tuple[float, float], heading_rad: float = 0.0) -> None:
         """Move a lifted sample to a point in the plane."""
-        self._place(self._samples[sample], (*point, LIFTED_M), 0.0)
+        self._place(self._samples[sample], (*point, LIFTED_M), heading_rad)
 
-    def set_down(self, sample: str, point: tuple[float, float]) -> None:
+    def presses(self, sample: str) -> list[tuple[tuple[float, float], tuple[float, float], float]]:
+        """Where walls and rocks press against a lifted sample: point, unit normal towards it, depth in metres."""
+        body, found = self._samples[sample], []
+        for solid in self._solid:
+            for close in pybullet.getClosestPoints(body, solid, 0.0, physicsClientId=self._client):
+                found.append((close[5][:2], close[7][:2], -close[8]))
+        return found
+
+    def set_down(self, sample: str, point: tuple[float, float], heading_rad: float = 0.0) -> None:
         """Stand a lifted sample on the floor, where it is solid again."""
         self._held.discard(sample)
         self._collide(self._samples[sample], SAMPLES, EVERYTHING)
-        self._place(self._samples[sample], (*point, SAMPLE_HEIGHT_M / 2), 0.0)
+        self._place(self._samples[sample], (*point, SAMPLE_HEIGHT_M / 2), heading_rad)
 
     def cast(self, starts: Sequence[Point3], ends: Sequence[Point3], *, mask: int) -> list[float]:
         """The share of each ray that is free of bodies of the masked groups; 1 where nothing is hit."""
@@ -137,6 +162,7 @@ class Scene:
         )
         body = self._add(0.0, shape, (*point, ROCK_HEIGHT_M / 2), 0.0)
         self._collide(body, WALLS, EVERYTHING)
+        self._solid.append(body)
         return body
 
     def put_ball(self, point: tuple[float, float], *, radius_m: float) -> int:
@@ -177,6 +203,7 @@ class Scene:
         middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
         body = self._add(0.0, shape, middle, atan2(y1 - y0, x1 - x0))
         self._collide(body, WALLS, EVERYTHING)
+        self._solid.append(body)
 
     def _rover_shape(self) -> int:
         """A round body with its jaws ahead, which pass over standing samples but not through walls."""
@@ -200,14 +227,16 @@ class Scene:
         self._collide(body, ROVERS, EVERYTHING)
         return body
 
-    def _add_sample(self, point: tuple[float, float]) -> int:
-        shape = pybullet.createCollisionShape(
-            pybullet.GEOM_CYLINDER,
-            radius=SAMPLE_RADIUS_M,
-            height=SAMPLE_HEIGHT_M,
-            physicsClientId=self._client,
-        )
-        body = self._add(0.5, shape, (*point, SAMPLE_HEIGHT_M / 2), 0.0)
+    def _add_sample(self, placed: Placed) -> int:
+        height_m, client = SAMPLE_HEIGHT_M, self._client
+        if placed.length_m:
+            half = [placed.length_m / 2, BEAM_WIDTH_M / 2, height_m / 2]
+            shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        else:
+            shape = pybullet.createCollisionShape(
+                pybullet.GEOM_CYLINDER, radius=SAMPLE_RADIUS_M, height=height_m, physicsClientId=client
+            )
+        body = self._add(0.5, shape, (*placed.point, SAMPLE_HEIGHT_M / 2), placed.heading_rad)
         self._tune(body, lateralFriction=0.1)
         self._collide(body, SAMPLES, EVERYTHING)
         return body
@@ -235,10 +264,19 @@ class Scene:
         turn = (0.0, 0.0, sin(heading_rad / 2), cos(heading_rad / 2))
         pybullet.resetBasePositionAndOrientation(body, middle, turn, physicsClientId=self._client)
 
+    def _heading(self, body: int) -> float:
+        _, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        return _about_z(turn)
+
     def _settle(self, body: int, height_m: float) -> None:
         """Floor friction: what was pushed in this tick stands still at its end, upright."""
         linear, angular = pybullet.getBaseVelocity(body, physicsClientId=self._client)
         if any(linear) or any(angular):
             (x, y, _), _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-            self._place(body, (x, y, height_m), 0.0)
+            self._place(body, (x, y, height_m), self._heading(body) if body in self._long else 0.0)
             pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
+
+
+def _about_z(turn: tuple[float, float, float, float]) -> float:
+    """The heading of a body that only turns in the plane, by its quaternion x, y, z, w."""
+    return remainder(2 * atan2(turn[2], turn[3]), tau)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import dist, hypot, radians
+from math import dist, hypot, pi, radians
 from typing import Protocol
 
 import numpy as np
@@ -10,12 +10,12 @@ import numpy as np
 from robots.body import Body, Pose, Readings, Sensor
 from robots.clock import Clock
 from robots.link import InMemoryLink, Link
-from robots.world import Location, RobotSpec, WorldFile
+from robots.world import Location, RobotSpec, Sample, WorldFile
 from robots.world.walls import panels_of
 from sim.bodies import make_body
 from sim.hub import Hub
 from sim.jaws import Jaws
-from sim.placing import StartPlaces, rocks_of, sample_points, told_pose
+from sim.placing import StartPlaces, placed_samples, rocks_of, told_pose
 from sim.scene import TICK_S, Scene
 from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
 from sim.truth import SampleTruth, Truth
@@ -85,11 +85,11 @@ class Simulation:
         panels = panels_of(world.walls)
         rocks = rocks_of(world, placing)
         starts = StartPlaces(world=world, panels=panels, rocks=rocks, rng=placing, jitter_m=jitter_m).poses()
-        points = sample_points(world, placing)
-        self.scene = Scene(panels, starts, points)
+        samples = placed_samples(world, placing)
+        self.scene = Scene(panels, starts, samples)
         for rock in rocks:
             self.scene.put_rock(rock.point, radius_m=rock.radius_m)
-        self._jaws = Jaws(self.scene, list(starts), list(points))
+        self._jaws = Jaws(self.scene, list(starts), samples)
         self._whiskers = Whiskers(world.robots)
         self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}
         told = {name: told_pose(pose, placing) for name, pose in starts.items()}
@@ -139,7 +139,13 @@ class Simulation:
 
     def truth(self) -> Truth:
         """The world as it is; never for an agent."""
-        return Truth(time_s=self.clock.now_s(), robots=self._poses(), samples=self._sample_truths())
+        return Truth(
+            time_s=self.clock.now_s(),
+            robots=self._poses(),
+            samples=self._sample_truths(),
+            deflections_m={name: hypot(*self._jaws.deflection_m(name)) for name in self.bodies},
+            slipped=self._jaws.slipped,
+        )
 
     def close(self) -> None:
         self.scene.close()
@@ -189,7 +195,7 @@ class Simulation:
                     bumper=name in self._touched if runs(Sensor.BUMPER) else None,
                     sightings=seen.get(name),
                     gripper=self._jaws.state(name) if runs(Sensor.GRIPPER) else None,
-                    capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,
+                    capture_head_m=self._jaws.deflection_m(name) if runs(Sensor.CAPTURE_HEAD) else None,
                     battery=body.battery.level,
                     charging=body.battery.charging,
                 )
@@ -200,12 +206,8 @@ class Simulation:
         """A robot sees its beacons, the other robots, and every tag that is not hidden in its own jaws."""
         robots = [Emitter(identity=name, x_m=pose.x_m, y_m=pose.y_m) for name, pose in poses.items()]
         tags = [
-            (
-                Emitter(identity=sample.name, x_m=x, y_m=y, reach_m=TAG_RANGE_M),
-                self._jaws.holders(sample.name),
-            )
+            (self._tag(sample), () if sample.length_m else self._jaws.holders(sample.name))
             for sample in self.world.samples
-            for x, y, _ in [self.scene.sample_point(sample.name)]
         ]
         return {
             name: [
@@ -216,6 +218,13 @@ class Simulation:
             for name in observers
         }
 
+    def _tag(self, sample: Sample) -> Emitter:
+        """A compact sample's tag has no axis; a long one's, at its middle, shines to either side."""
+        x, y, _ = self.scene.sample_point(sample.name)
+        along_rad = self.scene.sample_heading(sample.name) if sample.length_m else 0.0
+        axes_rad = (along_rad + pi / 2, along_rad - pi / 2) if sample.length_m else ()
+        return Emitter(identity=sample.name, x_m=x, y_m=y, axes_rad=axes_rad, reach_m=TAG_RANGE_M)
+
     def _poses(self) -> dict[str, Pose]:
         return {name: self.scene.pose(name) for name in self.bodies}
 
@@ -225,7 +234,10 @@ class Simulation:
             x, y, _ = self.scene.sample_point(sample.name)
             holders = self._jaws.holders(sample.name)
             place = None if holders else _place_at(self.world, (x, y))
-            found[sample.name] = SampleTruth(x_m=x, y_m=y, place=place, holders=holders)
+            heading_rad = self.scene.sample_heading(sample.name) if sample.length_m else 0.0
+            found[sample.name] = SampleTruth(
+                x_m=x, y_m=y, heading_rad=heading_rad, place=place, holders=holders
+            )
         return found
 
 

@@ -1,8 +1,9 @@
-from math import hypot
+from math import hypot, pi
 
 import pytest
 
 from robots.body import GRIPPER_REACH_M
+from robots.world import WorldFile
 from sim.world import Simulation
 from tests.sim.rig import Puppet, fred, run_s, simulate, two_rooms
 
@@ -132,3 +133,74 @@ def test_jaws_do_not_carry_a_sample_through_a_wall() -> None:
     assert rock.holders == ("fred",)
     assert 0 < rock.x_m < 1.96
     assert 0 < rock.y_m < 1.96
+
+
+def beam_in_the_west() -> WorldFile:
+    """A long object across fred's way, so that its left handle is straight ahead of him."""
+    world = two_rooms((0.3, 0.95, 0), second=(0.3, 0.25, 0), kind="door")
+    beam = {"name": "beam", "at": "table", "length_m": 0.7}
+    table = {"name": "table", "kind": "place", "at": (1.0, 0.6), "approach_deg": (180,)}
+    kept = world.model_dump()
+    return WorldFile.model_validate({**kept, "samples": [beam], "locations": [*kept["locations"], table]})
+
+
+def grip_beam() -> tuple[Simulation, dict[str, Puppet]]:
+    """Both grip a handle of the beam."""
+    simulation, puppets = simulate(beam_in_the_west())
+    for name in ("fred", "ginger"):
+        body = simulation.bodies[name]
+        puppets[name].velocity = (0.05, 0.0)
+        assert simulation.run_until(lambda b=body: b.sense().gripper.between_jaws == "beam", timeout_s=15)
+        puppets[name].velocity = (0.0, 0.0)
+        body.set_gripper(closed=True)
+    run_s(simulation, 1)
+    return simulation, puppets
+
+
+def test_two_rovers_grip_a_long_object_at_its_handles_and_carry_it_between_them() -> None:
+    simulation, puppets = grip_beam()
+    before = simulation.truth().samples["beam"]
+    assert before.holders == ("fred", "ginger")
+    for puppet in puppets.values():
+        puppet.velocity = (-0.1, 0.0)
+    run_s(simulation, 2)
+    after = simulation.truth().samples["beam"]
+    assert after.x_m == pytest.approx(before.x_m - 0.2, abs=0.03)
+    assert simulation.truth().slipped == 0
+
+
+def test_a_head_feels_that_its_rover_is_behind_the_other() -> None:
+    simulation, puppets = grip_beam()
+    puppets["fred"].velocity = (-0.1, 0.0)
+    run_s(simulation, 1)
+    assert simulation.bodies["fred"].sense().capture_head_m[0] > 0.01
+    assert simulation.bodies["ginger"].sense().capture_head_m[0] < -0.01
+
+
+def test_a_handle_slips_out_of_a_rover_that_drives_off_alone() -> None:
+    simulation, puppets = grip_beam()
+    puppets["fred"].velocity = (-0.4, 1.5)
+    run_s(simulation, 3)
+    truth = simulation.truth()
+    assert truth.slipped >= 1
+    assert len(truth.samples["beam"].holders) <= 1
+
+
+def test_a_held_long_object_does_not_pass_a_wall() -> None:
+    simulation, puppets = grip_beam()
+    for puppet in puppets.values():
+        puppet.velocity = (0.3, 0.0)
+    run_s(simulation, 4)
+    truth = simulation.truth()
+    assert truth.samples["beam"].x_m < 2.0
+    assert truth.samples["beam"].holders == ("fred", "ginger")
+
+
+def test_a_long_object_that_nobody_holds_lies_where_it_was_let_go() -> None:
+    simulation, _ = grip_beam()
+    for name in ("fred", "ginger"):
+        simulation.bodies[name].set_gripper(closed=False)
+    run_s(simulation, 0.5)
+    beam = simulation.truth().samples["beam"]
+    assert (beam.holders, beam.place) == ((), "table")
+    assert abs(beam.heading_rad) == pytest.approx(pi / 2, abs=0.1)
