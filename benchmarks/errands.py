@@ -4,7 +4,7 @@ Here nothing is planned; the scripts are what the mission organiser would write 
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import dist
 
@@ -24,7 +24,7 @@ from robots.wire import (
 )
 from robots.world import WorldFile
 from sim.agents import behavioural_agent
-from sim.world import Simulation
+from sim.world import AgentMaker, Simulation
 
 TIMEOUT_S = 120.0
 WAIT_S = 400.0
@@ -157,9 +157,17 @@ class Result:
 class Crew:
     """A simulated world whose robots are given scripts; keeps their reports, confirms and clears as a service."""
 
-    def __init__(self, world: WorldFile, *, seed: int, jitter_m: float = 0.4) -> None:
+    def __init__(
+        self,
+        world: WorldFile,
+        *,
+        seed: int,
+        jitter_m: float = 0.4,
+        make_agent: AgentMaker = behavioural_agent,
+    ) -> None:
         self.world = world
-        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=jitter_m)
+        self.simulation = Simulation(world, make_agent=make_agent, seed=seed, jitter_m=jitter_m)
+        self.reports: list[PacketReport] = []
         self.ended: dict[str, ScriptReport] = {}
         self.ran: list[Ran] = []
         self._running_s: dict[str, float] = {}
@@ -177,15 +185,25 @@ class Crew:
                 self._packets[each.id, step.id] = step
             self._say(each.robot, Performative.REQUEST, ScriptRequest(script=each))
 
-    def run(self, scripts: Sequence[BehaviourScript], *, timeout_s: float = 600.0) -> bool:
-        """Hand out scripts and wait until each has ended; True if all did."""
+    def run(
+        self,
+        scripts: Sequence[BehaviourScript],
+        *,
+        timeout_s: float = 600.0,
+        meanwhile: Callable[[], None] = lambda: None,
+    ) -> bool:
+        """Hand out scripts and wait until each has ended; True if all did. `meanwhile` is called at 20 Hz."""
         self.send(scripts)
         names = {each.id for each in scripts}
-        return self.simulation.run_until(
-            lambda: self._hear() or names <= set(self.ended), timeout_s=timeout_s
-        )
 
-    def _hear(self) -> bool:
+        def over() -> bool:
+            self._hear()
+            meanwhile()
+            return names <= set(self.ended)
+
+        return self.simulation.run_until(over, timeout_s=timeout_s)
+
+    def _hear(self) -> None:
         for message in self.simulation.link.receive():
             body = message.body
             if isinstance(body, PacketReport | ScriptReport):
@@ -193,12 +211,12 @@ class Crew:
                 if message.id not in self._seen:
                     self._seen.add(message.id)
                     self._note(message.sender, body)
-        return False
 
     def _note(self, robot: str, report: PacketReport | ScriptReport) -> None:
         if isinstance(report, ScriptReport):
             self.ended[report.script_id] = report
             return
+        self.reports.append(report)
         if report.state is PacketState.INITIALIZING:
             self._changed_s[robot] = report.at_s
             self._retries[robot] = 0

@@ -67,6 +67,11 @@ class Jaws:
         deflection = self._beams[sample].deflection(rover)
         return (deflection.real, deflection.imag)
 
+    def drop(self, sample: str) -> None:
+        """A sample slips out of all jaws that hold it, which stay closed."""
+        for rover in self.holders(sample):
+            self._let_go(rover, sample)
+
     def carry(self) -> None:
         """Bring every held sample to its carrier's jaws."""
         for sample, beam in list(self._beams.items()):

@@ -96,6 +96,10 @@ class Scene:
             physicsClientId=self._client,
         )
 
+    def put_rover(self, rover: str, pose: Pose) -> None:
+        """Stand a rover somewhere else at once."""
+        self._place(self._rovers[rover], (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+
     def step(self) -> None:
         """Advance by one tick of 1/60 s and put every body back into its plane."""
         pybullet.stepSimulation(physicsClientId=self._client)

@@ -147,6 +147,10 @@ class Simulation:
             slipped=self._jaws.slipped,
         )
 
+    def drop(self, sample: str) -> None:
+        """A sample slips out of all jaws that hold it."""
+        self._jaws.drop(sample)
+
     def close(self) -> None:
         self.scene.close()
 
