@@ -25,6 +25,9 @@ WALL_HEIGHT_M = 0.6
 ROCK_HEIGHT_M = 0.4
 """Higher than a held sample, lower than the infra-red's lines of sight."""
 ROVER_HEIGHT_M = 0.3
+ROVER_MASS_KG = 20.0
+ROVER_INERTIA_KG_M2 = 0.5
+"""About its vertical axis."""
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15
 BEAM_WIDTH_M = 0.06
@@ -86,12 +89,16 @@ class Scene:
         """The direction that a long sample lies in."""
         return self._heading(self._samples[sample])
 
-    def drive(self, rover: str, linear_m_s: float, angular_rad_s: float) -> None:
-        """Give a rover its velocity for the coming tick, along its own heading."""
+    def drive(self, rover: str, linear_m_s: float, angular_rad_s: float, sideways_m_s: float = 0.0) -> None:
+        """Give a rover its velocity for the coming tick, along its own heading and to the left of it."""
         heading = self.pose(rover).heading_rad
         pybullet.resetBaseVelocity(
             self._rovers[rover],
-            [linear_m_s * cos(heading), linear_m_s * sin(heading), 0.0],
+            [
+                linear_m_s * cos(heading) - sideways_m_s * sin(heading),
+                linear_m_s * sin(heading) + sideways_m_s * cos(heading),
+                0.0,
+            ],
             [0.0, 0.0, angular_rad_s],
             physicsClientId=self._client,
         )
@@ -99,6 +106,10 @@ class Scene:
     def put_rover(self, rover: str, pose: Pose) -> None:
         """Stand a rover somewhere else at once."""
         self._place(self._rovers[rover], (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+
+    def disembody(self, rover: str) -> None:
+        """From now on a rover only marks its pose: it meets nothing, and no ray meets it."""
+        self._collide(self._rovers[rover], 0, 0)
 
     def step(self) -> None:
         """Advance by one tick of 1/60 s and put every body back into its plane."""
@@ -225,9 +236,9 @@ class Scene:
         return shape
 
     def _add_rover(self, shape: int, pose: Pose) -> int:
-        body = self._add(20.0, shape, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+        body = self._add(ROVER_MASS_KG, shape, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
         # NOTE: resistance to roll and pitch stands for wheels on the floor.
-        self._tune(body, localInertiaDiagonal=[1e4, 1e4, 0.5], lateralFriction=0.1)
+        self._tune(body, localInertiaDiagonal=[1e4, 1e4, ROVER_INERTIA_KG_M2], lateralFriction=0.1)
         self._collide(body, ROVERS, EVERYTHING)
         return body
 

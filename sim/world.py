@@ -12,7 +12,7 @@ from robots.clock import Clock
 from robots.link import InMemoryLink, Link
 from robots.world import Location, RobotSpec, Sample, WorldFile
 from robots.world.walls import panels_of
-from sim.bodies import make_body
+from sim.bodies import FloorMap, make_body
 from sim.hub import Hub
 from sim.jaws import Jaws
 from sim.placing import StartPlaces, placed_samples, rocks_of, told_pose
@@ -93,10 +93,12 @@ class Simulation:
         self._whiskers = Whiskers(world.robots)
         self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}
         told = {name: told_pose(pose, placing) for name, pose in starts.items()}
+        floor = FloorMap(panels, rocks)
         self.bodies = {
             spec.name: make_body(
                 spec,
                 scene=self.scene,
+                floor=floor,
                 jaws=self._jaws,
                 told=told[spec.name],
                 rng=self._rngs[spec.name],

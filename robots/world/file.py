@@ -10,13 +10,13 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from robots.world.berths import lay_out
+from robots.world.part import Part
 from robots.world.parts import (
     Aisle,
     Compartment,
     Location,
     Name,
     Obstacle,
-    Part,
     RobotSpec,
     Sample,
     Wall,

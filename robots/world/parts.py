@@ -5,9 +5,12 @@ from east.
 """
 
 from math import hypot
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator, model_validator
+
+from robots.world.bodies import BodySpec, VelocityBodySpec, WheeledBodySpec
+from robots.world.part import Part
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Point = tuple[float, float]
@@ -20,12 +23,6 @@ SHORTEST_M = 0.7
 """A long object is at least so long: two robots grip it side by side."""
 NARROWEST_PITCH_M = 0.45
 """Berths nearer to each other than this, and a robot would take what lies in one to lie in the other."""
-
-
-class Part(BaseModel):
-    """Base of every part of a world file: immutable, unknown keys are an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Aisle(Part):
@@ -91,7 +88,7 @@ class Location(Part):
 
 
 class RobotSpec(Part):
-    """A robot of the team: start is x, y in metres and heading in degrees.
+    """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
     `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
@@ -102,7 +99,7 @@ class RobotSpec(Part):
     aisle: Name | None = None
     start: tuple[float, float, float]
     home: Name | None = None
-    body: Literal["velocity"] = "velocity"
+    body: BodySpec = VelocityBodySpec()
     architecture: Literal["parallel", "sequential"] = "parallel"
     repertoire: tuple[Tag, ...] = PACKET_TAGS
     speed_m_s: float = Field(default=0.5, gt=0, le=2)
@@ -111,6 +108,12 @@ class RobotSpec(Part):
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
     tuning: dict[str, dict[str, dict[str, float]]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _wheels_are_fast_enough(self) -> Self:
+        if isinstance(self.body, WheeledBodySpec):
+            self.body.check_speeds(self.name, linear_m_s=self.speed_m_s, angular_rad_s=self.turn_rad_s)
+        return self
 
 
 class Sample(Part):

@@ -1,9 +1,12 @@
 """Rovers' simulated bodies: each implements `robots.body.Body`, so that the same software runs on any of them.
 
-`simulated.py` holds what all share (gripper, sensors, battery), `velocity.py` a body that has the velocity it is told.
+`simulated.py` holds what all share (gripper, sensors, battery). Each kind has its own way to move and to count it:
+`velocity.py` has the velocity it is told, `wheeled.py` drives by its `axle.py` and counts by its `encoders.py`,
+`avatar.py` is virtual and goes by the `floor.py`. The world file says which one a robot has.
 """
 
+from sim.bodies.floor import FloorMap
 from sim.bodies.making import make_body
 from sim.bodies.simulated import SimulatedBody
 
-__all__ = ["SimulatedBody", "make_body"]
+__all__ = ["FloorMap", "SimulatedBody", "make_body"]

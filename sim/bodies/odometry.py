@@ -35,10 +35,15 @@ class Odometry:
         felt_turn = (
             turn * (self._turn_scale + TURN_SIGMA * noise[1]) + DRIFT_RAD_PER_M * abs(ahead) * noise[2]
         )
-        heading = self._estimate.heading_rad + felt_turn / 2
-        self._estimate = Pose(
-            x_m=self._estimate.x_m + felt_ahead * cos(heading),
-            y_m=self._estimate.y_m + felt_ahead * sin(heading),
-            heading_rad=remainder(self._estimate.heading_rad + felt_turn, tau),
-        )
+        self._estimate = reckoned(self._estimate, felt_ahead, felt_turn)
         self._last = true
+
+
+def reckoned(pose: Pose, ahead_m: float, turn_rad: float) -> Pose:
+    """The pose after a short way ahead while turning."""
+    heading = pose.heading_rad + turn_rad / 2
+    return Pose(
+        x_m=pose.x_m + ahead_m * cos(heading),
+        y_m=pose.y_m + ahead_m * sin(heading),
+        heading_rad=remainder(pose.heading_rad + turn_rad, tau),
+    )

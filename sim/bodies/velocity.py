@@ -2,21 +2,19 @@
 
 from robots.body import Pose
 from robots.world import RobotSpec
+from robots.world.bodies import Ramps
 from sim.bodies.odometry import Odometry
 from sim.bodies.simulated import SimulatedBody, clip
 from sim.jaws import Jaws
 from sim.scene import TICK_S, Scene
 
-ACCELERATION_M_S2 = 1.0
-TURN_ACCELERATION_RAD_S2 = 6.0
-
 
 class VelocityBody(SimulatedBody):
     """Commands are held, and followed within limits of speed and acceleration (our choice of measures)."""
 
-    def __init__(self, spec: RobotSpec, jaws: Jaws, scene: Scene, odometry: Odometry) -> None:
+    def __init__(self, spec: RobotSpec, ramps: Ramps, jaws: Jaws, scene: Scene, odometry: Odometry) -> None:
         super().__init__(spec, jaws)
-        self._scene, self._odometry = scene, odometry
+        self._ramps, self._scene, self._odometry = ramps, scene, odometry
         self._driven = (0.0, 0.0)
 
     @property
@@ -24,7 +22,7 @@ class VelocityBody(SimulatedBody):
         return self._driven
 
     def drive(self) -> None:
-        self._driven = accelerated(self._driven, self._wanted)
+        self._driven = ramped(self._driven, self._wanted, self._ramps)
         self._scene.drive(self.spec.name, *self._driven)
 
     def count_way(self, true: Pose) -> None:
@@ -37,12 +35,10 @@ class VelocityBody(SimulatedBody):
         return self._odometry.pose
 
 
-def accelerated(driven: tuple[float, float], wanted: tuple[float, float]) -> tuple[float, float]:
-    """The velocity one tick later: as near to what is wanted as acceleration allows."""
+def ramped(driven: tuple[float, float], wanted: tuple[float, float], ramps: Ramps) -> tuple[float, float]:
+    """The velocity one tick later: as near to what is wanted as the ramps allow."""
+    limits = (ramps.acceleration_m_s2 * TICK_S, ramps.turn_acceleration_rad_s2 * TICK_S)
     linear, angular = (
-        now + clip(then - now, limit * TICK_S)
-        for now, then, limit in zip(
-            driven, wanted, (ACCELERATION_M_S2, TURN_ACCELERATION_RAD_S2), strict=True
-        )
+        now + clip(then - now, limit) for now, then, limit in zip(driven, wanted, limits, strict=True)
     )
     return linear, angular

@@ -1,0 +1,74 @@
+"""A robot's body in a world file: by its kind alone (`body: wheeled`), or with what to change of its measures."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from robots.world.part import Part
+
+Kind = Literal["velocity", "wheeled", "avatar"]
+
+
+class Ramps(Part):
+    """How fast a body that has no wheels takes up a velocity it is told."""
+
+    acceleration_m_s2: float = Field(default=1.0, gt=0, le=20)
+    turn_acceleration_rad_s2: float = Field(default=6.0, gt=0, le=100)
+
+
+class VelocityBodySpec(Ramps):
+    """Has the velocity it is told, up to the ramps, unless something is in the way."""
+
+    kind: Literal["velocity"] = "velocity"
+
+
+class AvatarBodySpec(Ramps):
+    """A virtual robot: moves by itself, is not met by others, and stops at walls by its own check of the map."""
+
+    kind: Literal["avatar"] = "avatar"
+
+
+class WheeledBodySpec(Part):
+    """Two driven wheels on one axle through the body's middle, and a caster that bears the rest of its weight.
+
+    `base_m` lies between the wheels; speed, acceleration and torque are a wheel's own. `traction` is the friction of
+    wheel on floor, `slip` how uneven it is: the standard deviation of the share of a turn that is lost or won in a tick
+    of 1/60 s. `counts` are the encoder's, a turn of a wheel.
+    """
+
+    kind: Literal["wheeled"] = "wheeled"
+    base_m: float = Field(default=0.36, ge=0.1, le=0.44)
+    radius_m: float = Field(default=0.07, ge=0.02, le=0.2)
+    speed_rad_s: float = Field(default=14.0, gt=0, le=200)
+    acceleration_rad_s2: float = Field(default=15.0, gt=0, le=1000)
+    torque_n_m: float = Field(default=2.5, gt=0, le=100)
+    inertia_kg_m2: float = Field(default=0.004, gt=0, le=1)
+    traction: float = Field(default=0.7, gt=0, le=2)
+    slip: float = Field(default=0.02, ge=0, le=0.5)
+    counts: int = Field(default=2000, ge=16, le=100_000)
+
+    def check_speeds(self, robot: str, *, linear_m_s: float, angular_rad_s: float) -> None:
+        """:raises ValueError: if the wheels cannot take the robot as fast as it is said to be."""
+        rim_m_s = self.speed_rad_s * self.radius_m
+        if rim_m_s < linear_m_s:
+            raise ValueError(
+                f"{robot}.speed_m_s is {linear_m_s}, but its wheels of {self.radius_m} m at {self.speed_rad_s} rad/s "
+                f"reach {rim_m_s:.2f} m/s: lower it, or raise body.speed_rad_s or body.radius_m"
+            )
+        if rim_m_s < angular_rad_s * self.base_m / 2:
+            raise ValueError(
+                f"{robot}.turn_rad_s is {angular_rad_s}, but its wheels, {self.base_m} m apart, turn it at "
+                f"{2 * rim_m_s / self.base_m:.2f} rad/s: lower it, or raise body.speed_rad_s or body.radius_m"
+            )
+
+
+def _by_kind(body: Any) -> Any:
+    return {"kind": body} if isinstance(body, str) else body
+
+
+BodySpec = Annotated[
+    Annotated[VelocityBodySpec | WheeledBodySpec | AvatarBodySpec, Field(discriminator="kind")],
+    BeforeValidator(
+        _by_kind, json_schema_input_type=Kind | VelocityBodySpec | WheeledBodySpec | AvatarBodySpec
+    ),
+]

@@ -1,0 +1,65 @@
+"""The virtual avatar (SRA, Virtual Robotic Workbench): a robot without a physical body, which moves by itself.
+
+It meets nothing and nothing meets it; other robots see its beacon, and hear it by virtual sonar only. The map alone
+stops it. Its jaws work as all jaws do (our choice): what they hold goes with them.
+"""
+
+from robots.body import Pose
+from robots.world import RobotSpec
+from robots.world.bodies import Ramps
+from sim.bodies.floor import FloorMap
+from sim.bodies.odometry import Odometry, reckoned
+from sim.bodies.simulated import SimulatedBody
+from sim.bodies.velocity import ramped
+from sim.jaws import Jaws
+from sim.scene import TICK_S, Scene
+
+
+class AvatarBody(SimulatedBody):
+    """Integrates its own pose; a step that would end in a wall is not made, but for the part of it that would not."""
+
+    def __init__(
+        self,
+        spec: RobotSpec,
+        ramps: Ramps,
+        jaws: Jaws,
+        scene: Scene,
+        odometry: Odometry,
+        floor: FloorMap,
+    ) -> None:
+        super().__init__(spec, jaws)
+        self._ramps, self._scene, self._odometry, self._floor = ramps, scene, odometry, floor
+        self._driven = (0.0, 0.0)
+        self._stopped = False
+        scene.disembody(spec.name)
+
+    @property
+    def driven(self) -> tuple[float, float]:
+        return self._driven
+
+    def drive(self) -> None:
+        self._driven = ramped(self._driven, self._wanted, self._ramps)
+        self._stopped = False
+        if self._driven != (0.0, 0.0):
+            self._scene.put_rover(self.spec.name, self._stepped(self._scene.pose(self.spec.name)))
+
+    def count_way(self, true: Pose) -> None:
+        self._odometry.update(true)
+
+    def touches(self) -> bool:
+        """True while a wall stops it."""
+        return self._stopped
+
+    def get_position(self) -> Pose:
+        return self._odometry.pose
+
+    def _stepped(self, pose: Pose) -> Pose:
+        """The whole step, if a wall is in its way only the turn or only the way, else none."""
+        ahead_m, turn_rad = self._driven[0] * TICK_S, self._driven[1] * TICK_S
+        room_m = self._floor.room_m(pose)
+        for way in ((ahead_m, turn_rad), (0.0, turn_rad), (ahead_m, 0.0)):
+            then = reckoned(pose, *way)
+            if self._floor.room_m(then) >= min(0.0, room_m):
+                return then
+            self._stopped = True
+        return pose
