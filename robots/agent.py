@@ -7,6 +7,7 @@ from robots.executive import Executive
 from robots.facts import REPORTED
 from robots.link import Link
 from robots.mailbox import Mailbox
+from robots.patience import FAULT_S
 from robots.perception import Perception
 from robots.percepts import Percepts
 from robots.profile import BeaconSpec, RobotProfile
@@ -14,6 +15,7 @@ from robots.repertoire import Repertoire, load_repertoire
 from robots.sensing.actions import Mode, SensorAction
 from robots.sensing.controller import SensoryController
 from robots.sensing.energy import SensingMeter, load_powers
+from robots.sensing.health import SensorHealth
 from robots.sensing.loops import control_loop
 from robots.synthesis import Motion
 from robots.telemetry import telemetry
@@ -35,8 +37,6 @@ __all__ = ["BeaconSpec", "BehaviouralAgent", "RobotProfile"]
 
 TELEMETRY_S = 0.1
 LOOK_ROUND = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))
-FAULT_S = 1.0
-"""Sensors may fail for this long, the robot standing still, before the script is given up."""
 
 
 class BehaviouralAgent:
@@ -59,6 +59,7 @@ class BehaviouralAgent:
         self._executive = Executive(profile, repertoire if repertoire is not None else load_repertoire())
         self._loop = control_loop(profile.architecture, self._executive)
         self._sensory = SensoryController(body)
+        self._health = SensorHealth(profile.whisker_least_m)
         self._meter = SensingMeter(load_powers())
         self._verdicts: dict[str, str | None] = {}
         self._percepts: Percepts | None = None
@@ -92,20 +93,23 @@ class BehaviouralAgent:
     def _sense(self, now_s: float, step_s: float) -> Percepts | None:
         """What is known at this instant; None while a sensor cannot be relied on."""
         try:
-            readings = self._body.sense()
+            odometry = self._body.get_position()
+            readings = self._health.inspect(self._body.sense(), odometry)
             sensed = self._perception.perceive(
                 self._sensory.collect(readings),
-                self._body.get_position(),
+                odometry,
                 now_s,
                 battery=readings.battery,
                 charging=readings.charging,
+                degraded=self._health.degraded,
             )
         except (SensorFault, OSError, ValueError) as fault:
             self._fault_s += step_s
             if self._fault_s > FAULT_S:
                 self._executive.fault(str(fault), now_s)
             return None
-        self._fault_s = 0.0
+        # NOTE: not to 0: a sensor that fails every other tick must not go on so for ever.
+        self._fault_s = max(0.0, self._fault_s - step_s)
         self._percepts = self._loop.update(sensed)
         return self._percepts
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from robots.avoidance import Filter, Velocity
 from robots.conditions import unmet
 from robots.events import TIMEOUT, TOO_FAR, EventWatch
+from robots.patience import LOST_S
 from robots.patterns import BehaviourPattern, Responses, respond
 from robots.percepts import Percepts
 from robots.profile import RobotProfile
@@ -17,9 +18,6 @@ from robots.sensing.plans import Phase, name_of
 from robots.stall import StallGuard
 from robots.synthesis import Motion, motion
 from robots.wire import BehaviourPacket, FailureCategory, PacketState
-
-LOST_S = 1.0
-"""A maintained condition may flicker for this long before its loss is believed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

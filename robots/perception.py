@@ -57,6 +57,7 @@ class Perception:
         *,
         battery: float = 1.0,
         charging: bool = False,
+        degraded: tuple[str, ...] = (),
     ) -> Percepts:
         """Fuse one instant, of the sensors that run.
 
@@ -83,6 +84,7 @@ class Perception:
             bumped_s=self._bump.felt_s if self._bump else None,
             battery=battery,
             charging=charging,
+            degraded=degraded,
         )
 
     def _track(self, data: MutualDataStore, pose: Pose, now_s: float) -> None:

@@ -60,7 +60,7 @@ class Percepts:
     `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
     are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
     is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
-    come to by it.
+    come to by it. `degraded`: what readings the robot does without, in words.
     """
 
     profile: RobotProfile
@@ -75,6 +75,7 @@ class Percepts:
     bumped_s: float | None = None
     battery: float = 1.0
     charging: bool = False
+    degraded: tuple[str, ...] = ()
     progress: Progress = field(default_factory=Progress)
 
     @property

@@ -5,13 +5,12 @@ choice.
 from cmath import phase
 from math import pi
 
+from robots.patience import RETRIES, STALLED_S
 from robots.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.synthesis import Motion
 
-PATIENCE_S = 7.0
 NEARER_M, MOVED_M, TURNED_RAD = 0.05, 0.06, 0.25
 BACK_OFF_S, TURN_S = 1.6, 1.2
-RETRIES = 4
 REAR_GAP_M = 0.12
 WATCHED: Needs = LOCATING
 """What tells of progress."""
@@ -35,7 +34,7 @@ class StallGuard:
 
     @property
     def stalled(self) -> bool:
-        return self._idle_s >= PATIENCE_S
+        return self._idle_s >= STALLED_S
 
     @property
     def spent(self) -> bool:

@@ -37,6 +37,7 @@ def telemetry(
         sensors=tuple(sorted(running)),
         sensing_j=meter.used_j,
         sensing_saved_j=meter.saved_j,
+        degraded=percepts.degraded,
     )
 
 

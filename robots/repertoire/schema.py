@@ -12,9 +12,9 @@ from pydantic import Field, TypeAdapter
 from robots.avoidance import AnyAvoidance
 from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
 from robots.events import TIMEOUT, TOO_FAR, TOO_FAST
+from robots.patience import RETRIES
 from robots.patterns import BehaviourPattern, Level
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
-from robots.stall import RETRIES
 
 PATTERNS = "patterns"
 FASTER = 1.1

@@ -130,7 +130,7 @@ class Telemetry(Wire):
     counter-clockwise, None where nothing is in range; `tags` places it sees samples at, in the world's frame;
     `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised, `resultants` what they came to by "dof";
     `sensors` those that run, with the energy they have used since the robot's start and what all others would have used
-    beside them, joules.
+    beside them, joules; `degraded` what readings it does without, in words.
     """
 
     kind: Literal["telemetry"] = "telemetry"
@@ -153,6 +153,7 @@ class Telemetry(Wire):
     sensors: tuple[str, ...] = ()
     sensing_j: float = 0.0
     sensing_saved_j: float = 0.0
+    degraded: tuple[str, ...] = ()
 
 
 Body = Annotated[

@@ -1,9 +1,5 @@
 """Requests are acted on once, reports are kept until their receipt, and no link is needed to go on."""
 
-from dataclasses import replace
-from math import nan
-
-import numpy as np
 import pytest
 
 from robots.body import Pose
@@ -305,38 +301,6 @@ def test_a_robot_that_is_never_cleared_gives_up_in_time_and_says_why() -> None:
     assert service.report is not None
     assert (service.report.state, service.report.category) == (ScriptState.FAILED, FailureCategory.DEADLINE)
     assert "waits for clearance: a7" in service.report.detail
-
-
-def test_a_sensor_that_lies_for_long_fails_the_script_by_name_and_stops_the_robot() -> None:
-    world = room()
-    service = fred(world)
-    service.order(script("fred", packet("NAVIGATE", ref2="door")))
-    run_for(world, [service], 1)
-    body = world.bodies["fred"]
-    good = body.sense()
-    ranges = np.array(good.ranges_m)
-    ranges[5] = nan
-    body.faulty = replace(good, ranges_m=ranges)
-    run_for(world, [service], 0.1)
-    assert body.velocity == (0, 0)
-    run_for(world, [service], 2)
-    assert service.report is not None
-    assert (service.report.state, service.report.category) == (ScriptState.FAILED, FailureCategory.ROBOT)
-    assert "whisker 5 reads nan" in service.report.detail
-
-
-def test_a_glitch_of_a_sensor_is_ridden_out() -> None:
-    world = room()
-    service = fred(world)
-    service.order(script("fred", packet("NAVIGATE", ref2="door")))
-    run_for(world, [service], 1)
-    body = world.bodies["fred"]
-    body.faulty = replace(body.sense(), battery=nan)
-    run_for(world, [service], 0.5)
-    body.faulty = None
-    assert run(world, [service], lambda: service.report is not None)
-    assert service.report is not None
-    assert service.report.state is ScriptState.FINISHED
 
 
 def test_telemetry_comes_ten_times_a_second_and_tells_what_the_robot_believes() -> None:
