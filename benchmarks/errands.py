@@ -4,27 +4,13 @@ Here nothing is planned; the scripts are what the mission organiser would write 
 """
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import dist
 
-from robots.wire import (
-    BehaviourPacket,
-    BehaviourScript,
-    Clearance,
-    Message,
-    PacketReport,
-    PacketState,
-    Performative,
-    Receipt,
-    ScriptReport,
-    ScriptRequest,
-    ScriptState,
-    SymbolicFact,
-)
+from robots.wire import BehaviourPacket, BehaviourScript, PacketState, ScriptState, SymbolicFact
 from robots.world import WorldFile
-from sim.agents import behavioural_agent
-from sim.world import AgentMaker, Simulation
+from sim.crew import Crew
 
 TIMEOUT_S = 120.0
 WAIT_S = 400.0
@@ -154,138 +140,54 @@ class Result:
     words: list[str] = field(default_factory=list)
 
 
-class Crew:
-    """A simulated world whose robots are given scripts; keeps their reports, confirms and clears as a service."""
-
-    def __init__(
-        self,
-        world: WorldFile,
-        *,
-        seed: int,
-        jitter_m: float = 0.4,
-        make_agent: AgentMaker = behavioural_agent,
-    ) -> None:
-        self.world = world
-        self.simulation = Simulation(world, make_agent=make_agent, seed=seed, jitter_m=jitter_m)
-        self.reports: list[PacketReport] = []
-        self.ended: dict[str, ScriptReport] = {}
-        self.ran: list[Ran] = []
-        self._running_s: dict[str, float] = {}
-        self._changed_s: dict[str, float] = {}
-        self._retries: dict[str, int] = {}
-        self._packets: dict[tuple[str, str], BehaviourPacket] = {}
-        self._scripts: list[BehaviourScript] = []
-        self._over: set[tuple[str, str]] = set()
-        self._seen: set[str] = set()
-
-    def send(self, scripts: Sequence[BehaviourScript]) -> None:
-        self._scripts += scripts
-        for each in scripts:
-            for step in each.packets:
-                self._packets[each.id, step.id] = step
-            self._say(each.robot, Performative.REQUEST, ScriptRequest(script=each))
-
-    def run(
-        self,
-        scripts: Sequence[BehaviourScript],
-        *,
-        timeout_s: float = 600.0,
-        meanwhile: Callable[[], None] = lambda: None,
-    ) -> bool:
-        """Hand out scripts and wait until each has ended; True if all did. `meanwhile` is called at 20 Hz."""
-        self.send(scripts)
-        names = {each.id for each in scripts}
-
-        def over() -> bool:
-            self._hear()
-            meanwhile()
-            return names <= set(self.ended)
-
-        return self.simulation.run_until(over, timeout_s=timeout_s)
-
-    def _hear(self) -> None:
-        for message in self.simulation.link.receive():
-            body = message.body
-            if isinstance(body, PacketReport | ScriptReport):
-                self._say(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
-                if message.id not in self._seen:
-                    self._seen.add(message.id)
-                    self._note(message.sender, body)
-
-    def _note(self, robot: str, report: PacketReport | ScriptReport) -> None:
-        if isinstance(report, ScriptReport):
-            self.ended[report.script_id] = report
-            return
-        self.reports.append(report)
+def figures(crew: Crew) -> list[Ran]:
+    """The packets that ran to their end, from the crew's reports."""
+    steps = {(script.id, step.id): step for script in crew.scripts for step in script.packets}
+    robots = {script.id: script.robot for script in crew.scripts}
+    changed_s: dict[str, float] = {}
+    running_s: dict[str, float] = {}
+    retries: dict[str, int] = {}
+    ran: list[Ran] = []
+    for report in crew.reports:
+        robot = robots[report.script_id]
         if report.state is PacketState.INITIALIZING:
-            self._changed_s[robot] = report.at_s
-            self._retries[robot] = 0
+            changed_s[robot], retries[robot] = report.at_s, 0
         elif report.state is PacketState.RUNNING and report.detail:
-            self._retries[robot] += 1
+            retries[robot] += 1
         elif report.state is PacketState.RUNNING:
-            self._running_s[robot] = report.at_s
+            running_s[robot] = report.at_s
         elif report.state in (PacketState.FINISHED, PacketState.FAILED):
-            self.ran.append(self._figure(robot, report))
-        if report.state is PacketState.FINISHED:
-            self._over.add((report.script_id, report.packet_id))
-            self._clear(report.packet_id)
+            step, since_s = steps[report.script_id, report.packet_id], running_s.get(robot, report.at_s)
+            ran.append(
+                Ran(
+                    robot=robot,
+                    tag=step.tag,
+                    distance_m=_planned_m(step, crew.world),
+                    waited_s=since_s - changed_s[robot],
+                    ran_s=report.at_s - since_s,
+                    finished=report.state is PacketState.FINISHED,
+                    retries=retries[robot],
+                )
+            )
+    return ran
 
-    def _clear(self, action: str) -> None:
-        """Tell the robots that wait for it that an action has ended, once all who do it have said so."""
-        doers = [each for each in self._scripts if any(step.id == action for step in each.packets)]
-        if all((each.id, action) in self._over for each in doers):
-            for each in self._scripts:
-                if any(action in step.after for step in each.packets):
-                    clearance = Clearance(script_id=each.id, ended=(action,))
-                    self._say(each.robot, Performative.REQUEST, clearance)
 
-    def _figure(self, robot: str, report: PacketReport) -> Ran:
-        step = self._packets[report.script_id, report.packet_id]
-        since_s = self._running_s.get(robot, report.at_s)
-        return Ran(
-            robot=robot,
-            tag=step.tag,
-            distance_m=self._planned_m(step),
-            waited_s=since_s - self._changed_s[robot],
-            ran_s=report.at_s - since_s,
-            finished=report.state is PacketState.FINISHED,
-            retries=self._retries[robot],
-        )
-
-    def _planned_m(self, step: BehaviourPacket) -> float:
-        """From place to place, as a planner measures; 0 for a packet that stays at one."""
-        places = (step.arguments.get("ref1"), step.arguments.get("ref2"))
-        if step.tag not in ("NAVIGATE", "TRANSPORT") or None in places:
-            return 0.0
-        return dist(*(self.world.location(str(place)).at for place in places))
-
-    def _say(
-        self, robot: str, performative: Performative, body: object, in_reply_to: str | None = None
-    ) -> None:
-        message = Message.model_validate(
-            {
-                "performative": performative,
-                "sender": "service",
-                "receiver": robot,
-                "sent_at_s": self.simulation.clock.now_s(),
-                "in_reply_to": in_reply_to,
-                "body": body,
-            }
-        )
-        self.simulation.link.send(message)
+def _planned_m(step: BehaviourPacket, world: WorldFile) -> float:
+    """From place to place, as a planner measures; 0 for a packet that stays at one."""
+    places = (step.arguments.get("ref1"), step.arguments.get("ref2"))
+    if step.tag not in ("NAVIGATE", "TRANSPORT") or None in places:
+        return 0.0
+    return dist(*(world.location(str(place)).at for place in places))
 
 
 def carry_out(world: WorldFile, *errands: Errand, seed: int, jitter_m: float = 0.4) -> Result:
     """Run errands side by side to their end and look whether the goals became true in the world itself."""
-    crew = Crew(world, seed=seed, jitter_m=jitter_m)
-    try:
+    with Crew(world, seed=seed, jitter_m=jitter_m) as crew:
         all_ended = crew.run([each for errand in errands for each in errand.scripts()])
         truth = crew.simulation.truth()
-        astray = [errand for errand in errands if truth.samples[errand.sample].ref != errand.goal]
-        reports = list(crew.ended.values())
-        finished = all_ended and all(report.state is ScriptState.FINISHED for report in reports)
-        words = [f"{report.script_id}: {report.state} {report.detail}" for report in reports]
-        words += [f"{e.sample} is in {truth.samples[e.sample].ref}, not in {e.goal}" for e in astray]
-        return Result(succeeded=finished and not astray, took_s=truth.time_s, ran=crew.ran, words=words)
-    finally:
-        crew.simulation.close()
+    astray = [errand for errand in errands if truth.samples[errand.sample].ref != errand.goal]
+    reports = list(crew.ended.values())
+    finished = all_ended and all(report.state is ScriptState.FINISHED for report in reports)
+    words = [f"{report.script_id}: {report.state} {report.detail}" for report in reports]
+    words += [f"{e.sample} is in {truth.samples[e.sample].ref}, not in {e.goal}" for e in astray]
+    return Result(succeeded=finished and not astray, took_s=truth.time_s, ran=figures(crew), words=words)

@@ -6,9 +6,9 @@ from math import cos, nan, pi, sin
 
 import numpy as np
 
-from benchmarks.errands import Crew
 from robots.body import Pose, Sensor
 from robots.geometry import wrap
+from sim.crew import Crew
 from sim.mishaps import (
     Fault,
     Mishaps,

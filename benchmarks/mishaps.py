@@ -15,11 +15,12 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from benchmarks.errands import Crew, Leg, script
+from benchmarks.errands import Leg, script
 from benchmarks.mishap_cases import GOAL, ROBOT, SAMPLE, START, Case, Stage, cases
 from robots.body import RADIUS_M
 from robots.wire import BehaviourScript, PacketState, ScriptState
 from robots.world import WorldFile, load_world
+from sim.crew import Crew
 from sim.mishaps import Mishaps
 
 PACKET_S, WAIT_S = 40.0, 60.0

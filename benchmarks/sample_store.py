@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.errands import Crew, Ran, Result, carry_out, to_retrieve, to_store, tour, with_sample
+from benchmarks.errands import Ran, Result, carry_out, figures, to_retrieve, to_store, tour, with_sample
 from robots.wire import ScriptState
 from robots.world import load_world
+from sim.crew import Crew
 
 BAYS = [f"bay_{number}" for number in range(1, 13)]
 DRIVING = ("NAVIGATE", "TRANSPORT")
@@ -67,7 +68,6 @@ def all_tour(seed: int) -> Result:
     """All four robots drive through their places in random order, two to one place never."""
     world = load_world("sample_store")
     rng = random.Random(seed)
-    crew = Crew(world, seed=seed)
     scripts = [
         tour(
             "yard_1", rng.sample(["door_2", "interchange_2"], 2)
@@ -76,18 +76,12 @@ def all_tour(seed: int) -> Result:
     ]
     for aisle, bays in ((1, BAYS[:6]), (2, BAYS[6:])):
         scripts.append(tour(f"store_{aisle}", rng.sample([*bays, f"interchange_{aisle}"], 5)))
-    try:
+    with Crew(world, seed=seed) as crew:
         crew.run(scripts)
-        words = [f"{r.script_id}: {r.state} {r.detail}" for r in crew.ended.values()]
-        finished = [r for r in crew.ended.values() if r.state is ScriptState.FINISHED]
-        return Result(
-            succeeded=len(finished) == len(scripts),
-            took_s=crew.simulation.clock.now_s(),
-            ran=crew.ran,
-            words=words,
-        )
-    finally:
-        crew.simulation.close()
+        took_s = crew.simulation.clock.now_s()
+    words = [f"{r.script_id}: {r.state} {r.detail}" for r in crew.ended.values()]
+    finished = [r for r in crew.ended.values() if r.state is ScriptState.FINISHED]
+    return Result(succeeded=len(finished) == len(scripts), took_s=took_s, ran=figures(crew), words=words)
 
 
 def report(results: Sequence[tuple[Trial, Result]]) -> None:
@@ -98,22 +92,20 @@ def report(results: Sequence[tuple[Trial, Result]]) -> None:
         print(f"{kind:9} {len(good)}/{len(of_kind)} succeeded, mean {mean:.1f} s, longest {most:.1f} s")
     ran = [one for _, result in results for one in result.ran]
     for tag in ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"):
-        print(f"{tag:9} {figures(tag, [one for one in ran if one.tag == tag and one.finished])}")
+        print(f"{tag:9} {spread(tag, [one for one in ran if one.tag == tag and one.finished])}")
     print(f"retries: {sum(one.retries for one in ran)} in {len(ran)} packets")
 
 
-def figures(tag: str, ran: Sequence[Ran]) -> str:
+def spread(tag: str, ran: Sequence[Ran]) -> str:
     seconds = np.array([one.ran_s for one in ran])
     most = np.quantile(seconds, 0.95)
-    spread = f"n {len(ran)}, mean {seconds.mean():.1f} s, 95 % {most:.1f} s, longest {max(seconds):.1f} s"
+    told = f"n {len(ran)}, mean {seconds.mean():.1f} s, 95 % {most:.1f} s, longest {max(seconds):.1f} s"
     if tag not in DRIVING:
-        return spread
+        return told
     metres = np.array([one.distance_m for one in ran])
     slope, offset = np.polyfit(metres, seconds, 1)
     off = seconds - (offset + slope * metres)
-    return (
-        f"{offset:.2f} + {slope:.2f} * metres (off by {off.std():.1f} s, at most {max(off):+.1f}); {spread}"
-    )
+    return f"{offset:.2f} + {slope:.2f} * metres (off by {off.std():.1f} s, at most {max(off):+.1f}); {told}"
 
 
 def run_all(chosen: Sequence[Trial], jobs: int) -> Iterable[tuple[Trial, Result]]:

@@ -7,9 +7,9 @@ by clearance where that does not suffice.
 from functools import cache
 
 import pytest
+from benchmarks.goals import Mission, carry_out, prepare, written
 
 from benchmarks.errands import with_sample
-from benchmarks.goals import Mission, carry_out, prepare, written
 from planner import load_knowledge_base
 from robots.wire import ScriptState
 from robots.world import load_world

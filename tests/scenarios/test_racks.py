@@ -4,11 +4,11 @@ from functools import cache
 from typing import Any
 
 import pytest
+from benchmarks.goals import Mission, carry_out, written
 
 from app.cli.understanding import understood
 from app.vocabulary import planner_fact
 from app.world_model import initial_facts, initial_spots, objects_of, planning_problem
-from benchmarks.goals import Mission, carry_out, written
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines import engine_named
 from robots.wire import ScriptState

@@ -5,10 +5,11 @@ The scripts are written by hand here, as the mission organiser would; what count
 
 import pytest
 
-from benchmarks.errands import Crew, carry_out, packet, to_retrieve, to_store, tour, with_sample
+from benchmarks.errands import carry_out, packet, to_retrieve, to_store, tour, with_sample
 from benchmarks.sample_store import all_tour
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import WorldFile, load_world
+from sim.crew import Crew
 
 
 def store_with(*moved: tuple[str, str, str]) -> WorldFile:
