@@ -12,6 +12,7 @@ from rich.table import Column
 from app.api.bodies import MissionBody, plan_body
 from app.cli.settings import settings_of
 from app.cli.show import show_plan, tell_of_start
+from app.cli.truth import holds
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.database import GoalRow
@@ -19,7 +20,6 @@ from app.goals.desk import GoalRequest
 from app.settings import Settings
 from app.states import GoalState, MissionState
 from app.world_model import initial_facts
-from app.world_model.berths import berths_of
 from planner import load_knowledge_base
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -120,7 +120,7 @@ def _update(
 def _told(console: Console, mission: MissionBody, goal: GoalRow, world: WorldFile, truth: Truth) -> int:
     """Say what became true, by the robots' reports and in the simulated world itself."""
     wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-    missed = [fact for fact in wanted if not _holds(fact, world, truth)]
+    missed = [fact for fact in wanted if not holds(fact, world, truth)]
     console.print()
     for fact in wanted:
         mark = "[bold red]not true[/]" if fact in missed else "[bold green]true[/]"
@@ -134,10 +134,3 @@ def _told(console: Console, mission: MissionBody, goal: GoalRow, world: WorldFil
     if mission.reason:
         console.print(f"Reason: {escape(mission.reason)}")
     return 0 if not missed and mission.state == MissionState.COMPLETED else 1
-
-
-def _holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
-    if fact.predicate not in ("in", "at") or len(fact.args) != 2:
-        return False
-    sample, place = fact.args
-    return sample in truth.samples and truth.samples[sample].ref in (place, *berths_of(place, world))

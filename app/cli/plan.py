@@ -15,8 +15,8 @@ from app.cli.show import show_plan
 from app.cli.understanding import understood
 from app.errors import Invalid
 from app.plan_body import PlanBody
-from app.vocabulary import planner_fact
-from app.world_model import initial_facts, initial_spots, objects_of, planning_problem
+from app.sweep.mission import posed
+from app.world_model import initial_facts
 from planner import (
     KnowledgeBase,
     PlanningEngine,
@@ -153,7 +153,4 @@ def _without_plan(result: PlanningResult) -> dict[str, object]:
 
 def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBase) -> PlanningProblem:
     facts = initial_facts(world, knowledge_base)
-    objects = objects_of(world)
-    wanted = understood(world, facts, sentences, knowledge_base)
-    goals = tuple(planner_fact(fact, knowledge_base, objects) for fact in wanted)
-    return planning_problem(world, facts, goals, spots=initial_spots(world))
+    return posed(world, facts, understood(world, facts, sentences, knowledge_base), knowledge_base)

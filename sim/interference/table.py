@@ -1,14 +1,13 @@
 """Table 1 of P-SMPA over many seeds: how many obstacles are noticed, and how long the way takes."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from statistics import fmean, pstdev
 
 from robots.profile import Architecture
 from sim.interference.interferer import Kind
 from sim.interference.trial import Trial, run_trial
+from sim.parallel import side_by_side
 
 CONDITIONS = tuple((Kind.BOX, times) for times in (6, 7, 8)) + tuple(
     (Kind.BALL, times) for times in (4, 5, 6)
@@ -83,11 +82,9 @@ def run_table(
         for seed in range(seeds)
     ]
     trials: dict[Job, Trial] = {}
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(run_trial, *job): job for job in jobs}
-        for done, future in enumerate(as_completed(futures), start=1):
-            trials[futures[future]] = future.result()
-            told(done, len(jobs))
+    for job, trial in zip(jobs, side_by_side(_trial, jobs, workers=workers), strict=True):
+        trials[job] = trial
+        told(len(trials), len(jobs))
 
     def cell(kind: Kind, times: int, architecture: Architecture) -> Cell:
         return Cell.of([trials[kind, times, architecture, seed] for seed in range(seeds)], times)
@@ -101,3 +98,7 @@ def run_table(
         )
         for kind, times in conditions
     ]
+
+
+def _trial(job: Job) -> Trial:
+    return run_trial(*job)

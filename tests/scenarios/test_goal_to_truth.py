@@ -7,10 +7,14 @@ by clearance where that does not suffice.
 from functools import cache
 
 import pytest
-from benchmarks.goals import Mission, carry_out, prepare, written
 
+from app.cli.rehearse import carry_out
+from app.cli.understanding import understood
+from app.sweep import Mission, prepare, written
+from app.sweep.mission import posed
 from benchmarks.errands import with_sample
-from planner import load_knowledge_base
+from planner import PlanningRequest
+from planner.engines import portfolio
 from robots.wire import ScriptState
 from robots.world import load_world
 from tests.app.store import Store
@@ -18,7 +22,10 @@ from tests.app.store import Store
 
 @cache
 def mission(sentence: str) -> Mission:
-    return prepare(load_world("sample_store"), sentence, load_knowledge_base())
+    store = Store()
+    goals = understood(store.world, store.facts, [sentence], store.base)
+    problem = posed(store.world, store.facts, goals, store.base)
+    return prepare(store.world, problem, portfolio(store.base), store.base, PlanningRequest(time_limit_s=60))
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,12 @@ from functools import cache
 from typing import Any
 
 import pytest
-from benchmarks.goals import Mission, carry_out, written
 
+from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
-from app.vocabulary import planner_fact
-from app.world_model import initial_facts, initial_spots, objects_of, planning_problem
+from app.sweep import Mission, prepare
+from app.sweep.mission import posed
+from app.world_model import initial_facts
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines import engine_named
 from robots.wire import ScriptState
@@ -33,12 +34,11 @@ def racks(samples: list[dict[str, Any]]) -> WorldFile:
 def mission(sentence: str, start: str) -> Mission:
     world = racks(FULL if start == "full" else AT_DOORS)
     base = load_knowledge_base()
-    facts, objects = initial_facts(world, base), objects_of(world)
-    goals = [planner_fact(goal, base, objects) for goal in understood(world, facts, [sentence], base)]
-    problem = planning_problem(world, facts, goals, spots=initial_spots(world))
-    result = engine_named("macta", base).plan(problem, PlanningRequest(time_limit_s=30, effort_s=0))
-    assert result.plan_net is not None, result.reason
-    return written(world, result.plan_net, base)
+    facts = initial_facts(world, base)
+    problem = posed(world, facts, understood(world, facts, [sentence], base), base)
+    return prepare(
+        world, problem, engine_named("macta", base), base, PlanningRequest(time_limit_s=30, effort_s=0)
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,160 @@
+"""`macta experiment sweep`: how often goals come true in a simulated world, over many seeds."""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache, partial
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress
+
+from app.cli.rehearse import carry_out
+from app.cli.understanding import understood
+from app.goals.berths import berthed
+from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
+from app.sweep.mission import posed
+from app.world_model import initial_facts
+from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
+from planner.engines import portfolio
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+from sim.parallel import side_by_side
+
+TIME_LIMIT_S = 30.0
+SHOWN_SEEDS = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plot:
+    """What to sweep over: `sentences` as given, or else so many `goals` drawn anew for each seed."""
+
+    world: WorldFile
+    sentences: tuple[str, ...]
+    goals: int
+
+
+def sweep(plot: Plot, seeds: range, *, jobs: int, as_json: bool) -> None:
+    """Carry the goals out once for every seed, and tell what became of them.
+
+    :raises Invalid: if the goals are not understood, or the world cannot take so many, before anything is started.
+    """
+    _wanted(plot, seeds[0], load_knowledge_base())
+    rows = side_by_side(partial(row_of, plot), seeds, workers=jobs)
+    if as_json:
+        errors = Console(stderr=True)
+        with Progress(console=errors, transient=True) as progress:
+            done = list(progress.track(rows, total=len(seeds), description="seeds"))
+        json.dump(_document(plot, done), sys.stdout, indent=2)
+        sys.stdout.write("\n")
+        return
+    console = Console(highlight=False, soft_wrap=True)
+    _show_tally(console, Tally.of(list(_shown(console, rows))))
+
+
+def row_of(plot: Plot, seed: int) -> Row:
+    """One seed from goals to truth."""
+    base, engine = _planning()
+    wanted = _wanted(plot, seed, base)
+    goal = _words(wanted)
+    problem = posed(plot.world, initial_facts(plot.world, base), wanted, base)
+    try:
+        mission = prepare(plot.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
+    except NoMission as refusal:
+        return Row(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
+    ended = carry_out(mission, seed=seed)
+    return Row(
+        seed=seed,
+        goal=goal,
+        outcome=ended.outcome,
+        took_s=ended.truth.time_s,
+        estimate_s=mission.plan_net.makespan_s,
+        packet=ended.packet,
+        reason=ended.reason,
+    )
+
+
+@cache
+def _planning() -> tuple[KnowledgeBase, PlanningEngine]:
+    """Once a process."""
+    base = load_knowledge_base()
+    return base, portfolio(base)
+
+
+def _wanted(plot: Plot, seed: int, base: KnowledgeBase) -> Sequence[SymbolicFact]:
+    """The seed's goals, each with one place."""
+    facts = initial_facts(plot.world, base)
+    if plot.sentences:
+        return understood(plot.world, facts, list(plot.sentences), base)
+    return berthed(drawn_goals(plot.world, facts, plot.goals, seed, base), plot.world, facts)
+
+
+def _words(goals: Sequence[SymbolicFact]) -> str:
+    return " and ".join(
+        f"move {' to '.join(goal.args)}" if goal.predicate == "in" else str(goal) for goal in goals
+    )
+
+
+def _document(plot: Plot, rows: Sequence[Row]) -> dict[str, Any]:
+    tally = Tally.of(rows)
+    return {
+        "world": plot.world.name,
+        "rows": [asdict(row) | {"ratio": row.ratio} for row in rows],
+        "summary": asdict(tally) | {"rate": tally.rate},
+    }
+
+
+def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
+    """The rows, each printed as it comes."""
+    console.print(f"[bold]{'seed':>5}  {'outcome':<10} {'time s':>7} {'/ estimated':>12}  goal[/]")
+    for row in rows:
+        took = "" if row.took_s is None else f"{row.took_s:.1f}"
+        ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
+        outcome = f"{row.outcome.replace('_', ' '):<10}"
+        if row.outcome is not Outcome.CAME_TRUE:
+            outcome = f"[red]{outcome}[/]"
+        console.print(f"{row.seed:>5}  {outcome} {took:>7} {ratio:>12}  {escape(row.goal)}")
+        if row.reason:
+            console.print(f"{'':7}{escape(_by_packet(row.packet, row.reason))}")
+        yield row
+
+
+def _show_tally(console: Console, tally: Tally) -> None:
+    console.print()
+    if tally.interval is None:
+        console.print(f"Nothing was tried: none of {tally.seeds} seeds had a plan.")
+    else:
+        low, high = tally.interval
+        share = f"{tally.came_true} of {tally.tried} came true"
+        console.print(
+            f"[bold]{share}[/]: {100 * (tally.rate or 0):.1f} % (95 %: {100 * low:.1f} to {100 * high:.1f})."
+        )
+    _show_spread(console, "Time, s", tally.took_s, 1)
+    _show_spread(console, "Time over estimate", tally.ratio, 2)
+    _show_groups(console, "Not come true:", tally.failures)
+    _show_groups(console, "Not tried, no plan:", tally.unplanned)
+
+
+def _show_spread(console: Console, what: str, spread: Spread | None, digits: int) -> None:
+    if spread is not None:
+        ends = f"{spread.least:.{digits}f} to {spread.most:.{digits}f}"
+        console.print(f"{what}: median {spread.median:.{digits}f}, {ends}.")
+
+
+def _show_groups(console: Console, heading: str, groups: Sequence[Group]) -> None:
+    if not groups:
+        return
+    console.print(heading)
+    for group in groups:
+        seeds = ", ".join(map(str, group.seeds[:SHOWN_SEEDS])) + (
+            ", …" if len(group.seeds) > SHOWN_SEEDS else ""
+        )
+        outcome = group.outcome.replace("_", " ")
+        words = escape(_by_packet(group.packet, group.reason))
+        console.print(f"{len(group.seeds):>5} × {outcome}: {words} (seeds {seeds})")
+
+
+def _by_packet(packet: str | None, reason: str) -> str:
+    return reason if packet is None else f"{packet}: {reason}"
