@@ -12,7 +12,7 @@ from robots.clock import Clock
 from robots.link import InMemoryLink, Link
 from robots.world import Location, RobotSpec, Sample, WorldFile
 from robots.world.walls import panels_of
-from sim.bodies import FloorMap, make_body
+from sim.bodies import FloorMap, make_bodies
 from sim.hub import Hub
 from sim.jaws import Jaws
 from sim.placing import StartPlaces, placed_samples, rocks_of, told_pose
@@ -93,18 +93,14 @@ class Simulation:
         self._whiskers = Whiskers(world.robots)
         self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}
         told = {name: told_pose(pose, placing) for name, pose in starts.items()}
-        floor = FloorMap(panels, rocks)
-        self.bodies = {
-            spec.name: make_body(
-                spec,
-                scene=self.scene,
-                floor=floor,
-                jaws=self._jaws,
-                told=told[spec.name],
-                rng=self._rngs[spec.name],
-            )
-            for spec in world.robots
-        }
+        self.bodies = make_bodies(
+            world.robots,
+            scene=self.scene,
+            floor=FloorMap(panels, rocks),
+            jaws=self._jaws,
+            told=told,
+            rngs=self._rngs,
+        )
         self._homes = {spec.name: world.location(spec.home) for spec in world.robots if spec.home}
         self._touched: set[str] = set()
         self._sense()

@@ -3,4 +3,6 @@
 `actions` has the formal model, `plans` makes a plan of a script, `machine` schedules it (algorithm 2), `controller`
 runs the sensor actions and keeps their data stores (algorithm 3), `loops` are the control loops to choose from
 (algorithm 1, and sequential SMPA for comparison), `energy` counts what sensing costs and what it saves.
+
+Below them, SRA's activities: a `cascade` of modules that sense, of which `sonar` has a real and a virtual one.
 """

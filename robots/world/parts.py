@@ -91,6 +91,7 @@ class RobotSpec(Part):
     """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
     `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
+    `sonar`: what it hears by, one after the other: its whiskers, and a virtual sonar that hears avatars.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     """
 
@@ -107,6 +108,7 @@ class RobotSpec(Part):
     whiskers: int = Field(default=16, ge=8, le=64)
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
+    sonar: tuple[Literal["real", "virtual"], ...] = Field(default=("real", "virtual"), min_length=1)
     tuning: dict[str, dict[str, dict[str, float]]] = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -2,11 +2,12 @@
 
 `simulated.py` holds what all share (gripper, sensors, battery). Each kind has its own way to move and to count it:
 `velocity.py` has the velocity it is told, `wheeled.py` drives by its `axle.py` and counts by its `encoders.py`,
-`avatar.py` is virtual and goes by the `floor.py`. The world file says which one a robot has.
+`avatar.py` is virtual and goes by the `floor.py`. The world file says which one a robot has, and by which sonar it
+hears: the real one, a virtual one that hears avatars by the `workbench.py`, or both in a row.
 """
 
 from sim.bodies.floor import FloorMap
-from sim.bodies.making import make_body
+from sim.bodies.making import make_bodies
 from sim.bodies.simulated import SimulatedBody
 
-__all__ = ["FloorMap", "SimulatedBody", "make_body"]
+__all__ = ["FloorMap", "SimulatedBody", "make_bodies"]

@@ -1,8 +1,13 @@
-"""Which body a robot of the world file has."""
+"""Which bodies the robots of a world file have, and which sonar."""
+
+from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
 from robots.body import Pose
+from robots.sensing.cascade import Activity
+from robots.sensing.sonar import VirtualSonar
 from robots.world import RobotSpec
 from robots.world.bodies import AvatarBodySpec, VelocityBodySpec, WheeledBodySpec
 from sim.bodies.avatar import AvatarBody
@@ -11,18 +16,36 @@ from sim.bodies.odometry import Odometry
 from sim.bodies.simulated import SimulatedBody
 from sim.bodies.velocity import VelocityBody
 from sim.bodies.wheeled import WheeledBody
+from sim.bodies.workbench import SharedScene
 from sim.jaws import Jaws
 from sim.scene import Scene
 
 
-def make_body(
-    spec: RobotSpec, *, scene: Scene, floor: FloorMap, jaws: Jaws, told: Pose, rng: np.random.Generator
-) -> SimulatedBody:
-    """The body that the robot's spec names.
+def make_bodies(
+    specs: Sequence[RobotSpec],
+    *,
+    scene: Scene,
+    floor: FloorMap,
+    jaws: Jaws,
+    told: Mapping[str, Pose],
+    rngs: Mapping[str, np.random.Generator],
+) -> dict[str, SimulatedBody]:
+    """The bodies that the specs name, with their activities installed.
 
     :param floor: what an avatar goes by, which nothing stops.
-    :param told: the pose from which its odometry counts.
+    :param told: the pose from which each one's odometry counts.
     """
+    avatars = [spec.name for spec in specs if isinstance(spec.body, AvatarBodySpec)]
+    bodies = {}
+    for spec in specs:
+        body = bodies[spec.name] = _made(spec, scene, floor, jaws, told[spec.name], rngs[spec.name])
+        body.install([_sonar(kind, body, scene, avatars) for kind in spec.sonar])
+    return bodies
+
+
+def _made(
+    spec: RobotSpec, scene: Scene, floor: FloorMap, jaws: Jaws, told: Pose, rng: np.random.Generator
+) -> SimulatedBody:
     match spec.body:
         case WheeledBodySpec():
             return WheeledBody(spec, spec.body, jaws, scene, told, rng)
@@ -30,3 +53,17 @@ def make_body(
             return VelocityBody(spec, spec.body, jaws, scene, Odometry(told, scene.pose(spec.name), rng))
         case AvatarBodySpec():
             return AvatarBody(spec, spec.body, jaws, scene, Odometry(told, scene.pose(spec.name), rng), floor)
+
+
+def _sonar(
+    kind: Literal["real", "virtual"], body: SimulatedBody, scene: Scene, avatars: Sequence[str]
+) -> Activity:
+    if kind == "real":
+        return body.ring
+    spec = body.spec
+    return VirtualSonar(
+        SharedScene(scene, spec.name, avatars),
+        beams=spec.whiskers,
+        range_m=spec.whisker_range_m,
+        least_m=spec.whisker_least_m,
+    )

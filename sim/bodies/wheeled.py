@@ -13,7 +13,7 @@ from sim.bodies.simulated import SimulatedBody
 from sim.jaws import Jaws
 from sim.scene import TICK_S, Scene
 
-LIFTED_M_S = 5.0
+LIFTED_M_S, LIFTED_RAD_S = 5.0, 30.0
 """What seems to have moved faster than this was lifted and set down: it stands."""
 
 
@@ -62,8 +62,8 @@ class WheeledBody(SimulatedBody):
 def _moved(last: Pose, now: Pose) -> Velocity:
     """The mean velocity of the last tick, in the frame that the body has now."""
     east, north = (now.x_m - last.x_m) / TICK_S, (now.y_m - last.y_m) / TICK_S
-    if hypot(east, north) > LIFTED_M_S:
+    turn = remainder(now.heading_rad - last.heading_rad, tau) / TICK_S
+    if hypot(east, north) > LIFTED_M_S or abs(turn) > LIFTED_RAD_S:
         return STILL
     ahead, left = cos(now.heading_rad), sin(now.heading_rad)
-    turn_rad = remainder(now.heading_rad - last.heading_rad, tau)
-    return Velocity(east * ahead + north * left, north * ahead - east * left, turn_rad / TICK_S)
+    return Velocity(east * ahead + north * left, north * ahead - east * left, turn)

@@ -86,14 +86,21 @@ def test_an_avatar_casts_no_shadow_in_the_physical_world() -> None:
     assert (rock.x_m, rock.y_m) == pytest.approx((2.0, 1.0), abs=0.05)
 
 
-def test_an_avatar_hears_and_sees_solid_robots_and_walls() -> None:
+def test_an_avatar_and_solid_robots_see_each_others_beacons() -> None:
+    simulation, _ = simulate(avatar(two_rooms((0.4, 1, 0), second=(1.4, 1, 180))))
+    for observer, other in (("fred", "ginger"), ("ginger", "fred")):
+        sightings = simulation.bodies[observer].sense().sightings
+        assert sightings is not None
+        (seen,) = (one for one in sightings if one.identity == other)
+        assert (seen.range_m, seen.bearing_rad) == pytest.approx((1.0, 0.0), abs=0.05)
+
+
+def test_an_avatar_hears_solid_robots_and_walls() -> None:
     simulation, _ = simulate(avatar(two_rooms((0.4, 1, 0), second=(1.4, 1, 180))))
     readings = simulation.bodies["fred"].sense()
     assert readings.ranges_m is not None
-    assert readings.sightings is not None
     assert readings.ranges_m[0] == pytest.approx(1.0 - 2 * RADIUS_M, abs=0.05)
     assert readings.ranges_m[8] == pytest.approx(0.4 - 0.04 - RADIUS_M, abs=0.05)
-    assert {"ginger", "pass"} <= {one.identity for one in readings.sightings}
 
 
 def test_an_avatars_jaws_take_a_sample_with_them() -> None:
