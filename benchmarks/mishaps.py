@@ -20,6 +20,7 @@ from benchmarks.mishap_cases import GOAL, ROBOT, SAMPLE, START, Case, Stage, cas
 from robots.body import RADIUS_M
 from robots.wire import BehaviourScript, PacketState, ScriptState
 from robots.world import WorldFile, load_world
+from robots.world.walls import clearance_m, panels_of
 from sim.crew import Crew
 from sim.mishaps import Mishaps
 
@@ -27,7 +28,7 @@ PACKET_S, WAIT_S = 40.0, 60.0
 """Timeouts as the mission organiser gives for packets of ten seconds."""
 LIMIT_S = 4 * (PACKET_S + WAIT_S)
 WALL_M = RADIUS_M - 0.03
-"""A rover whose middle is nearer to a wall than this is in it."""
+"""A rover whose middle is nearer to a wall's surface than this is in it."""
 OUTCOMES = ("recovered", "reported", "wrong", "silent")
 
 
@@ -63,6 +64,7 @@ class Trial:
         self._case = case
         self._crew = Crew(yard([ROBOT, *case.others]), seed=seed, make_agent=mishaps.fit)
         self._stage = Stage(crew=self._crew, mishaps=mishaps, rng=np.random.default_rng(seed))
+        self._panels = panels_of(self._crew.world.walls)
         self._done_s: float | None = None
         self._undone = False
         self._walled = False
@@ -101,8 +103,7 @@ class Trial:
             self._undone = True
             case.undo(self._stage)
         pose = self._stage.pose
-        inside = WALL_M < pose.x_m < 8 - WALL_M and WALL_M < pose.y_m < 3.6 - WALL_M
-        self._walled |= not inside
+        self._walled |= clearance_m((pose.x_m, pose.y_m), self._panels) < WALL_M
 
     def _ran_s(self) -> float:
         """How long the patterns of the case's packet have acted; -1 if they do not."""

@@ -106,7 +106,7 @@ class BehaviouralAgent:
         except (SensorFault, OSError, ValueError) as fault:
             self._fault_s += step_s
             if self._fault_s > FAULT_S:
-                self._executive.fault(str(fault), now_s)
+                self._executive.fault(f"for {FAULT_S:.0f} s {fault}", self._percepts, now_s)
             return None
         # NOTE: not to 0: a sensor that fails every other tick must not go on so for ever.
         self._fault_s = max(0.0, self._fault_s - step_s)

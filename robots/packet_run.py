@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from robots.avoidance import Filter, Velocity
-from robots.conditions import unmet
+from robots.conditions import Verdict, in_words, unmet
 from robots.events import TIMEOUT, TOO_FAR, EventWatch
-from robots.patience import LOST_S
+from robots.patience import LOST_S, UNSEEN_S
 from robots.patterns import BehaviourPattern, Responses, respond
 from robots.percepts import Percepts
+from robots.plight import plight
 from robots.profile import RobotProfile
 from robots.progress import Odometer
 from robots.repertoire import BoundPacket
@@ -52,7 +53,8 @@ class PacketRun:
         self._uncleared = set(packet.after)
         self._missing: list[str] = []
         self._waited_s = 0.0
-        self._lost_s = 0.0
+        self._lost_s = self._unseen_s = 0.0
+        self._told: set[str] = set()
         self._guard = StallGuard(content.goal, content.retries or 0)
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
@@ -89,13 +91,18 @@ class PacketRun:
             return self._advance(percepts, step_s)
         return Outcome()
 
-    def fail(self, category: FailureCategory, why: str) -> Outcome:
+    def fail(self, category: FailureCategory, why: str, percepts: Percepts | None) -> Outcome:
+        """Give up, and say what was perceived, last if now nothing is."""
         self.state = PacketState.FAILED
-        return Outcome(change=Change(state=self.state, category=category, detail=f"{self.packet.tag} {why}"))
+        detail = f"{self.packet.tag} {why}"
+        if percepts is not None:
+            detail += f"; {plight(percepts, self.packet.arguments.values())}"
+        return Outcome(change=Change(state=self.state, category=category, detail=detail))
 
     def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
         clearance = self._awaited_clearance()
-        self._missing = [*([clearance] if clearance else []), *unmet(self.content.before, percepts)]
+        unmet_now = unmet(self.content.before, percepts)
+        self._missing = [*([clearance] if clearance else []), *(one.words for one in unmet_now)]
         if not self._missing:
             self.state = PacketState.RUNNING
             return Outcome(change=Change(state=self.state))
@@ -103,7 +110,12 @@ class PacketRun:
         if self._waited_s > self.packet.wait_timeout_s:
             why = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {self.waits_for}"
             category = FailureCategory.DEADLINE if clearance else FailureCategory.WORLD_CHANGED
-            return self.fail(category, why)
+            return self.fail(category, why, percepts)
+        unseen = any(one.unseen for one in unmet_now)
+        self._unseen_s = self._unseen_s + step_s if unseen else 0.0
+        if self._unseen_s > UNSEEN_S:
+            why = f"could not start for {UNSEEN_S:.0f} s for want of sight: the robot {self.waits_for}"
+            return self.fail(FailureCategory.WORLD_CHANGED, why, percepts)
         return self._act(self.content.waiting, percepts)
 
     def _awaited_clearance(self) -> str:
@@ -116,13 +128,20 @@ class PacketRun:
         news = self._watch.update(replace(percepts, progress=progress))
         progress = replace(progress, raised=self._watch.raised)
         outcome = self._run(replace(percepts, progress=progress), step_s)
-        if not news:
+        spared = self._spared(percepts)
+        if not news and not spared:
             return outcome
         change = outcome.change or Change(state=self.state)
-        said = "; ".join(f"{name}: the robot {words}" for name, words in news.items())
+        said = "; ".join([*spared, *(f"{name}: the robot {words}" for name, words in news.items())])
         detail = f"{change.detail}; {said}" if change.detail else said
         events = (*news, *change.events)
         return replace(outcome, change=replace(change, detail=detail, events=events))
+
+    def _spared(self, percepts: Percepts) -> list[str]:
+        """Readings that it newly does without: told once a packet."""
+        fresh = [words for words in percepts.degraded if words.partition(" reads")[0] not in self._told]
+        self._told.update(words.partition(" reads")[0] for words in fresh)
+        return [f"goes on though {words}" for words in fresh]
 
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
         missing = unmet(self.content.after, percepts)
@@ -131,21 +150,22 @@ class PacketRun:
             return Outcome(change=Change(state=self.state))
         lost = unmet(self.content.maintain, percepts)
         self._lost_s = self._lost_s + step_s if lost else 0.0
-        if self._lost_s > LOST_S:
-            return self.fail(FailureCategory.WORLD_CHANGED, f"broke off: the robot {'; '.join(lost)}")
+        if self._lost_s > (UNSEEN_S if any(one.unseen for one in lost) else LOST_S):
+            why = f"broke off: the robot {in_words(lost)}"
+            return self.fail(FailureCategory.WORLD_CHANGED, why, percepts)
         for limit in (TOO_FAR, TIMEOUT):
             if limit in percepts.progress.raised:
-                return self._overrun(limit, missing)
+                return self._overrun(limit, percepts, missing)
         return self._move(percepts, step_s, missing)
 
-    def _overrun(self, limit: str, missing: list[str]) -> Outcome:
+    def _overrun(self, limit: str, percepts: Percepts, missing: list[Verdict]) -> Outcome:
         if limit == TIMEOUT:
-            why = f"did not end within {self.packet.timeout_s:.0f} s: the robot {'; '.join(missing)}"
-            return self.fail(FailureCategory.DEADLINE, why)
-        why = f"did not end within {self.content.max_distance_m} m: the robot {'; '.join(missing)}"
-        return self.fail(FailureCategory.ROBOT, why)
+            why = f"did not end within {self.packet.timeout_s:.0f} s: the robot {in_words(missing)}"
+            return self.fail(FailureCategory.DEADLINE, why, percepts)
+        why = f"did not end within {self.content.max_distance_m} m: the robot {in_words(missing)}"
+        return self.fail(FailureCategory.ROBOT, why, percepts)
 
-    def _move(self, percepts: Percepts, step_s: float, missing: list[str]) -> Outcome:
+    def _move(self, percepts: Percepts, step_s: float, missing: list[Verdict]) -> Outcome:
         profile, guard = self._profile, self._guard
         manoeuvre = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
         if manoeuvre is not None:
@@ -153,8 +173,8 @@ class PacketRun:
         if self.content.retries is not None:
             guard.watch(percepts, step_s)
         if guard.spent:
-            why = f"made no progress after {guard.allowed} retries: the robot {'; '.join(missing)}"
-            return self.fail(FailureCategory.ROBOT, why)
+            why = f"made no progress after {guard.allowed} retries: the robot {in_words(missing)}"
+            return self.fail(FailureCategory.ROBOT, why, percepts)
         if guard.stalled:
             guard.begin_manoeuvre()
             detail = f"no progress, backs off and tries again ({guard.retries} of {guard.allowed})"

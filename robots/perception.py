@@ -48,6 +48,7 @@ class Perception:
         self._localiser = Localiser(profile.start, profile.beacons)
         self._tracking = ObjectTracking()
         self._bump: Bump | None = None
+        self._last_seen: dict[str, tuple[float, float]] = {}
 
     def perceive(
         self,
@@ -66,6 +67,7 @@ class Perception:
         check(data, odometry, battery)
         sightings: tuple[Sighting, ...] | None = data.values.get(Sensor.INFRA_RED)
         pose = self._localiser.update(odometry, sightings or ())
+        self._last_seen.update((one.identity, (now_s, one.range_m)) for one in sightings or ())
         if data.values.get(Sensor.BUMPER):
             self._bump = self._felt(pose, now_s)
         self._track(data, pose, now_s)
@@ -85,6 +87,7 @@ class Perception:
             battery=battery,
             charging=charging,
             degraded=degraded,
+            last_seen=self._last_seen,
         )
 
     def _track(self, data: MutualDataStore, pose: Pose, now_s: float) -> None:

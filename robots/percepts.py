@@ -60,7 +60,8 @@ class Percepts:
     `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
     are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
     is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
-    come to by it. `degraded`: what readings the robot does without, in words.
+    come to by it. `degraded`: what readings the robot does without, in words. `last_seen`: when each
+    beacon or tag was last in view, and how far off.
     """
 
     profile: RobotProfile
@@ -76,6 +77,7 @@ class Percepts:
     battery: float = 1.0
     charging: bool = False
     degraded: tuple[str, ...] = ()
+    last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     progress: Progress = field(default_factory=Progress)
 
     @property

@@ -5,7 +5,7 @@ composable, so that data can state them.
 """
 
 from robots.conditions.believing import Believed, Close, Moving, NarrowPassage
-from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, unmet
+from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, in_words, unmet
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
@@ -52,5 +52,6 @@ __all__ = [
     "Turned",
     "Vacant",
     "Verdict",
+    "in_words",
     "unmet",
 ]

@@ -49,7 +49,9 @@ class AnyOf:
 
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]
-        return Verdict(any(one.holds for one in verdicts), "; ".join(one.words for one in verdicts))
+        holds = any(one.holds for one in verdicts)
+        unseen = not holds and any(one.unseen for one in verdicts)
+        return Verdict(holds, "; ".join(one.words for one in verdicts), unseen)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +68,8 @@ class AllOf:
 
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]
-        return Verdict(all(one.holds for one in verdicts), "; ".join(one.words for one in verdicts))
+        unseen = any(one.unseen for one in verdicts)
+        return Verdict(all(one.holds for one in verdicts), "; ".join(one.words for one in verdicts), unseen)
 
 
 AnyCondition = Annotated[
@@ -108,7 +111,11 @@ AnyCondition = Annotated[
 ]
 
 
-def unmet(conditions: Iterable[Condition], percepts: Percepts) -> list[str]:
-    """What was perceived instead, for every condition that does not hold."""
+def unmet(conditions: Iterable[Condition], percepts: Percepts) -> list[Verdict]:
+    """The verdict, with what was perceived instead, of every condition that does not hold."""
     verdicts = [condition.check(percepts) for condition in conditions]
-    return [verdict.words for verdict in verdicts if not verdict.holds]
+    return [verdict for verdict in verdicts if not verdict.holds]
+
+
+def in_words(verdicts: Iterable[Verdict]) -> str:
+    return "; ".join(verdict.words for verdict in verdicts)

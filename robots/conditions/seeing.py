@@ -34,7 +34,8 @@ class LiesAt:
 
     def check(self, percepts: Percepts) -> Verdict:
         if not percepts.sees(self.object):
-            return Verdict(False, f"does not see {self.object}{_seen(percepts)}")
+            unseen = not percepts.sees(self.place)
+            return Verdict(False, f"does not see {self.object}{_seen(percepts)}", unseen)
         tag, place = percepts.locate(self.object), percepts.locate(self.place)
         if tag is None or place is None:
             return Verdict(False, f"does not know where {self.place} is")
@@ -58,7 +59,7 @@ class Vacant:
     def check(self, percepts: Percepts) -> Verdict:
         place = percepts.locate(self.place)
         if place is None or not percepts.sees(self.place):
-            return Verdict(False, f"does not see the beacon of {self.place}")
+            return Verdict(False, f"does not see the beacon of {self.place}", unseen=True)
         there = [tag for tag in percepts.tags if abs((percepts.locate(tag) or 0j) - place) < FOREIGN_M]
         return Verdict(not there, f"sees {' and '.join(there) or 'no sample'} at {self.place}")
 

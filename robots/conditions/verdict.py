@@ -8,10 +8,14 @@ from robots.percepts import Needs, Percepts
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether a condition holds, and what was perceived, in words."""
+    """Whether a condition holds, and what was perceived, in words.
+
+    `unseen`: it does not hold for want of sight, neither what it asks about nor the place of it is in view.
+    """
 
     holds: bool
     words: str
+    unseen: bool = False
 
 
 class Condition(Protocol):

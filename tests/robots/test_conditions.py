@@ -75,7 +75,8 @@ def test_conditions_compose() -> None:
 
 
 def test_what_is_missing_is_told_in_words() -> None:
-    assert unmet([Empty(), Holding(object="sample")], percepts()) == ["holds nothing"]
+    verdicts = unmet([Empty(), Holding(object="sample")], percepts())
+    assert [verdict.words for verdict in verdicts] == ["holds nothing"]
 
 
 @pytest.mark.parametrize(
