@@ -3,8 +3,11 @@
 from cmath import phase
 from collections.abc import Iterable
 
+from robots.body import Sighting
 from robots.percepts import Percepts
 
+MEETS_M = 2.0
+"""A robot in view no farther off than this may be what it met."""
 CLOSE_M = 0.5
 """What is nearer to the hull than this may be what is in the way."""
 
@@ -18,11 +21,16 @@ def plight(percepts: Percepts, names: Iterable[str]) -> str:
     words = [f"{percepts.me} at ({pose.x_m:.1f}, {pose.y_m:.1f})"]
     words += [f"{percepts.me}'s {one}" for one in percepts.degraded]
     if percepts.seen is not None:
-        words += [said for name in dict.fromkeys(names) if (said := _seen(percepts, name))]
+        near = [name for name, one in percepts.seen.items() if _is_robot_by(percepts, name, one)]
+        words += [said for name in dict.fromkeys([*names, *near]) if (said := _seen(percepts, name))]
         words += [] if percepts.seen else ["no beacon in view at all"]
     if percepts.about is not None:
         words += _in_the_way(percepts)
     return "; ".join(words)
+
+
+def _is_robot_by(percepts: Percepts, name: str, sighting: Sighting) -> bool:
+    return name in percepts.profile.others and sighting.range_m <= MEETS_M
 
 
 def _seen(percepts: Percepts, name: str) -> str:
