@@ -18,6 +18,7 @@ from planner.execution import awaits_of, keep_in_step
 from planner.fact import Fact
 from planner.fast_downward import FastDownwardEngine
 from planner.knowledge import (
+    TEAM_SEPARATOR,
     GroundAction,
     KnowledgeBase,
     load_knowledge_base,
@@ -40,6 +41,7 @@ from planner.validation import faults_of, linearisation, replay
 __all__ = [
     "GOAL",
     "INITIAL",
+    "TEAM_SEPARATOR",
     "UNOBSERVED",
     "CausalLink",
     "Fact",

@@ -101,7 +101,10 @@ _Links = Mapping[Part, list[tuple[Fact, str]]]
 
 
 def _sensed_links(plan_net: PlanNet, objects: Mapping[str, str], knowledge_base: KnowledgeBase) -> _Links:
-    """For each part the facts it can sense with the other robots' actions that bring them about."""
+    """For each part the facts it can sense with the actions that bring them about, unless it did these alone.
+
+    Of what it did with others the fact tells that they, too, have ended their parts.
+    """
     actions = {action.id: action for action in plan_net.actions}
     found: dict[Part, list[tuple[Fact, str]]] = defaultdict(list)
     for link in plan_net.causal_links:
@@ -112,7 +115,7 @@ def _sensed_links(plan_net: PlanNet, objects: Mapping[str, str], knowledge_base:
         gone = len(consumer.agents) > 1 and link.fact in consumer.deletes
         if not gone and knowledge_base.is_sensed(link.fact, objects):
             for robot in consumer.agents:
-                if robot not in actions[link.producer].agents:
+                if actions[link.producer].agents != (robot,):
                     found[link.consumer, robot].append((link.fact, link.producer))
     return found
 

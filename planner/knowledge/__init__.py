@@ -1,13 +1,15 @@
 """The planner's knowledge base: plan-net actions with all slots of table 3, as checked data (MACTA §4-§5)."""
 
+from planner.knowledge.action import ActionSpec, ParameterSpec, VariantSpec
 from planner.knowledge.base import KnowledgeBase
 from planner.knowledge.duration import DURATION_SCALE, scale_term
 from planner.knowledge.load import load_knowledge_base, read_knowledge_base
-from planner.knowledge.operator import GroundAction, Operator
-from planner.knowledge.schema import ActionSpec, KnowledgeBaseFile, ParameterSpec, PredicateSpec, TypeSpec
+from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator
+from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, TypeSpec
 
 __all__ = [
     "DURATION_SCALE",
+    "TEAM_SEPARATOR",
     "ActionSpec",
     "GroundAction",
     "KnowledgeBase",
@@ -16,6 +18,7 @@ __all__ = [
     "ParameterSpec",
     "PredicateSpec",
     "TypeSpec",
+    "VariantSpec",
     "load_knowledge_base",
     "read_knowledge_base",
     "scale_term",

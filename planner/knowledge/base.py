@@ -5,9 +5,10 @@ from functools import cached_property
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
+from planner.knowledge.action import ActionSpec
 from planner.knowledge.expression import Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
-from planner.knowledge.schema import RELATION, ActionSpec, KnowledgeBaseFile, PredicateSpec
+from planner.knowledge.schema import RELATION, KnowledgeBaseFile, PredicateSpec
 
 
 class KnowledgeBase:
@@ -52,9 +53,12 @@ class KnowledgeBase:
         """True if a robot can perceive this fact by itself."""
         predicate = self.predicates[fact.predicate]
         bound = dict(zip(predicate.arguments, fact.args, strict=True))
-        return predicate.sensed and all(
-            self.file.is_a(objects.get(bound[argument], ""), kind)
-            for argument, kind in predicate.sensed_when.items()
+        return predicate.sensed and (
+            not predicate.sensed_when
+            or any(
+                self.file.is_a(objects.get(bound[argument], ""), kind)
+                for argument, kind in predicate.sensed_when.items()
+            )
         )
 
     def to_relation(self, fact: Fact) -> tuple[str, tuple[str, ...]]:
@@ -108,26 +112,29 @@ class KnowledgeBase:
         """
         if action not in self.actions:
             raise KnowledgeBaseError(f"unknown action {action!r}; choices: {', '.join(sorted(self.actions))}")
+        misfit = f"{action} takes ({', '.join(p.name for p in self.actions[action].parameters)}), not {dict(arguments)}"
         for op in self.operators:
             binding = binding_of(op, arguments) if op.spec.name == action else None
             if binding is None:
                 continue
-            for name, kind in op.parameters.items():
-                if not self.file.is_a(self._type_of(binding[name], objects), kind):
-                    raise KnowledgeBaseError(_choices(f"{action}.{name}", binding[name], kind, self, objects))
-            if same := [pair for pair in op.distinct if binding[pair[0]] == binding[pair[1]]]:
-                raise KnowledgeBaseError(
-                    f"{action}: {' and '.join(same[0])} are both {binding[same[0][0]]!r}"
-                )
-            ground = op.ground(binding, functions)
-            if ground is not None:
+            if (wrong := self.misfit(op, binding, objects)) is not None:
+                misfit = wrong
+                continue
+            if (ground := op.ground(binding, functions)) is not None:
                 return ground
-            raise KnowledgeBaseError(
-                f"{action}({dict(arguments)}): its duration {op.duration.text!r} has no value"
-            )
-        raise KnowledgeBaseError(
-            f"{action} takes ({', '.join(p.name for p in self.actions[action].parameters)}), not {dict(arguments)}"
-        )
+            misfit = f"{action}({dict(arguments)}): its duration {op.duration.text!r} has no value"
+            break
+        raise KnowledgeBaseError(misfit)
+
+    def misfit(self, op: Operator, binding: Mapping[str, str], objects: Mapping[str, str]) -> str | None:
+        """Why the operator cannot be bound so, or None: each object is of its parameter's type, and none in two
+        parameters that are to differ."""
+        for name, kind in op.parameters.items():
+            if not self.file.is_a(self._type_of(binding[name], objects), kind):
+                return _choices(f"{op.spec.name}.{name}", binding[name], kind, self, objects)
+        if same := [pair for pair in op.distinct if binding[pair[0]] == binding[pair[1]]]:
+            return f"{op.spec.name}: {' and '.join(same[0])} are both {binding[same[0][0]]!r}"
+        return None
 
     def _type_of(self, name: str, objects: Mapping[str, str]) -> str:
         return objects.get(name, self._constants.get(name, ""))

@@ -1,6 +1,7 @@
 """Operators: plan-net actions with their relations chosen and their lists of robots spelt out.
 
-A plan-net action with `rel1 ∈ {at, near}` is two operators; one with teams of 1 or 2 robots likewise.
+A plan-net action with `rel1 ∈ {at, near}` is two operators; one with teams of 1 or 2 robots, or with two variants,
+likewise.
 Parameters of one type are bound to different objects, unless the action says which are. Our choice for a team:
 each literal with the list holds for every member, and the duration is the longest over the members.
 """
@@ -11,10 +12,11 @@ from functools import cached_property
 from itertools import combinations, product
 
 from planner.fact import Fact
+from planner.knowledge.action import LITERAL_SLOTS, ActionSpec, VariantSpec
 from planner.knowledge.duration import scale_term
 from planner.knowledge.expression import Expression, Functions
 from planner.knowledge.literal import Literal
-from planner.knowledge.schema import DISTANCE, DURATION, TIME, ActionSpec, ParameterSpec
+from planner.knowledge.schema import DISTANCE, DURATION, TIME
 
 TEAM_SEPARATOR = "+"
 """Between the members of a team where an argument shows it: `fred+ginger`."""
@@ -167,31 +169,37 @@ def operators_of(spec: ActionSpec) -> Iterator[Operator]:
     """All variants of a plan-net action."""
     narrowed = [parameter for parameter in spec.parameters if parameter.values]
     lists = [parameter for parameter in spec.parameters if parameter.teams]
-    for values in product(*(parameter.values for parameter in narrowed)):
-        for sizes in product(*(parameter.teams for parameter in lists)):
-            chosen = {parameter.name: value for parameter, value in zip(narrowed, values, strict=True)}
-            teams = {p.name: _members(p, size) for p, size in zip(lists, sizes, strict=True)}
-            suffix = [
-                value for parameter, value in zip(narrowed, values, strict=True) if len(parameter.values) > 1
-            ]
-            suffix += [
-                str(size) for parameter, size in zip(lists, sizes, strict=True) if len(parameter.teams) > 1
-            ]
-            yield _operator(spec, "_".join([spec.name.lower(), *map(str.lower, suffix)]), chosen, teams)
+    for variant in spec.variants:
+        sizes_of = {p.name: (variant.teams[p.name],) if p.name in variant.teams else p.teams for p in lists}
+        # The first variant is called as the action is.
+        kinds = [] if variant is spec.variants[0] else list(variant.types.values())
+        for values in product(*(parameter.values for parameter in narrowed)):
+            for sizes in product(*sizes_of.values()):
+                chosen = {parameter.name: value for parameter, value in zip(narrowed, values, strict=True)}
+                teams = {name: _members(name, size) for name, size in zip(sizes_of, sizes, strict=True)}
+                suffix = [chosen[parameter.name] for parameter in narrowed if len(parameter.values) > 1]
+                suffix += [str(len(team)) for name, team in teams.items() if len(sizes_of[name]) > 1]
+                name = "_".join([spec.name.lower(), *kinds, *map(str.lower, suffix)])
+                yield _operator(spec, variant, name, chosen, teams)
 
 
-def _members(parameter: ParameterSpec, size: int) -> tuple[str, ...]:
-    return tuple(f"{parameter.name}_{number}" for number in range(1, size + 1))
+def _members(parameter: str, size: int) -> tuple[str, ...]:
+    return tuple(f"{parameter}_{number}" for number in range(1, size + 1))
 
 
 def _operator(
-    spec: ActionSpec, name: str, chosen: Mapping[str, str], teams: Mapping[str, tuple[str, ...]]
+    spec: ActionSpec,
+    variant: VariantSpec,
+    name: str,
+    chosen: Mapping[str, str],
+    teams: Mapping[str, tuple[str, ...]],
 ) -> Operator:
     parameters: dict[str, str] = {}
     for parameter in spec.parameters:
         if parameter.type != TIME and parameter.name not in chosen:
-            parameters |= dict.fromkeys(teams.get(parameter.name, (parameter.name,)), parameter.type)
-    slots = {slot: _expand(spec.literals(slot), chosen, teams) for slot in _SLOTS}
+            kind = variant.types.get(parameter.name, parameter.type)
+            parameters |= dict.fromkeys(teams.get(parameter.name, (parameter.name,)), kind)
+    slots = {slot: _expand(spec.literals(slot, variant), chosen, teams) for slot in LITERAL_SLOTS}
     return Operator(
         name=name,
         spec=spec,
@@ -206,9 +214,6 @@ def _operator(
         distance=Expression.parse(spec.distance),
         energy=Expression.parse(spec.energy),
     )
-
-
-_SLOTS = ("preconditions", "delete", "intended_effects", "other_effects")
 
 
 def _expand(

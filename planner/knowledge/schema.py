@@ -1,33 +1,22 @@
 """The schema of a knowledge base file: what each slot of table 3 may hold (MACTA §5)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from string import Formatter
-from typing import Annotated, Self
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from planner.errors import KnowledgeBaseError
+from planner.knowledge.action import LITERAL_SLOTS, ActionSpec, ParameterSpec, Slot, VariantSpec, Word
 from planner.knowledge.duration import DURATION_SCALE
 from planner.knowledge.expression import Expression
 from planner.knowledge.literal import Literal
-
-Word = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
-Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
-Formula = Annotated[str, Field(coerce_numbers_to_str=True)]
-"""An expression, or just a number."""
 
 TIME = "time"
 RELATION = "relation"
 DURATION = ("duration", ())
 DISTANCE = ("distance", ())
 """The action's own duration and one robot's distance, as its energy names them: `duration()`, `distance()`."""
-LITERAL_SLOTS = ("preconditions", "delete", "intended_effects", "other_effects")
-
-
-class Slot(BaseModel):
-    """Base of everything in the file: immutable, unknown keys are an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class TypeSpec(Slot):
@@ -42,7 +31,7 @@ class PredicateSpec(Slot):
     """A predicate's typed arguments and how the world relates to it.
 
     relational: argument 1 is a relation, so the fact is also written rel(args without it).
-    sensed: robots can perceive it (if `sensed_when` names arguments: only where those have that type).
+    sensed: robots can perceive it (if `sensed_when` names arguments: only where one of those has that type).
     make_way: an action may be planned to bring this about though it is only among its other effects.
     phrase: what an operator reads where it holds, e.g. `{robot} reaches {location}`; `denial`: where not.
     """
@@ -50,52 +39,17 @@ class PredicateSpec(Slot):
     arguments: dict[Word, Word]
     relational: bool = False
     sensed: bool = False
-    sensed_when: dict[Word, Word] = {}
+    sensed_when: dict[Word, Word] = Field(default_factory=dict)
     make_way: bool = False
     phrase: str = ""
     denial: str = ""
-
-
-class ParameterSpec(Slot):
-    """A typed parameter; `values` narrows a type with constants; `teams` are the sizes of a list of
-    robots."""
-
-    name: Word
-    type: Word
-    values: tuple[str, ...] = ()
-    teams: tuple[Annotated[int, Field(ge=1, le=4)], ...] = ()
-
-
-class ActionSpec(Slot):
-    """A plan-net action with all the slots of table 3; and, our own, what one of its robots drives in metres and
-    uses in joules."""
-
-    identifier: int = Field(ge=1)
-    name: Tag
-    parameters: tuple[ParameterSpec, ...] = Field(min_length=1)
-    agents: tuple[Word, ...] = Field(min_length=1)
-    distinct: tuple[tuple[Word, Word], ...] | None = None
-    preconditions: tuple[str, ...]
-    delete: tuple[str, ...]
-    intended_effects: tuple[str, ...] = Field(min_length=1)
-    other_effects: tuple[str, ...]
-    duration: Formula
-    distance: Formula = "0"
-    energy: Formula = "0"
-    description: str
-
-    def literals(self, slot: str) -> tuple[Literal, ...]:
-        return tuple(Literal.parse(text) for text in getattr(self, slot))
-
-    def parameter(self, name: str) -> ParameterSpec:
-        return next(parameter for parameter in self.parameters if parameter.name == name)
 
 
 class KnowledgeBaseFile(Slot):
     """A whole knowledge base."""
 
     types: dict[Word, TypeSpec]
-    functions: dict[Word, tuple[Word, ...]] = {}
+    functions: dict[Word, tuple[Word, ...]] = Field(default_factory=dict)
     predicates: dict[Word, PredicateSpec]
     actions: tuple[ActionSpec, ...] = Field(min_length=1)
 
@@ -172,9 +126,10 @@ def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> No
     for position, pair in enumerate(action.distinct or ()):
         for name in pair:
             _known("parameter", name, bound, f"{where}.distinct.{position}")
-    for slot in LITERAL_SLOTS:
-        for position, text in enumerate(getattr(action, slot)):
-            _check_literal(base, action, text, f"{where}.{slot}.{position}")
+    types = {parameter.name: parameter.type for parameter in action.parameters}
+    _check_literals(base, action, types, where)
+    for position, variant in enumerate(action.variants):
+        _check_variant(base, action, variant, f"{where}.variants.{position}")
     _check_expression(base, action, action.duration, f"{where}.duration")
     _check_expression(base, action, action.distance, f"{where}.distance")
     _check_expression(base, action, action.energy, f"{where}.energy", own=(DURATION, DISTANCE))
@@ -196,7 +151,29 @@ def _check_parameter(base: KnowledgeBaseFile, parameter: ParameterSpec, names: l
             raise _at(where, f"a relation has its reference: parameter {reference} is missing")
 
 
-def _check_literal(base: KnowledgeBaseFile, action: ActionSpec, text: str, where: str) -> None:
+def _check_variant(base: KnowledgeBaseFile, action: ActionSpec, variant: VariantSpec, where: str) -> None:
+    types = {parameter.name: parameter.type for parameter in action.parameters}
+    for name, kind in variant.types.items():
+        _known("parameter", name, types, f"{where}.types")
+        narrower = [one for one in base.types if base.is_a(one, types[name])]
+        _known(types[name], kind, narrower, f"{where}.types.{name}")
+    for name, size in variant.teams.items():
+        lists = {parameter.name: parameter.teams for parameter in action.parameters if parameter.teams}
+        _known("list of robots", name, lists, f"{where}.teams")
+        _known("size", str(size), [str(choice) for choice in lists[name]], f"{where}.teams.{name}")
+    _check_literals(base, variant, {**types, **variant.types}, where)
+
+
+def _check_literals(
+    base: KnowledgeBaseFile, owner: ActionSpec | VariantSpec, types: Mapping[str, str], where: str
+) -> None:
+    """:param types: of the action's parameters."""
+    for slot in LITERAL_SLOTS:
+        for position, text in enumerate(getattr(owner, slot)):
+            _check_literal(base, types, text, f"{where}.{slot}.{position}")
+
+
+def _check_literal(base: KnowledgeBaseFile, types: Mapping[str, str], text: str, where: str) -> None:
     try:
         literal = Literal.parse(text)
     except KnowledgeBaseError as error:
@@ -205,18 +182,18 @@ def _check_literal(base: KnowledgeBaseFile, action: ActionSpec, text: str, where
     wanted = base.predicates[literal.predicate].arguments
     if len(literal.terms) != len(wanted):
         raise _at(where, f"{literal.predicate} takes ({', '.join(wanted)}), not ({', '.join(literal.terms)})")
-    parameters = {parameter.name: parameter for parameter in action.parameters if parameter.type != TIME}
+    parameters = {name: kind for name, kind in types.items() if kind != TIME}
     for term, (argument, type_name) in zip(literal.terms, wanted.items(), strict=True):
         if term in parameters:
-            if not base.is_a(parameters[term].type, type_name):
+            if not base.is_a(parameters[term], type_name):
                 raise _at(
                     where,
-                    f"{term} is a {parameters[term].type}, {argument} of {literal.predicate} a {type_name}",
+                    f"{term} is a {parameters[term]}, {argument} of {literal.predicate} a {type_name}",
                 )
             continue
         choices = [
             *(c for kind in base.types if base.is_a(kind, type_name) for c in base.constants(kind)),
-            *(p for p in parameters if base.is_a(parameters[p].type, type_name)),
+            *(name for name, kind in parameters.items() if base.is_a(kind, type_name)),
         ]
         _known(f"{type_name}", term, choices, where)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem, read_knowledge_base
+from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem
 from planner.compilation import UNIFIED_PLANNING_LOCK
 from planner.extraction import fault_of
 from planner.pddl import Form, Vocabulary, domain_text, problem_text, write_domain, write_problem
@@ -125,14 +125,9 @@ def test_keywords_and_strange_names_become_names_that_readers_take(knowledge_bas
 
 
 def test_the_duration_of_a_team_is_a_table(knowledge_base: KnowledgeBase) -> None:
-    from importlib import resources
-
-    text = (resources.files("planner.knowledge") / "files" / "rovers.yaml").read_text()
-    teams = "{name: robots, type: robot, teams: [2]}"
-    base = read_knowledge_base(text.replace("{name: robots, type: robot, teams: [1]}", teams, 1), "kb.yaml")
-    domain, problem = write_domain(base), write_problem(base, STORING)
-    assert "(= ?duration (duration_transport_at ?ref1 ?ref2 ?robots_1 ?robots_2))" in domain
-    assert "(= (duration_transport_at door_1 interchange_1 yard_1 yard_2) " in problem
+    domain, problem = write_domain(knowledge_base), write_problem(knowledge_base, STORING)
+    assert "(= ?duration (duration_transport_long_object_at ?ref1 ?ref2 ?robots_1 ?robots_2))" in domain
+    assert "(= (duration_transport_long_object_at door_1 interchange_1 yard_1 yard_2) " in problem
     assert "(at start (not (idle_robot ?robots_2)))" in domain
 
 
