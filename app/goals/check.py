@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.goals.berths import meant, staying
-from app.goals.reach import chain_from, free_for, reachers
+from app.goals.reach import chain_from, crews_for, free_for, lacking_crew, reachers
 from app.goals.words import choices_for, listed, natural, suggestions
 from app.vocabulary import planner_fact
 from app.world_model.beliefs import IN, NEAR, Facts, place_of
@@ -200,8 +200,12 @@ def _no_berth(
 
 
 def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Iterator[GoalIssue]:
-    """Some robot reaches the place, and a chain of robots can hand the sample on to it."""
-    if not reachers(place, facts):
+    """Some robot reaches the place, two for a long sample, and a chain of robots can hand the sample on to it."""
+    if (lacking := lacking_crew(sample, world, facts)) is not None:
+        yield GoalIssue(code="too-few-robots", kind="conflict", detail=lacking, thing=sample)
+        return
+    crews = crews_for(sample, world, facts)
+    if not reachers(place, crews):
         yield GoalIssue(
             code="place-unreachable",
             kind="conflict",
@@ -215,7 +219,7 @@ def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Itera
             code="sample-lost", kind="conflict", detail=f"it is not known where {sample} is", thing=sample
         )
         return
-    reached = chain_from(lies, facts)
+    reached = chain_from(lies, facts, crews)
     if place not in reached:
         choices = tuple(sorted({world.owners.get(name, name) for name in reached - {lies}}, key=natural))
         yield GoalIssue(

@@ -17,7 +17,8 @@ Awaits = Mapping[tuple[str, str], tuple[Fact, ...]]
 
 def awaited(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Awaits:
     """For each robot's start of an action the conditions that others bring about and it can sense."""
-    facts = [f for action in plan_net.actions for f in (*action.preconditions, *action.effects)]
+    changed = (f for action in plan_net.actions for f in (*action.deletes, *action.effects))
+    facts = [*changed, *(f for action in plan_net.actions for f in action.preconditions)]
     return awaits_of(plan_net, types_in(facts, knowledge_base), knowledge_base)
 
 

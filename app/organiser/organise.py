@@ -7,7 +7,7 @@ from app.organiser.coupling import Awaits, awaited, cleared
 from app.organiser.library import Library
 from app.organiser.matching import Found, find_packet, linking_goals
 from app.vocabulary import symbolic_all
-from planner import KnowledgeBase, PlanNet, PlanNetAction
+from planner import TEAM_SEPARATOR, KnowledgeBase, PlanNet, PlanNetAction
 from robots.wire import BehaviourPacket, BehaviourScript
 
 SHORTEST_TIMEOUT_S = 30.0
@@ -102,7 +102,7 @@ class _Writer:
         return BehaviourPacket(
             id=action.id,
             tag=found.tag,
-            arguments=dict(action.arguments),
+            arguments={**action.arguments, **_roles(action, robot)},
             requires=symbolic_all(required, base),
             awaits=symbolic_all(awaits, base),
             after=self._after(action, robot),
@@ -118,3 +118,9 @@ class _Writer:
         """The actions it is to be cleared of: not those it does alone, for it knows when they have ended."""
         before = self._cleared.get(action.id, ())
         return tuple(one for one in before if self._agents[one] != (robot,))
+
+
+def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:
+    """Who is who for a robot that acts with others: `robots` lists them all, in the same order for each."""
+    others = [agent for agent in action.agents if agent != robot]
+    return {"robot": robot, "partner": TEAM_SEPARATOR.join(others)} if others else {}

@@ -2,10 +2,10 @@
 
 A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one
 object: news of one of them replaces what was believed. `vacant` and `clear` follow from where objects lie and
-robots stand.
+robots stand; `brought` and `holds_alone` last as long as a robot holds the object, and holds it alone.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from planner import Fact
@@ -19,6 +19,7 @@ TRANSPORTED = "transported"
 REACHES = "reaches"
 CAN = "can"
 IN_AREA = "in_area"
+OWN_SPOT = "own_spot"
 VACANT = "vacant"
 CLEAR = "clear"
 NEAR = "near"
@@ -81,7 +82,25 @@ def revised(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Fa
     for fact in news:
         kept = {old for old in kept if not _contradicts(fact, old, robots)} | {fact}
     places = storing(facts | frozenset(news))
-    return _with_derived(_with_grippers(frozenset(kept), _holders(facts), news), places)
+    held = frozenset(fact for fact in kept if not _is_outdated(fact, kept))
+    return _with_derived(_with_grippers(held, _holders(facts), news), places)
+
+
+def _is_outdated(fact: Fact, facts: Collection[Fact]) -> bool:
+    """True for what is said of an object that two robots carry, when they do not any more."""
+    match fact.predicate, fact.args:
+        case "brought", (item, _):
+            return not _holding(item, facts)
+        case "holds_alone", (robot, item):
+            return _holding(item, facts) != {robot}
+        case _:
+            return False
+
+
+def _holding(item: str, facts: Collection[Fact]) -> set[str]:
+    """The robots that hold the object."""
+    robots = robots_in(facts)
+    return {f.args[2] for f in facts if f.predicate == OBJECT_POSITION and f.args[0] == item} & robots
 
 
 def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:

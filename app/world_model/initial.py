@@ -12,6 +12,7 @@ from app.world_model.beliefs import (
     IN_AREA,
     NEAR,
     OBJECT_POSITION,
+    OWN_SPOT,
     REACHES,
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
@@ -39,6 +40,9 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     :raises Invalid: if it does not tell which of a location's berths it is about.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
+    if any(sample.length_m for sample in world.samples):
+        # Only who releases a long object to another robot backs off to its own spot.
+        layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
     layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.lying.items()}
     objects = objects_of(world)

@@ -4,19 +4,20 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from math import dist
 
-from app.world_model.beliefs import REACHES, ROBOT_POSITION, Facts, spot_of
+from app.world_model.beliefs import OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
 from app.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
 from planner import Fact, PlanningProblem
 from robots.world import WorldFile
 
-ROBOT, OBJECT, LOCATION, AREA = "robot", "object", "location", "area"
+ROBOT, LOCATION, AREA = "robot", "location", "area"
+OBJECT, LONG_OBJECT = "object", "long_object"
 Point = tuple[float, float]
 
 
 def objects_of(world: WorldFile) -> dict[str, str]:
     """Every object of the world and its type; each robot's open-floor spot is a location."""
     named = {place.name: LOCATION for place in world.places}
-    named |= {sample.name: OBJECT for sample in world.samples}
+    named |= {sample.name: LONG_OBJECT if sample.length_m else OBJECT for sample in world.samples}
     for robot in world.robots:
         named |= {robot.name: ROBOT, spot_of(robot.name): LOCATION, world.area_of(robot).name: AREA}
     return named
@@ -59,10 +60,10 @@ def _points(world: WorldFile, spots: Mapping[str, Point]) -> dict[str, Point]:
 
 
 def _ways(facts: Facts) -> Mapping[str, set[str]]:
-    """For each place those that some robot drives to from there: what it reaches, and where it stands."""
+    """For each place those that some robot drives to from there: what it reaches, and where it stands or backs off."""
     driven: dict[str, set[str]] = defaultdict(set)
     for fact in facts:
-        if fact.predicate == REACHES:
+        if fact.predicate in (REACHES, OWN_SPOT):
             driven[fact.args[0]].add(fact.args[1])
         elif fact.predicate == ROBOT_POSITION and fact.args[2] == spot_of(fact.args[0]):
             driven[fact.args[0]].add(fact.args[2])

@@ -4,7 +4,9 @@ import pytest
 
 from app.goals.check import GoalIssue, blocking, check_goals
 from app.world_model import Facts, revised
-from robots.world import WorldFile
+from robots.world import RobotSpec, WorldFile
+from robots.world.parts import PACKET_TAGS
+from tests.app.laboratory import Laboratory, lab_with
 from tests.app.store import Store, said
 
 STORE = Store()
@@ -161,3 +163,29 @@ def test_every_goals_issues_are_told_at_once() -> None:
 
 def test_no_goal_at_all_is_invalid() -> None:
     assert [(issue.code, issue.kind) for issue in issues()] == [("goal-needed", "invalid")]
+
+
+def lab_issue(*robots: RobotSpec) -> GoalIssue:
+    """What stands against relocating the rock sample with these robots."""
+    return only("in(rock_sample, lander)", store=Laboratory(lab_with(robots=robots)))
+
+
+def test_two_robots_that_carry_together_can_relocate_a_long_sample() -> None:
+    assert issues("in(rock_sample, lander)", store=Laboratory()) == ()
+
+
+def test_a_long_sample_takes_two_robots_and_the_lack_is_named() -> None:
+    fred, ginger = Laboratory().world.robots
+    issue = lab_issue(fred)
+    assert (issue.code, issue.kind, issue.thing) == ("too-few-robots", "conflict", "rock_sample")
+    assert issue.detail == "rock_sample takes two robots that can TRANSPORT, in lab there is only fred"
+    weak = ginger.model_copy(update={"repertoire": ("NAVIGATE", "TRACK")})
+    assert lab_issue(fred, weak).detail == issue.detail
+
+
+def test_two_robots_that_cannot_grip_it_one_after_the_other_are_told_what_they_lack() -> None:
+    plain = tuple(tag for tag in PACKET_TAGS if tag not in ("DOCK2", "RELEASE1"))
+    robots = [robot.model_copy(update={"repertoire": plain}) for robot in Laboratory().world.robots]
+    assert lab_issue(*robots).detail == (
+        "rock_sample takes two robots, and none of fred and ginger can DOCK2 or RELEASE1"
+    )
