@@ -3,8 +3,11 @@
 import json
 import os
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -13,32 +16,38 @@ from app.errors import Invalid
 from sim.interference.plots import write_plots
 from sim.interference.table import Cell, Figure, Row, run_table
 
+Written = TypeVar("Written")
 
-def interference(seeds: int, *, as_json: bool, plots: Path | None) -> None:
+
+def interference(seeds: int, *, as_json: bool, plots: Path) -> None:
     """P-SMPA's table 1 over many seeds, and its figures 5 and 6.
 
-    :raises Invalid: if the figures cannot be written.
+    :param plots: the folder to write the figures to; made if it is not there.
+    :raises Invalid: if the figures cannot be written; that is known before anything is run.
     """
+    _with_folder(plots, lambda: plots.mkdir(parents=True, exist_ok=True))
     progress = Progress(console=Console(stderr=True), transient=True)
     with progress:
         task = progress.add_task("trials")
-        rows = run_table(
+        table = run_table(
             seeds,
             workers=os.cpu_count() or 1,
             told=lambda done, of: progress.update(task, completed=done, total=of),
         )
     if as_json:
-        json.dump({"rows": [_row_body(row) for row in rows]}, sys.stdout)
+        json.dump({"rows": [_row_body(row) for row in table.rows]}, sys.stdout, indent=2)
         sys.stdout.write("\n")
     else:
-        _show(rows, seeds)
-    if plots is None:
-        return
-    try:
-        written = write_plots(plots)
-    except OSError as error:
-        raise Invalid(f"--plots: {plots} cannot be written: {error.strerror}") from error
+        _show(table.rows, seeds)
+    written = _with_folder(plots, lambda: write_plots(plots, table.trials))
     Console(stderr=True, highlight=False).print(f"Wrote {', '.join(map(str, written))}.")
+
+
+def _with_folder(folder: Path, write: Callable[[], Written]) -> Written:
+    try:
+        return write()
+    except OSError as error:
+        raise Invalid(f"--plots: {folder} cannot be written: {error.strerror}") from error
 
 
 def _row_body(row: Row) -> dict[str, object]:
@@ -55,8 +64,9 @@ def _cell_body(cell: Cell) -> dict[str, float]:
     return {name: figure.mean for name, figure in figures.items()}
 
 
-def _show(rows: list[Row], seeds: int) -> None:
-    table = Table(title=f"Parallel and sequential sensing, mean ± standard deviation of {seeds} seeds")
+def _show(rows: Sequence[Row], seeds: int) -> None:
+    title = f"Parallel and sequential sensing, mean ± standard deviation of {seeds} seeds"
+    table = Table(title=title, box=SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
     for heading in ("Sensor", "Times", "Sensing", "Detected", "Perf. %", "Time s", "Used J", "Saved J"):
         table.add_column(heading, justify="left" if heading in ("Sensor", "Sensing") else "right")
     for row in rows:
@@ -67,6 +77,9 @@ def _show(rows: list[Row], seeds: int) -> None:
     cells = [cell for row in rows for cell in (row.parallel, row.sequential)]
     arrived, trials = sum(cell.arrived for cell in cells), sum(cell.trials for cell in cells)
     worst = max(row.parallel.time_s.mean / row.sequential.time_s.mean for row in rows)
+    console.print(
+        "Times: so often a thing is put in the way. J: of the sensors, used and saved by those that are off."
+    )
     console.print(f"{arrived} of {trials} ways ended at the door.")
     console.print(f"Parallel takes at most {worst:.2f} of sequential's time.")
 

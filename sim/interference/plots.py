@@ -1,17 +1,21 @@
 """Figures like P-SMPA's 5 and 6, as SVG: what sonar and bumper said on one way to the door, either way."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from robots.profile import Architecture
 from sim.interference.corridor import SONAR_MOST_M
 from sim.interference.interferer import THRESHOLD_M, Kind
-from sim.interference.trial import Instant, Trial, run_trial
+from sim.interference.table import Job
+from sim.interference.trial import Instant, Trial
 
 WIDTH, PANEL, LEFT, RIGHT, TOP, GAP = 860, 190, 60, 20, 40, 70
 SHOWN = {Kind.BOX: 8, Kind.BALL: 4}
 """The numbers of interferences in figs 5 and 6."""
-TITLES = {Kind.BOX: "Sonar detection", Kind.BALL: "Bumper detection"}
+TITLES = {
+    Kind.BOX: "Sonar detection; green: seen before it is run into, red: not",
+    Kind.BALL: "Bumper detection; green: felt, red: not",
+}
 PANELS = {Architecture.PARALLEL: "(a) parallel", Architecture.SEQUENTIAL: "(b) sequential"}
 AXES = {
     Kind.BOX: ("distance, m; 0: off", SONAR_MOST_M, (0.0, THRESHOLD_M, 1.0, 1.5, 2.0, 2.5)),
@@ -19,17 +23,16 @@ AXES = {
 }
 
 
-def write_plots(folder: Path, *, seed: int = 0) -> list[Path]:
-    """One figure a sensor.
+def write_plots(folder: Path, trials: Mapping[Job, Trial]) -> list[Path]:
+    """One figure a sensor, of the first seed's ways.
 
     :raises OSError: if the folder cannot be written to.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     written = []
     for number, kind in enumerate((Kind.BOX, Kind.BALL), start=5):
-        trials = {each: run_trial(kind, SHOWN[kind], each, seed) for each in Architecture}
+        ways = {each: trials[kind, SHOWN[kind], each, 0] for each in Architecture}
         path = folder / f"figure_{number}_{kind}.svg"
-        path.write_text(figure(kind, trials), encoding="utf-8")
+        path.write_text(figure(kind, ways), encoding="utf-8")
         written.append(path)
     return written
 

@@ -1,6 +1,6 @@
 """Table 1 of P-SMPA over many seeds: how many obstacles are noticed, and how long the way takes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean, pstdev
 
@@ -64,13 +64,21 @@ class Row:
     sequential: Cell
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """The rows, and every trial that they rest on."""
+
+    rows: Sequence[Row]
+    trials: Mapping[Job, Trial]
+
+
 def run_table(
     seeds: int,
     *,
     workers: int,
     conditions: Sequence[tuple[Kind, int]] = CONDITIONS,
     told: Callable[[int, int], None] = lambda done, of: None,
-) -> list[Row]:
+) -> Table:
     """A row a condition, each cell over the seeds 0 to `seeds` - 1; the same figures however many workers.
 
     :param told: is called after each trial with how many are done, and of how many.
@@ -89,7 +97,7 @@ def run_table(
     def cell(kind: Kind, times: int, architecture: Architecture) -> Cell:
         return Cell.of([trials[kind, times, architecture, seed] for seed in range(seeds)], times)
 
-    return [
+    rows = [
         Row(
             kind=kind,
             interferences=times,
@@ -98,6 +106,7 @@ def run_table(
         )
         for kind, times in conditions
     ]
+    return Table(rows=rows, trials=trials)
 
 
 def _trial(job: Job) -> Trial:

@@ -99,5 +99,5 @@ def test_the_table_has_the_same_figures_however_many_workers() -> None:
     conditions = [(Kind.BALL, 1)]
     one, two = (run_table(1, workers=workers, conditions=conditions) for workers in (1, 2))
     assert one == two
-    assert one[0].parallel.performance.mean == 1.0
-    assert one[0].parallel.detected.mean == 1.0
+    assert one.rows[0].parallel.performance.mean == 1.0
+    assert one.rows[0].parallel.detected.mean == 1.0
