@@ -186,14 +186,14 @@ def test_a_handle_slips_out_of_a_rover_that_drives_off_alone() -> None:
     assert len(truth.samples["beam"].holders) <= 1
 
 
-def test_a_held_long_object_does_not_pass_a_wall() -> None:
+def test_a_long_object_that_is_pushed_against_a_wall_falls_before_it_passes() -> None:
     simulation, puppets = grip_beam()
     for puppet in puppets.values():
         puppet.velocity = (0.3, 0.0)
     run_s(simulation, 4)
     truth = simulation.truth()
-    assert truth.samples["beam"].x_m < 2.0
-    assert truth.samples["beam"].holders == ("fred", "ginger")
+    assert truth.samples["beam"].x_m < 1.96
+    assert truth.slipped > 0
 
 
 def test_a_long_object_that_nobody_holds_lies_where_it_was_let_go() -> None:
