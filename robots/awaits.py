@@ -4,7 +4,20 @@ Robots are coupled by sensing wherever that suffices (MACTA §5: "no need for th
 communicate"). The measures are our choice.
 """
 
-from robots.conditions import Beside, Clear, Condition, Empty, Holding, LiesAt, Near, Vacant
+from math import hypot
+
+from robots.conditions import (
+    AtHandle,
+    Beside,
+    Clear,
+    Condition,
+    Empty,
+    Holding,
+    HoldsAlone,
+    LiesAt,
+    Near,
+    Vacant,
+)
 from robots.errors import RepertoireError
 from robots.profile import STAND_OFF_M, RobotProfile
 from robots.wire import SymbolicFact
@@ -22,6 +35,10 @@ def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # no
             return LiesAt(object=thing, place=place)
         case "in", (thing, robot) if robot == profile.name:
             return Holding(object=thing)
+        case "in", (thing, robot) if robot in profile.others and thing in profile.lengths_m:
+            return AtHandle(object=thing, robot=robot)
+        case "holds_alone", (robot, thing) if robot == profile.name:
+            return HoldsAlone(object=thing)
         case "in", (thing, robot) if robot in profile.others:
             return Beside(target=thing, other=robot, m=HELD_BY_M)
         case "vacant", (place,) if place in profile.places:
@@ -31,7 +48,9 @@ def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # no
         case "near", (robot, place) if robot == profile.name and place in profile.places:
             return Near(place=place, within_m=0.2, facing_rad=3.2)
         case "near" | "at", (robot, place) if robot in profile.others and place in profile.places:
-            return Beside(target=robot, other=place, m=STAND_OFF_M + 0.2)
+            # NOTE: two that carry a long object stand abreast of the approach point.
+            abreast_m = max(profile.lengths_m.values(), default=0.0) / 2
+            return Beside(target=robot, other=place, m=hypot(STAND_OFF_M + 0.2, abreast_m))
         case "robot_attribute", (robot, "gripper", "empty") if robot == profile.name:
             return Empty()
     raise RepertoireError(f"{profile.name} has no sensor that tells {fact}")

@@ -82,6 +82,11 @@ def guide(percepts: Percepts, place: str) -> Guidance | None:
     point, beacon = percepts.approach_point(place), percepts.locate(place)
     if point is None or beacon is None:
         return None
+    return guidance(point, beacon, percepts.obstacles)
+
+
+def guidance(point: complex, beacon: complex, obstacles: Iterable[Obstacle]) -> Guidance | None:
+    """`guide`, for points and obstacles in the frame of whatever is to get there."""
     distance_m = abs(point)
     if distance_m <= ARRIVED_M:
         return Guidance(turn_rad=phase(beacon), advance_m=point.real)
@@ -89,7 +94,7 @@ def guide(percepts: Percepts, place: str) -> Guidance | None:
         way = 1 if point.real >= 0 else -1
         turn_rad = phase(way * point)
         return Guidance(turn_rad=turn_rad, advance_m=way * distance_m * cos(turn_rad) ** 2)
-    course = clear_course(point, percepts.obstacles)
+    course = clear_course(point, obstacles)
     if course is None:
         return None
     return Guidance(turn_rad=course, advance_m=distance_m * max(0.0, cos(course)) ** 2)

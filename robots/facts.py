@@ -1,9 +1,10 @@
 """What a robot perceives, as symbolic facts in rel/ref form, for its reports."""
 
+from collections.abc import Container
 from math import isfinite
 
 from robots.body import GRIPPER_REACH_M
-from robots.conditions import Beside, LiesAt
+from robots.conditions import AtHandle, Beside, Condition, LiesAt
 from robots.percepts import LOCATING, Needs, Percepts
 from robots.wire import SymbolicFact
 
@@ -60,7 +61,7 @@ def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
     holders = [
         name
         for name in percepts.profile.others
-        if Beside(target=tag, other=name, m=0.45).check(percepts).holds
+        if _held_by(tag, name, percepts.profile.lengths_m).check(percepts).holds
     ]
     # NOTE: one look does not tell whether it lies still; that no robot is by it does.
     places = [
@@ -69,6 +70,14 @@ def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
         if LiesAt(object=tag, place=name, still_s=0.0).check(percepts).holds
     ]
     return [_fact("in", tag, name) for name in (holders or places)[:1]]
+
+
+def _held_by(tag: str, robot: str, long: Container[str]) -> Condition:
+    return (
+        AtHandle(object=tag, robot=robot, still_s=0.0)
+        if tag in long
+        else Beside(target=tag, other=robot, m=0.45)
+    )
 
 
 def _fact(predicate: str, *args: str) -> SymbolicFact:

@@ -1,7 +1,7 @@
 """Turns a body's raw readings into percepts, tick by tick, and finds out when a sensor lies."""
 
 from cmath import rect
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import isfinite, pi
 
@@ -25,6 +25,8 @@ from robots.tracking.recognition import by_infra_red, by_touch, by_whiskers
 
 GONE_S = 0.5
 """What is felt again within this time is still the same."""
+LONG_SHARES = (-0.5, -0.25, 0.0, 0.25, 0.5)
+"""Where along a long object it is taken to be in the way."""
 BUMP_RADIUS_M = 0.08
 """What was bumped into is taken to be of this size and ahead: the bumper tells no direction, and a robot drives ahead
 (our choice).
@@ -109,8 +111,16 @@ class Perception:
             if sighting.identity in self._profile.others:
                 found.append(Obstacle(at=at, radius_m=RADIUS_M, is_robot=True))
             elif self._profile.is_tag(sighting.identity) and sighting.identity != gripper.holding:
-                found.append(Obstacle(at=at, radius_m=SAMPLE_RADIUS_M))
+                found.extend(self._lying(sighting, at))
         return tuple(found)
+
+    def _lying(self, sighting: Sighting, at: complex) -> Iterator[Obstacle]:
+        """A disc around a compact sample; several along a long one."""
+        along = rect(
+            self._profile.lengths_m.get(sighting.identity, 0.0), sighting.bearing_rad - sighting.aspect_rad
+        )
+        for share in LONG_SHARES if along else (0.0,):
+            yield Obstacle(at=at + share * 1j * along, radius_m=SAMPLE_RADIUS_M)
 
     def _around(self, data: MutualDataStore, solid: tuple[Obstacle, ...]) -> list[Obstacle]:
         """The bodies, and a disc around every whisker's hit (from the hull) that is not a body's.

@@ -22,6 +22,9 @@ REMEMBERED_S = 5.0
 """How long a tag that went out of sight is still believed to lie where it was."""
 FRESH_S = 1.0
 """How long another robot is still believed to stand where it was seen."""
+HANDLE_OF = "@"
+STANDS_AT_M = 0.5
+"""A robot this near to a handle stands at it."""
 SAMPLE_RADIUS_M = 0.06
 WHISKER_RADIUS_M = 0.02
 
@@ -132,11 +135,14 @@ class Percepts:
     def sees(self, identity: str) -> bool:
         return identity in self.sightings
 
-    def locate(self, identity: str) -> complex | None:
+    def locate(self, identity: str) -> complex | None:  # noqa: PLR0911
         """Where something is: in my jaws, as sighted, on the map, a way-point, or remembered; None if it is not
-        known.
+        known. Of a long object its middle, or one of its handles: `beam@left`, `beam@right` as seen from my side,
+        `beam@free`, the first of them at which no other robot stands.
         """
-        if identity == self.holding:
+        if HANDLE_OF in identity:
+            return self._handle(identity)
+        if identity == self.holding and identity not in self.profile.lengths_m:
             return complex(GRIPPER_REACH_M)
         sighting = self.sightings.get(identity)
         if sighting is not None:
@@ -155,8 +161,9 @@ class Percepts:
 
     def axis(self, place: str) -> float | None:
         """Direction in which a place's beacon emits on my side, radians in the robot's frame; None if not
-        known.
+        known. Of a long object's handle: square to the object.
         """
+        place = place.partition(HANDLE_OF)[0]
         sighting = self.sightings.get(place)
         if sighting is not None:
             return wrap(sighting.bearing_rad + pi - sighting.aspect_rad)
@@ -171,6 +178,18 @@ class Percepts:
         """The point `near` a place: on the emitting axis, the stand-off away from the beacon."""
         beacon, axis = self.locate(place), self.axis(place)
         return None if beacon is None or axis is None else beacon + rect(STAND_OFF_M, axis)
+
+    def _handle(self, identity: str) -> complex | None:
+        """A handle of a long object in view."""
+        thing, _, which = identity.partition(HANDLE_OF)
+        middle, axis, length_m = self.locate(thing), self.axis(thing), self.profile.lengths_m.get(thing)
+        if middle is None or axis is None or length_m is None:
+            return None
+        left = middle + rect(length_m / 2, axis - pi / 2)
+        if which == "free":
+            taken = any(abs(at - left) <= STANDS_AT_M for _, at in self.robots_in_view())
+            which = "right" if taken else "left"
+        return left if which == "left" else 2 * middle - left
 
     def robots_in_view(self) -> Iterator[tuple[str, complex]]:
         """Other robots and where they are, seen now or a moment ago."""

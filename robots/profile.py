@@ -38,7 +38,7 @@ class RobotProfile:
     `whisker_least_m` its whiskers read as that.
 
     `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
-    nor one of `others` it takes for the tag of a sample.
+    nor one of `others` it takes for the tag of a sample. `lengths_m`: of the objects that take two robots.
     """
 
     name: str
@@ -51,6 +51,7 @@ class RobotProfile:
     architecture: Architecture = Architecture.PARALLEL
     sensors: frozenset[Sensor] = ALL_SENSORS
     whisker_least_m: float = 0.0
+    lengths_m: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, BeaconSpec] = field(init=False)
 
     def __post_init__(self) -> None:

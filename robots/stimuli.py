@@ -12,6 +12,7 @@ from typing import Annotated, ClassVar, Literal, Protocol
 
 from pydantic import ConfigDict, Field
 
+from robots.carrying import Askew, JointWayOn, JointWayRound, PutAhead, PutAside
 from robots.course import guide
 from robots.geometry import clip
 from robots.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Obstacle, Percepts
@@ -204,6 +205,11 @@ AnyStimulus = Annotated[
     | Distance
     | Astern
     | Alongside
-    | Whim,
+    | Whim
+    | JointWayOn
+    | JointWayRound
+    | Askew
+    | PutAhead
+    | PutAside,
     Field(discriminator="sense"),
 ]

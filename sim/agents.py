@@ -29,6 +29,7 @@ def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) ->
         others=fitting.others,
         architecture=Architecture(fitting.spec.architecture),
         whisker_least_m=fitting.spec.whisker_least_m,
+        lengths_m=fitting.lengths_m,
     )
     return BehaviouralAgent(
         profile=profile,

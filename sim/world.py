@@ -35,11 +35,12 @@ class Agent(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitting:
-    """What an agent is fitted out with: spec, the locations of its reach, the pose it was told, its seams."""
+    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its seams."""
 
     spec: RobotSpec
     reach: tuple[Location, ...]
     others: tuple[str, ...]
+    lengths_m: Mapping[str, float]
     told: Pose
     body: Body
     link: Link
@@ -157,6 +158,7 @@ class Simulation:
             spec=spec,
             reach=self.world.reach_of(spec),
             others=tuple(other for other in self.bodies if other != spec.name),
+            lengths_m={one.name: one.length_m for one in self.world.samples if one.length_m},
             told=told,
             body=self.bodies[spec.name],
             link=self.hub.end_of(spec.name),

@@ -5,6 +5,7 @@ composable, so that data can state them.
 """
 
 from robots.conditions.believing import Believed, Close, Moving, NarrowPassage
+from robots.conditions.carrying import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
 from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, in_words, unmet
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
@@ -20,6 +21,7 @@ __all__ = [
     "AllOf",
     "AnyCondition",
     "AnyOf",
+    "AtHandle",
     "AtRest",
     "Believed",
     "Beside",
@@ -36,9 +38,12 @@ __all__ = [
     "Faster",
     "Heading",
     "Holding",
+    "HoldsAlone",
     "InView",
     "JawsAt",
+    "JointNear",
     "LiesAt",
+    "LinedUp",
     "Moving",
     "NarrowPassage",
     "Near",
@@ -46,8 +51,10 @@ __all__ = [
     "OffPoint",
     "OnCourse",
     "Opening",
+    "Over",
     "Raised",
     "Reached",
+    "Still",
     "Travelled",
     "Turned",
     "Vacant",

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.believing import Believed, Close, Moving, NarrowPassage
+from robots.conditions.carrying import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
@@ -104,6 +105,12 @@ AnyCondition = Annotated[
     | Faster
     | Raised
     | Bumped
+    | AtHandle
+    | HoldsAlone
+    | JointNear
+    | LinedUp
+    | Still
+    | Over
     | Not
     | AnyOf
     | AllOf,

@@ -34,7 +34,7 @@ class Repertoire:
         """
         for tag in tuning:
             self._known(tag)
-        specs = {tag: tuned(spec, tuning.get(tag, {})) for tag, spec in self.specs.items()}
+        specs = {name: tuned(spec, tuning.get(name, {})) for name, spec in self.specs.items()}
         return Repertoire(specs)
 
     def _known(self, tag: str) -> PacketSpec:
@@ -43,12 +43,24 @@ class Repertoire:
             raise RepertoireError(f"unknown packet {tag}; known: {', '.join(sorted(self.specs))}")
         return spec
 
+    def _content(self, packet: BehaviourPacket, profile: RobotProfile) -> PacketSpec:
+        """A tag's content: for long objects there may be one of its own, or none for others."""
+        thing = packet.arguments.get("object")
+        long = f"{packet.tag} (long)"
+        if long in self.specs and (thing in profile.lengths_m or packet.tag not in self.specs):
+            if thing is not None and thing not in profile.lengths_m:
+                raise RepertoireError(
+                    f"{packet.tag} takes a long object; {profile.name} knows {thing} as none"
+                )
+            return self.specs[long]
+        return self._known(packet.tag)
+
     def bind(self, packet: BehaviourPacket, profile: RobotProfile) -> BoundPacket:
         """A packet on the wire as the triplet this robot runs; what it awaits is added to the pre-conditions.
 
         :raises RepertoireError: naming the tag, argument or fact that does not fit.
         """
-        spec = self._known(packet.tag)
+        spec = self._content(packet, profile)
         if not spec.basic and packet.tag not in profile.repertoire:
             raise RepertoireError(f"{packet.tag} is not in the repertoire of {profile.name}")
         _check_arguments(packet, spec, profile)
@@ -130,9 +142,9 @@ def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
             spec.bind({})
         except (yaml.YAMLError, ValidationError) as error:
             raise RepertoireError(f"{origin} is no packet: {error}") from error
-        if spec.tag in specs:
-            raise RepertoireError(f"{origin} defines {spec.tag} a second time")
-        specs[spec.tag] = spec
+        if spec.name in specs:
+            raise RepertoireError(f"{origin} defines {spec.name} a second time")
+        specs[spec.name] = spec
     return Repertoire(specs)
 
 

@@ -27,7 +27,8 @@ class PacketSpec(Checked):
     `arguments` must be given; `places`, `objects` and `robots` say which of them name what. `before` and
     `after` are the sensor pre- and post-conditions. Our additions: `waiting`, patterns active until the pre-
     conditions hold; `maintain`, conditions whose loss is a failure; `goal`, the place or thing that measures
-    progress, and how often it `retries` without any (None: it need not get anywhere).
+    progress, and how often it `retries` without any (None: it need not get anywhere). `long`: it is what its tag
+    stands for when the `object` is a long one, whose handles are "$object@left", "@right" and "@free".
 
     SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
     an `object` or a way-point `x`, `y`; `events`; how to `avoid` obstacles: by the packet's `patterns`, or by a method
@@ -41,6 +42,7 @@ class PacketSpec(Checked):
     arguments: tuple[str, ...] = ()
     places: tuple[str, ...] = ()
     robots: tuple[str, ...] = ()
+    long: bool = False
     target: bool = False
     parameters: dict[str, Parameter] = Field(default_factory=dict)
     before: tuple[dict[str, Any], ...] = ()
@@ -52,6 +54,11 @@ class PacketSpec(Checked):
     avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None
     retries: int | None = Field(default=RETRIES, ge=0)
+
+    @property
+    def name(self) -> str:
+        """The tag, and whether it is the content for long objects: by this name a repertoire knows it."""
+        return f"{self.tag} (long)" if self.long else self.tag
 
     def defaults(self) -> dict[str, Value]:
         """What its parameters and limits are when a script does not say."""
@@ -92,7 +99,9 @@ class PacketSpec(Checked):
 def filled(template: Any, values: Mapping[str, Value]) -> Any:
     """A template with values in place of the names that have one."""
     if isinstance(template, str) and template.startswith("$"):
-        return values.get(template[1:], template)
+        name, at, handle = template[1:].partition("@")
+        value = values.get(name, f"${name}")
+        return f"{value}@{handle}" if at else value
     if isinstance(template, dict):
         return {key: filled(inner, values) for key, inner in template.items()}
     if isinstance(template, list | tuple):

@@ -1,0 +1,77 @@
+"""Two robots side by side with a long object in their jaws, as each senses it (MACTA §5: "an articulated unit").
+
+Each steers the whole by what it senses itself: the object's middle and direction by its tag, what is in the way by its
+whiskers. Nothing is agreed between them; where they differ, the object on their capture heads tells them. All of it
+is our choice.
+"""
+
+from cmath import rect
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import pi
+
+from robots.body import GRIPPER_REACH_M, RADIUS_M
+from robots.course import Guidance, guidance
+from robots.geometry import wrap
+from robots.percepts import Obstacle, Percepts
+
+BESIDE_M = 0.35
+"""What is met this near to where the partner stands is the partner."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Formation:
+    """`middle`: between the two robots, where one would stand that carried the object in its own jaws; robot's frame.
+
+    `heading_rad`: how the whole heads, square to the object; relative to my heading. `length_m`: the object's.
+    """
+
+    middle: complex
+    heading_rad: float
+    length_m: float
+
+    @property
+    def radius_m(self) -> float:
+        """Of a disc around all of it."""
+        return self.length_m / 2 + RADIUS_M
+
+    @property
+    def offset_m(self) -> float:
+        """How far to the left of the middle I stand."""
+        return self.to_formation(0j).imag
+
+    @property
+    def partner(self) -> complex:
+        """Where the other robot stands; robot's frame."""
+        return 2 * self.middle
+
+    def to_formation(self, point: complex) -> complex:
+        """A point of the robot's frame, as from the middle: x ahead of the whole, y to its left."""
+        return (point - self.middle) * rect(1.0, -self.heading_rad)
+
+
+def formation_with(percepts: Percepts, thing: str) -> Formation | None:
+    """The formation of whom carry an object; None if it is not in my jaws or not in view."""
+    at, axis, length_m = percepts.locate(thing), percepts.axis(thing), percepts.profile.lengths_m.get(thing)
+    if percepts.holding != thing or at is None or axis is None or length_m is None:
+        return None
+    middle = at + rect(GRIPPER_REACH_M, axis)
+    return Formation(middle=middle, heading_rad=wrap(axis + pi), length_m=length_m)
+
+
+def guide_formation(percepts: Percepts, thing: str, place: str) -> Guidance | None:
+    """How the whole is to turn and go on to come to stand near a place with the object between place and robots."""
+    whole = formation_with(percepts, thing)
+    point, beacon = percepts.approach_point(place), percepts.locate(place)
+    if whole is None or point is None or beacon is None:
+        return None
+    in_the_way = tuple(_obstacles(percepts, whole))
+    return guidance(whole.to_formation(point), whole.to_formation(beacon), in_the_way)
+
+
+def _obstacles(percepts: Percepts, whole: Formation) -> Iterator[Obstacle]:
+    """What stands about without the partner, as wide as if the formation were no wider than one robot."""
+    wider_m = whole.radius_m - RADIUS_M
+    for one in percepts.obstacles:
+        if abs(one.at - whole.partner) > BESIDE_M:
+            yield replace(one, at=whole.to_formation(one.at), radius_m=one.radius_m + wider_m, is_robot=False)
