@@ -8,13 +8,16 @@ deflection of a capture head (its travel is 0.06 m) and how often a handle slipp
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
-from multiprocessing import get_context
+from math import dist
 from statistics import median
 
-from benchmarks.errands import Crew, Ran, fact, packet
+from benchmarks.errands import Ran, fact, figures, packet
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import load_world
+from sim.crew import Crew
+from sim.parallel import side_by_side
 
+GIVE_UP_S = 400.0
 THING, FROM, TO = "rock_sample", "quarry", "lander"
 
 
@@ -39,16 +42,6 @@ class Relocation:
         )
 
 
-class WatchedCrew(Crew):
-    """Notes, twenty times a second, how far the object is off the middles of the capture heads."""
-
-    deflection_m = 0.0
-
-    def _hear(self) -> bool:
-        self.deflection_m = max(self.deflection_m, *self.simulation.truth().deflections_m.values())
-        return super()._hear()
-
-
 def scripts(first: str = "fred", second: str = "ginger") -> tuple[BehaviourScript, BehaviourScript]:
     """The first acquires the object while the second tracks it; both transport it; the second deposits it."""
     joint = {"object": THING, "rel1": "at", "ref1": FROM, "rel2": "near", "ref2": TO}
@@ -71,27 +64,30 @@ def scripts(first: str = "fred", second: str = "ginger") -> tuple[BehaviourScrip
 
 
 def relocate(seed: int) -> Relocation:
-    """Run it to its end and look at the world itself."""
+    """Run it to its end and look at the world itself, at the capture heads twenty times a second."""
     world = load_world("relocation_lab")
-    crew = WatchedCrew(world, seed=seed)
-    try:
-        crew.run(scripts(), timeout_s=400.0)
-        truth = crew.simulation.truth()
-        sample, there = truth.samples[THING], world.location(TO).at
-        reports = list(crew.ended.values())
-        finished = len(reports) == 2 and all(report.state is ScriptState.FINISHED for report in reports)
-        return Relocation(
-            seed=seed,
-            succeeded=finished and sample.ref == TO and truth.slipped == 0,
-            took_s=truth.time_s,
-            deflection_m=crew.deflection_m,
-            slipped=truth.slipped,
-            off_m=abs(complex(sample.x_m, sample.y_m) - complex(*there)),
-            ran=tuple(crew.ran),
-            words=tuple(f"{report.script_id}: {report.state} {report.detail}" for report in reports),
+    deflections_m = [0.0]
+    with Crew(world, seed=seed) as crew:
+        simulation = crew.simulation
+        crew.run(
+            scripts(),
+            timeout_s=GIVE_UP_S,
+            meanwhile=lambda: deflections_m.extend(simulation.truth().deflections_m.values()),
         )
-    finally:
-        crew.simulation.close()
+        truth, reports = simulation.truth(), list(crew.ended.values())
+        ran = tuple(figures(crew))
+    sample, there = truth.samples[THING], world.location(TO).at
+    finished = len(reports) == 2 and all(report.state is ScriptState.FINISHED for report in reports)
+    return Relocation(
+        seed=seed,
+        succeeded=finished and sample.ref == TO and truth.slipped == 0,
+        took_s=truth.time_s,
+        deflection_m=max(deflections_m),
+        slipped=truth.slipped,
+        off_m=dist((sample.x_m, sample.y_m), there),
+        ran=ran,
+        words=tuple(f"{report.script_id}: {report.state} {report.detail}" for report in reports),
+    )
 
 
 def summary(ended: list[Relocation]) -> Iterator[str]:
@@ -110,11 +106,11 @@ def main() -> None:
     options.add_argument("--first", type=int, default=0)
     options.add_argument("--jobs", type=int, default=2)
     given = options.parse_args()
+    seeds = range(given.first, given.first + given.seeds)
     ended = []
-    with get_context("spawn").Pool(given.jobs) as pool:
-        for one in pool.imap(relocate, range(given.first, given.first + given.seeds)):
-            ended.append(one)
-            print(one, *([] if one.succeeded else one.words), sep="\n    ", flush=True)
+    for one in side_by_side(relocate, seeds, workers=given.jobs):
+        ended.append(one)
+        print(one, *([] if one.succeeded else one.words), sep="\n    ", flush=True)
     print("\n".join(summary(ended)))
 
 

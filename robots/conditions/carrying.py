@@ -10,7 +10,7 @@ from robots.body import GRIPPER_REACH_M
 from robots.carrying import put_down_point
 from robots.conditions.verdict import Verdict
 from robots.formation import formation_with
-from robots.percepts import LOCATING, STANDS_AT_M, Needs, Percepts
+from robots.percepts import LOCATING, SIGHT, STANDS_AT_M, Needs, Percepts
 from robots.profile import STAND_OFF_M
 from robots.responses import STRICT
 
@@ -106,12 +106,14 @@ class Still:
     """Sees that something has not moved for a while."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
-    needs: ClassVar[Needs] = LOCATING
+    needs: ClassVar[Needs] = SIGHT
     sense: Literal["still"] = "still"
     object: str
     for_s: Annotated[float, Field(gt=0)] = 1.5
 
     def check(self, percepts: Percepts) -> Verdict:
+        if not percepts.sees(self.object):
+            return Verdict(False, f"does not see {self.object}")
         still_s = percepts.still_for_s(self.object)
         return Verdict(still_s >= self.for_s, f"has seen {self.object} lie still for {still_s:.1f} s")
 

@@ -16,6 +16,7 @@ PROFILE = RobotProfile(
     start=Pose(x_m=0, y_m=0, heading_rad=0),
     beacons={"bay": BeaconSpec(x_m=2, y_m=0, approach_rad=(pi,))},
     others=("other",),
+    lengths_m={"beam": 0.9},
 )
 
 

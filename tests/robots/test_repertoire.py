@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from robots.conditions import Clear, Holding, LiesAt
+from robots.conditions import AtHandle, Clear, Holding, LiesAt, LinedUp
 from robots.errors import RepertoireError
 from robots.patterns import Level
 from robots.repertoire import load_repertoire
@@ -33,7 +33,8 @@ def test_the_papers_packets_and_the_behavioural_suite_are_there() -> None:
     turns = {"TURN_LEFT", "TURN_RIGHT", "TURN_TO", "TURN_TOWARD"}
     follows = {"FOLLOW_LEFT_OBSTACLE", "FOLLOW_RIGHT_OBSTACLE"}
     suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "WANDER"} | turns | follows
-    assert set(REPERTOIRE.specs) == mission | suite
+    long = {f"{tag} (long)" for tag in ("DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2")}
+    assert set(REPERTOIRE.specs) == mission | suite | long
     assert {tag for tag, spec in REPERTOIRE.specs.items() if spec.basic} == suite
 
 
@@ -52,6 +53,22 @@ def test_arguments_take_the_place_of_their_names() -> None:
     bound = REPERTOIRE.bind(packet("DOCK", object="sample", ref1="bay"), PROFILE)
     assert LiesAt(object="sample", place="bay") in bound.before
     assert bound.after == (Holding(object="sample"),)
+
+
+def test_a_long_object_is_handled_with_a_packets_content_for_long_ones() -> None:
+    bound = REPERTOIRE.bind(packet("DOCK", object="beam", ref1="bay"), PROFILE)
+    assert LinedUp(target="beam@free") in bound.patterns[3].when
+    assert Holding(object="beam") in bound.after
+
+
+def test_who_docks_second_needs_a_long_object() -> None:
+    with pytest.raises(RepertoireError, match="DOCK2 takes a long object; me knows sample as none"):
+        REPERTOIRE.bind(packet("DOCK2", object="sample", robot2="other", ref2="bay"), PROFILE)
+
+
+def test_that_another_robot_holds_a_long_object_is_told_by_its_standing_at_a_handle() -> None:
+    wanted = packet("DOCK2", object="beam", robot2="other", ref2="bay", awaits=["in(beam, other)"])
+    assert REPERTOIRE.bind(wanted, PROFILE).before.count(AtHandle(object="beam", robot="other")) == 1
 
 
 def test_what_a_packet_awaits_becomes_a_pre_condition_once() -> None:

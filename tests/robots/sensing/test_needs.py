@@ -31,7 +31,9 @@ GIVEN: dict[str, Any] = {
     "rad": 0.5,
     "m_s": 0.2,
     "of": Empty(),
+    "robot": "other",
 }
+LONG = {"object": "beam", "target": "beam@left"}
 """What a word's fields without a default are given, by their names."""
 
 
@@ -42,7 +44,8 @@ def words(union: Any) -> list[type]:
 def instance(word: type) -> Any:
     slots = [one for one in fields(word) if one.default is MISSING and one.default_factory is MISSING]
     assert all(one.name in GIVEN for one in slots), f"GIVEN lacks a field of {word.__name__}"
-    given = {one.name: GIVEN[one.name] for one in slots}
+    about = {**GIVEN, **LONG} if word.__module__.endswith("carrying") else GIVEN
+    given = {one.name: about[one.name] for one in slots}
     if word in (AnyOf, AllOf):
         given = {"of": (Empty(), InView(target="sample"))}
     return word(**given)
@@ -75,6 +78,13 @@ def situations(running: frozenset[Sensor]) -> list[Percepts]:
         readings(sees("bay", 2.0), sees("sample", 1.9), sees("other", 1.0, 0.5), whiskers={0: 0.2, 5: 1.0}),
         readings(sees("bay", 0.8), whiskers={0: 0.4}),
         readings(sees("bay", 0.8), closed=True, between="sample"),
+        readings(
+            sees("bay", 1.5),
+            sees("beam", 0.6, 0.9, 0.9),
+            sees("other", 1.0, 1.5),
+            closed=True,
+            between="beam",
+        ),
     ]
     return [watch([with_sensors(instant, running)] * 21) for instant in instants]
 
