@@ -11,6 +11,7 @@ from app.missions.clearance import has_ended, renew_clearances, scripts_of
 from app.plan_body import PlanBody
 from app.states import TERMINAL_SCRIPTS, MissionState
 from app.world_model import applied, reconciled
+from planner import PlanNet, PlanNetAction
 from robots.wire import (
     Acknowledgement,
     Message,
@@ -148,7 +149,9 @@ class ReportBook:
         plan = session.get_one(PlanRow, mission.plan_id)
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
         before = self._facts.facts(session, mission.world)
-        after = applied(before, net.action(report.packet_id))
+        after = before
+        for action in (net.action(report.packet_id), *_done_since(net, report.packet_id, session, mission)):
+            after = applied(after, action)
         self._facts.change(
             session,
             mission.world,
@@ -227,3 +230,20 @@ class ReportBook:
         known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
         if known["state"] == PacketState.INITIALIZING:
             script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
+
+
+def _done_since(
+    net: PlanNet, action_id: str, session: Session, mission: MissionRow
+) -> tuple[PlanNetAction, ...]:
+    """What the action's robots are known to have done after it, in order.
+
+    What robots do together is known to have ended by the last one's report, and another may have gone on meanwhile.
+    """
+    action, scripts = net.action(action_id), scripts_of(session, mission)
+    later = {
+        other.id: other
+        for robot in action.agents
+        for other in net.of_robot(robot)
+        if other.earliest_start_s > action.earliest_start_s and has_ended(scripts, other.id)
+    }
+    return tuple(sorted(later.values(), key=lambda other: other.earliest_start_s))

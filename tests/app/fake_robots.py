@@ -60,6 +60,8 @@ class Faults:
     stuck: set[str] = field(default_factory=set)
     takes_s: dict[str, float] = field(default_factory=dict)
     """How long packets of a tag take, whatever their script expects."""
+    late_s: dict[tuple[str, str], float] = field(default_factory=dict)
+    """By how much a robot's report that a packet of a tag has ended arrives late."""
     repeats: bool = False
     lost: int = 0
     """So many of the next messages to robots never arrive."""
@@ -79,6 +81,7 @@ class FakeTeam:
         """The ids of all messages to robots, also of the lost."""
         self.unbelieved: str | None = None
         """The packet whose finish is never reported."""
+        self._held_back: list[tuple[float, Message]] = []
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -109,6 +112,10 @@ class FakeTeam:
             for name, robot in self.robots.items():
                 if name not in self.faults.silent:
                     self._work(name, robot)
+            due = [held for held in self._held_back if held[0] <= self.clock.now_s()]
+            for held in due:
+                self._held_back.remove(held)
+                self._say(held[1])
             time.sleep(0.005)
 
     def _take(self, message: Message) -> None:
@@ -209,7 +216,12 @@ class FakeTeam:
             at_s=self.clock.now_s(),
             events=("goal",) if state is PacketState.FINISHED else (),
         )
-        self._say(self._message(name, Performative.INFORM, report))
+        message = self._message(name, Performative.INFORM, report)
+        late_s = self.faults.late_s.get((name, packet.tag), 0.0) if state is PacketState.FINISHED else 0.0
+        if late_s:
+            self._held_back.append((self.clock.now_s() + late_s, message))
+        else:
+            self._say(message)
 
     def _end(self, name: str, robot: FakeRobot, state: ScriptState) -> None:
         assert robot.script is not None
