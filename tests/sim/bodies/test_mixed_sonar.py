@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.bodies import embodied
 from benchmarks.trial import Trial, packet, room
 from robots.body import RADIUS_M
 from robots.world import WorldFile
 from sim.world import Fitting, Simulation
-from tests.sim.bodies.embodied import embodied
 from tests.sim.rig import simulate, two_rooms
 
 

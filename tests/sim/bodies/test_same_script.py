@@ -2,9 +2,9 @@
 
 import pytest
 
+from benchmarks.bodies import embodied
 from benchmarks.errands import carry_out, to_store
 from robots.world import load_world
-from tests.sim.bodies.embodied import embodied
 
 
 @pytest.mark.parametrize(

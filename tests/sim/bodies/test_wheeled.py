@@ -4,9 +4,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.bodies import embodied
 from robots.body import Pose
 from robots.world import WorldFile
-from tests.sim.bodies.embodied import embodied
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 
