@@ -1,0 +1,83 @@
+"""Fred and Ginger relocate the rock sample together (MACTA §1, §5), coupled only by what they sense."""
+
+from collections.abc import Callable
+
+import pytest
+
+from benchmarks.relocation import THING, TO, relocate, scripts
+from robots.wire import Control, ControlVerb, Message, Performative, ScriptState
+from robots.world import load_world
+from sim.beam import TRAVEL_M
+from sim.crew import Crew
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_both_carry_the_sample_past_the_rocks_and_ginger_deposits_it_at_the_lander(seed: int) -> None:
+    ended = relocate(seed)
+    assert ended.succeeded, ended.words
+    assert ended.slipped == 0
+    assert 0.005 < ended.deflection_m < TRAVEL_M
+    done = {name: [each.tag for each in ended.ran if each.robot == name] for name in ("fred", "ginger")}
+    assert done["fred"] == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1"]
+    assert done["ginger"] == ["TRACK", "DOCK2", "TRANSPORT", "RELEASE2"]
+
+
+def cut_short(mishap: Callable[[Crew], None], *, at_s: float = 35.0) -> Crew:
+    """The relocation with something that happens while both transport; until both scripts have ended."""
+    crew = Crew(load_world("relocation_lab"), seed=1)
+    happened: list[float] = []
+
+    def meanwhile() -> None:
+        now_s = crew.simulation.clock.now_s()
+        if now_s >= at_s and not happened:
+            happened.append(now_s)
+            mishap(crew)
+
+    assert crew.run(scripts(), timeout_s=at_s + 20, meanwhile=meanwhile), "a robot waits in silence"
+    assert happened
+    return crew
+
+
+def failure(crew: Crew, robot: str) -> str:
+    return next(
+        report.detail
+        for report in crew.reports
+        if report.script_id == f"{robot}_relocates" and report.state == "failed"
+    )
+
+
+def test_who_is_let_down_by_its_partner_says_what_it_sees() -> None:
+    crew = cut_short(lambda crew: crew.simulation.bodies["ginger"].set_gripper(closed=False))
+    assert "TRANSPORT broke off: the robot holds nothing" in failure(crew, "ginger")
+    assert f"from a handle of {THING}" in failure(crew, "fred")
+    assert crew.simulation.truth().samples[THING].holders == ("fred",)
+
+
+def test_who_is_held_back_by_a_partner_that_stands_gives_up_without_dropping_the_sample() -> None:
+    def stop_ginger(crew: Crew) -> None:
+        letter = Message(
+            performative=Performative.REQUEST,
+            sender="service",
+            receiver="ginger",
+            sent_at_s=crew.simulation.clock.now_s(),
+            body=Control(script_id="ginger_relocates", verb=ControlVerb.CANCEL),
+        )
+        crew.simulation.link.send(letter)
+
+    crew = cut_short(stop_ginger)
+    assert crew.ended["ginger_relocates"].state is ScriptState.CANCELLED
+    assert f"made no progress after 0 retries: the robot has {THING}" in failure(crew, "fred")
+    assert f"short of {TO}" in failure(crew, "fred")
+    assert crew.simulation.truth().slipped == 0
+
+
+def test_who_waits_in_vain_for_a_partner_says_so() -> None:
+    crew = Crew(load_world("relocation_lab"), seed=1)
+    alone = scripts()[0]
+    hasty = alone.model_copy(
+        update={"packets": tuple(one.model_copy(update={"wait_timeout_s": 10.0}) for one in alone.packets)}
+    )
+    assert crew.run([hasty], timeout_s=60)
+    said = failure(crew, "fred")
+    assert "TRANSPORT could not start within 10 s: the robot sees ginger" in said
+    assert f"from a handle of {THING}" in said
