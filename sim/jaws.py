@@ -43,11 +43,19 @@ class Jaws:
         """The rovers that hold a sample, the one that carries it first."""
         return tuple(self._holders[sample])
 
+    def hidden(self) -> list[tuple[str, str]]:
+        """Rovers and the compact samples in their jaws, whose tags they do not see; those of long ones they do."""
+        return [
+            (rover, sample)
+            for sample, holders in self._holders.items()
+            if sample not in self._lengths_m
+            for rover in holders
+        ]
+
     def state(self, rover: str) -> Gripper:
         """The gripper's own sensing."""
-        held = self._held_by(rover)
         if self._closed[rover]:
-            return Gripper(closed=True, between_jaws=held)
+            return Gripper(closed=True, between_jaws=self._held_by(rover))
         return Gripper(closed=False, between_jaws=self._between(rover))
 
     def move(self, rover: str, *, closed: bool) -> None:
@@ -123,7 +131,7 @@ class Jaws:
         jaws = jaws_point(self._scene.pose(rover))
         near = [
             (_distance_m(self._scene.sample_point(sample)[:2], jaws), sample)
-            for sample in self._holders
+            for sample in self._scene.samples_near(jaws, BARRIER_M)
             if sample not in self._lengths_m
         ]
         distance_m, sample = min(near, default=(float("inf"), ""))

@@ -8,12 +8,19 @@ stop them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import atan2, cos, remainder, sin, tau
+from math import atan2, cos, sin
 from typing import Any
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.body import Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
+from sim import shapes
+from sim.outlines import Outlines
 from sim.quiet import quietly
+from sim.rays import Cut
+from sim.whereabouts import Whereabouts
 
 with quietly():
     import pybullet
@@ -64,34 +71,51 @@ class Scene:
             physicsClientId=self._client,
         )
         self._solid: list[int] = []
+        self._outlines = Outlines()
+        self._where = Whereabouts(self._client)
+        self._points: NDArray[np.float64] | None = None
+        self._contacts: Sequence[Any] = ()
         for panel in panels:
             self._add_wall(panel)
-        shape = self._rover_shape()
+        shape = shapes.rover(
+            self._client, height_m=ROVER_HEIGHT_M, jaws_m=LIFTED_M, half_width_m=SAMPLE_RADIUS_M
+        )
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
         self._samples = {name: self._add_sample(placed) for name, placed in samples.items()}
+        self._names = tuple(samples)
         self._long = frozenset(self._samples[name] for name, placed in samples.items() if placed.length_m)
         self._held: set[str] = set()
         self._balls: dict[int, float] = {}
 
     def pose(self, rover: str) -> Pose:
         """A rover's true pose."""
-        (x, y, _), turn = pybullet.getBasePositionAndOrientation(
-            self._rovers[rover], physicsClientId=self._client
-        )
-        return Pose(x_m=x, y_m=y, heading_rad=_about_z(turn))
+        x, y, _, heading = self._where.at(self._rovers[rover])
+        return Pose(x_m=x, y_m=y, heading_rad=heading)
 
     def sample_point(self, sample: str) -> Point3:
         """A sample's true middle."""
-        place, _ = pybullet.getBasePositionAndOrientation(self._samples[sample], physicsClientId=self._client)
-        return (place[0], place[1], place[2])
+        return self._where.at(self._samples[sample])[:3]
+
+    def sample_points(self) -> NDArray[np.float64]:
+        """Shape (S, 3): the true middles of all samples, in the order in which the scene was given them."""
+        if self._points is None:
+            wheres = [self._where.at(body) for body in self._samples.values()]
+            self._points = np.array(wheres).reshape(-1, 4)[:, :3]
+        return self._points
+
+    def samples_near(self, point: tuple[float, float], within_m: float) -> list[str]:
+        """The samples whose middles are within a distance of a point in the plane."""
+        off = self.sample_points()[:, :2] - point
+        near = np.flatnonzero(np.einsum("ij,ij->i", off, off) <= within_m**2)
+        return [self._names[n] for n in near.tolist()]
 
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""
-        return self._heading(self._samples[sample])
+        return self._where.at(self._samples[sample])[3]
 
     def drive(self, rover: str, linear_m_s: float, angular_rad_s: float, sideways_m_s: float = 0.0) -> None:
         """Give a rover its velocity for the coming tick, along its own heading and to the left of it."""
-        heading = self.pose(rover).heading_rad
+        heading = self._where.at(self._rovers[rover])[3]
         pybullet.resetBaseVelocity(
             self._rovers[rover],
             [
@@ -112,16 +136,21 @@ class Scene:
         self._collide(self._rovers[rover], 0, 0)
 
     def step(self) -> None:
-        """Advance by one tick of 1/60 s and put every body back into its plane."""
+        """Advance by one tick of 1/60 s and put every body that moved back into its plane."""
         pybullet.stepSimulation(physicsClientId=self._client)
-        for rover, body in self._rovers.items():
-            pose = self.pose(rover)
-            self._place(body, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+        self._contacts = pybullet.getContactPoints(physicsClientId=self._client) or ()
+        # NOTE: without gravity nothing but a rover moves that nothing touches.
+        pushed = {body for contact in self._contacts for body in contact[1:3]}
+        self._points = None if pushed else self._points
+        for body in pushed:
+            self._where.forget(body)
+        for body in self._rovers.values():
+            self._where.level(body, ROVER_HEIGHT_M / 2)
         for sample, body in self._samples.items():
-            if sample not in self._held:
+            if body in pushed and sample not in self._held:
                 self._settle(body, SAMPLE_HEIGHT_M / 2)
-        for body, radius_m in self._balls.items():
-            self._settle(body, radius_m)
+        for body in pushed & self._balls.keys():
+            self._settle(body, self._balls[body])
 
     def lift(self, sample: str) -> None:
         """A sample in jaws touches nothing; `carry` moves it."""
@@ -146,35 +175,27 @@ class Scene:
         self._collide(self._samples[sample], SAMPLES, EVERYTHING)
         self._place(self._samples[sample], (*point, SAMPLE_HEIGHT_M / 2), heading_rad)
 
-    def cast(self, starts: Sequence[Point3], ends: Sequence[Point3], *, mask: int) -> list[float]:
-        """The share of each ray that is free of bodies of the masked groups; 1 where nothing is hit."""
-        if not starts:
-            return []
-        hits = pybullet.rayTestBatch(starts, ends, collisionFilterMask=mask, physicsClientId=self._client)
-        return [hit[2] for hit in hits]
+    def cut(self, *, height_m: float, groups: int) -> Cut:
+        """What bodies of these groups leave solid of the plane at a height, for rays in it."""
+        return self._outlines.cut(self._where.at, height_m=height_m, groups=groups)
 
     def touched(self, rover: str) -> bool:
         """True while the rover's body or jaws press against anything."""
-        contacts = pybullet.getContactPoints(bodyA=self._rovers[rover], physicsClientId=self._client)
-        return any(contact[8] < 1e-3 for contact in contacts)
+        body = self._rovers[rover]
+        return any(contact[8] < 1e-3 and body in contact[1:3] for contact in self._contacts)
 
     def put_box(
         self, point: tuple[float, float], heading_rad: float, *, side_m: float, height_m: float
     ) -> int:
         """Stand a box on the floor, too heavy to be pushed; it blocks whiskers and, if tall, the line of sight."""
-        half = [side_m / 2, side_m / 2, height_m / 2]
-        shape = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client
-        )
+        shape = shapes.box(self._client, side_m, side_m, height_m)
         body = self._add(0.0, shape, (*point, height_m / 2), heading_rad)
         self._collide(body, WALLS, EVERYTHING)
         return body
 
     def put_rock(self, point: tuple[float, float], *, radius_m: float) -> int:
         """Stand a round rock on the floor, too heavy to be pushed; it blocks whiskers, not the line of sight."""
-        shape = pybullet.createCollisionShape(
-            pybullet.GEOM_CYLINDER, radius=radius_m, height=ROCK_HEIGHT_M, physicsClientId=self._client
-        )
+        shape = shapes.cylinder(self._client, radius_m, ROCK_HEIGHT_M)
         body = self._add(0.0, shape, (*point, ROCK_HEIGHT_M / 2), 0.0)
         self._collide(body, WALLS, EVERYTHING)
         self._solid.append(body)
@@ -194,6 +215,8 @@ class Scene:
     def take_away(self, body: int) -> None:
         """Remove a box or ball."""
         self._balls.pop(body, None)
+        self._where.forget(body)
+        self._outlines.remove(body)
         pybullet.removeBody(body, physicsClientId=self._client)
 
     def point_of(self, body: int) -> tuple[float, float]:
@@ -211,29 +234,11 @@ class Scene:
 
     def _add_wall(self, panel: Panel) -> None:
         (x0, y0), (x1, y1) = panel.start, panel.end
-        half = [panel.length_m / 2, WALL_THICKNESS_M / 2, WALL_HEIGHT_M / 2]
-        shape = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX, halfExtents=half, physicsClientId=self._client
-        )
+        shape = shapes.box(self._client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
         middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
         body = self._add(0.0, shape, middle, atan2(y1 - y0, x1 - x0))
         self._collide(body, WALLS, EVERYTHING)
         self._solid.append(body)
-
-    def _rover_shape(self) -> int:
-        """A round body with its jaws ahead, which pass over standing samples but not through walls."""
-        # NOTE: jaws end short of their grip's middle, so that two rovers' jaws can meet at one sample.
-        inside, tip = RADIUS_M - 0.04, GRIPPER_REACH_M - SAMPLE_RADIUS_M / 2
-        jaws = [(tip - inside) / 2, SAMPLE_RADIUS_M, 0.05]
-        shape: int = pybullet.createCollisionShapeArray(
-            shapeTypes=[pybullet.GEOM_CYLINDER, pybullet.GEOM_BOX],
-            radii=[RADIUS_M, 0.0],
-            lengths=[ROVER_HEIGHT_M, 0.0],
-            halfExtents=[[0.0, 0.0, 0.0], jaws],
-            collisionFramePositions=[[0, 0, 0], [(tip + inside) / 2, 0, LIFTED_M - ROVER_HEIGHT_M / 2]],
-            physicsClientId=self._client,
-        )
-        return shape
 
     def _add_rover(self, shape: int, pose: Pose) -> int:
         body = self._add(ROVER_MASS_KG, shape, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
@@ -243,14 +248,10 @@ class Scene:
         return body
 
     def _add_sample(self, placed: Placed) -> int:
-        height_m, client = SAMPLE_HEIGHT_M, self._client
         if placed.length_m:
-            half = [placed.length_m / 2, BEAM_WIDTH_M / 2, height_m / 2]
-            shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+            shape = shapes.box(self._client, placed.length_m, BEAM_WIDTH_M, SAMPLE_HEIGHT_M)
         else:
-            shape = pybullet.createCollisionShape(
-                pybullet.GEOM_CYLINDER, radius=SAMPLE_RADIUS_M, height=height_m, physicsClientId=client
-            )
+            shape = shapes.cylinder(self._client, SAMPLE_RADIUS_M, SAMPLE_HEIGHT_M)
         body = self._add(0.5, shape, (*placed.point, SAMPLE_HEIGHT_M / 2), placed.heading_rad)
         self._tune(body, lateralFriction=0.1)
         self._collide(body, SAMPLES, EVERYTHING)
@@ -274,24 +275,17 @@ class Scene:
 
     def _collide(self, body: int, group: int, mask: int) -> None:
         pybullet.setCollisionFilterGroupMask(body, -1, group, mask, physicsClientId=self._client)
+        shapes = pybullet.getCollisionShapeData(body, -1, physicsClientId=self._client)
+        self._outlines.put(body, group, shapes)
 
     def _place(self, body: int, middle: Point3, heading_rad: float) -> None:
-        turn = (0.0, 0.0, sin(heading_rad / 2), cos(heading_rad / 2))
-        pybullet.resetBasePositionAndOrientation(body, middle, turn, physicsClientId=self._client)
-
-    def _heading(self, body: int) -> float:
-        _, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        return _about_z(turn)
+        self._where.place(body, middle, heading_rad)
+        self._points = None
 
     def _settle(self, body: int, height_m: float) -> None:
         """Floor friction: what was pushed in this tick stands still at its end, upright."""
         linear, angular = pybullet.getBaseVelocity(body, physicsClientId=self._client)
         if any(linear) or any(angular):
-            (x, y, _), _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-            self._place(body, (x, y, height_m), self._heading(body) if body in self._long else 0.0)
+            x, y, _, heading = self._where.at(body)
+            self._place(body, (x, y, height_m), heading if body in self._long else 0.0)
             pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
-
-
-def _about_z(turn: tuple[float, float, float, float]) -> float:
-    """The heading of a body that only turns in the plane, by its quaternion x, y, z, w."""
-    return remainder(2 * atan2(turn[2], turn[3]), tau)

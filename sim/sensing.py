@@ -4,16 +4,17 @@ Whiskers (ultrasonic): shape (N,) each, metres from the body's edge, beam 0 ahea
 where nothing is in range. Infra-red sightings: walls block them, rovers and samples are too low to.
 """
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import atan2, cos, hypot, inf, radians, remainder, sin, tau
+from math import inf, nan, pi, radians, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robots.body import RADIUS_M, Pose, Sighting
-from robots.world import RobotSpec
-from sim.scene import AUDIBLE, WALLS, Point3, Scene
+from robots.world import RobotSpec, Sample
+from sim.rays import FREE, free_shares, in_sight
+from sim.scene import AUDIBLE, WALLS, Scene
 
 BEACON_HEIGHT_M = 0.5
 WHISKER_HEIGHT_M = 0.1
@@ -24,15 +25,8 @@ ASPECT_SIGMA_RAD = radians(1.0)
 _EDGE_M = RADIUS_M + 0.002  # rays start just outside the body they belong to
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Emitter:
-    """Something that shines in infra-red: a beacon with emitting axes (world frame), a robot or a tag."""
-
-    identity: str
-    x_m: float
-    y_m: float
-    axes_rad: tuple[float, ...] = ()
-    reach_m: float = inf
+Rngs = Mapping[str, np.random.Generator]
+Floats = NDArray[np.float64]
 
 
 class Whiskers:
@@ -42,81 +36,148 @@ class Whiskers:
         self._specs = tuple(specs)
 
     def read(
+        self, scene: Scene, poses: Mapping[str, Pose], rngs: Rngs, running: Container[str]
+    ) -> dict[str, Floats]:
+        """One array of ranges a rover whose array runs; no rays are cast for the others."""
+        specs = [spec for spec in self._specs if spec.name in running and spec.whiskers]
+        if not specs:
+            return {spec.name: np.empty(0) for spec in self._specs if spec.name in running}
+        counts = np.array([spec.whiskers for spec in specs])
+        fans = np.concatenate([[0], np.cumsum(counts)])
+        at = np.repeat(_rows(poses[spec.name] for spec in specs), counts, axis=0)
+        range_m = np.repeat([spec.whisker_range_m for spec in specs], counts)
+        least_m = np.repeat([spec.whisker_least_m for spec in specs], counts)
+        beams = np.concatenate([np.arange(count) * tau / count for count in counts])
+        ways = _unit(at[:, 2] + beams)
+        starts, ends = at[:, :2] + _EDGE_M * ways, at[:, :2] + (_EDGE_M + range_m)[:, None] * ways
+        free = free_shares(scene.cut(height_m=WHISKER_HEIGHT_M, groups=AUDIBLE), starts, ends, fans)
+        noise = np.concatenate([rngs[spec.name].standard_normal(spec.whiskers) for spec in specs])
+        heard = np.maximum(least_m, free * range_m + RANGE_SIGMA_M * noise)
+        ranges = np.split(np.where(free < FREE, heard, inf), fans[1:-1])
+        return {spec.name: read for spec, read in zip(specs, ranges, strict=True)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Beacon:
+    """A fixed beacon: world frame, metres; the directions in which it emits, radians."""
+
+    identity: str
+    x_m: float
+    y_m: float
+    axes_rad: tuple[float, ...] = ()
+
+
+class InfraRed:
+    """The beacon sensors of all rovers, read in one batch.
+
+    Beacons, rovers and the samples' tags shine, in this order. A rover sees the beacons of its reach, the other
+    rovers, and every tag that is near enough and not hidden in its own jaws. A compact sample's tag has no axis; a
+    long one's, at its middle, shines to either side.
+
+    :param reach: the names of the beacons that each rover knows.
+    """
+
+    def __init__(
+        self, beacons: Sequence[Beacon], reach: Mapping[str, Collection[str]], samples: Sequence[Sample]
+    ) -> None:
+        self._rovers = {rover: row for row, rover in enumerate(reach)}
+        names = [sample.name for sample in samples]
+        self._identities = [*(beacon.identity for beacon in beacons), *reach, *names]
+        self._tags = {name: len(beacons) + len(reach) + n for n, name in enumerate(names)}
+        self._long = [sample.name for sample in samples if sample.length_m]
+        self._fixed = np.array([(beacon.x_m, beacon.y_m) for beacon in beacons]).reshape(-1, 2)
+        self._axes_rad = _padded([beacon.axes_rad for beacon in beacons], len(self._identities))
+        self._reach_m = np.full(len(self._identities), inf)
+        self._reach_m[len(beacons) + len(reach) :] = TAG_RANGE_M
+        self._known = np.ones((len(reach), len(self._identities)), np.bool_)
+        for row, known in enumerate(reach.values()):
+            self._known[row, : len(beacons)] = [beacon.identity in known for beacon in beacons]
+            self._known[row, len(beacons) + row] = False
+        self._blocker = np.zeros(self._known.shape, np.int64)
+
+    def read(
         self,
         scene: Scene,
         poses: Mapping[str, Pose],
-        rngs: Mapping[str, np.random.Generator],
-        running: Container[str],
-    ) -> dict[str, NDArray[np.float64]]:
-        """One array of ranges a rover whose array runs; no rays are cast for the others."""
-        specs = [spec for spec in self._specs if spec.name in running]
-        starts: list[Point3] = []
-        ends: list[Point3] = []
-        for spec in specs:
-            _add_fan(starts, ends, poses[spec.name], spec)
-        free = np.asarray(scene.cast(starts, ends, mask=AUDIBLE))
-        ranges: dict[str, NDArray[np.float64]] = {}
-        first = 0
-        for spec in specs:
-            beams = free[first : first + spec.whiskers]
-            noise = RANGE_SIGMA_M * rngs[spec.name].standard_normal(spec.whiskers)
-            heard = np.maximum(spec.whisker_least_m, beams * spec.whisker_range_m + noise)
-            ranges[spec.name] = np.where(beams < 1.0, heard, inf)
-            first += spec.whiskers
-        return ranges
+        rngs: Rngs,
+        running: Collection[str],
+        hidden: Iterable[tuple[str, str]],
+    ) -> dict[str, tuple[Sighting, ...]]:
+        """What each rover sees whose sensor runs.
+
+        :param hidden: rovers and the samples in their jaws whose tags they do not see.
+        """
+        at = _rows(poses.values())
+        shining = np.concatenate([self._fixed, at[:, :2], scene.sample_points()[:, :2]])
+        known = self._known & np.array([[rover in running] for rover in self._rovers])
+        for rover, sample in hidden:
+            known[self._rovers[rover], self._tags[sample]] = False
+        for sample in self._long:
+            along_rad = scene.sample_heading(sample)
+            self._axes_rad[self._tags[sample], :2] = along_rad + pi / 2, along_rad - pi / 2
+        walls = scene.cut(height_m=BEACON_HEIGHT_M, groups=WALLS)
+        pairs = in_sight(walls, at[:, :2], shining, self._reach_m, known, self._blocker)
+        rovers, emitters = pairs[:, 0], pairs[:, 1]
+        counts = np.bincount(rovers, minlength=len(self._rovers))
+        noise = [rngs[rover].standard_normal((counts[row], 3)) for rover, row in self._rovers.items()]
+        read = _measured(at[rovers], shining[emitters], self._axes_rad[emitters], np.concatenate(noise))
+        names = [self._identities[n] for n in emitters.tolist()]
+        found = [
+            Sighting(identity=name, range_m=range_m, bearing_rad=bearing_rad, aspect_rad=aspect_rad)
+            for name, (range_m, bearing_rad, aspect_rad) in zip(names, read.tolist(), strict=True)
+        ]
+        ends = np.cumsum(counts).tolist()
+        return {
+            rover: tuple(found[ends[row] - counts[row] : ends[row]])
+            for rover, row in self._rovers.items()
+            if rover in running
+        }
 
 
-def _add_fan(starts: list[Point3], ends: list[Point3], pose: Pose, spec: RobotSpec) -> None:
-    far_m = _EDGE_M + spec.whisker_range_m
-    for beam in range(spec.whiskers):
-        angle = pose.heading_rad + beam * tau / spec.whiskers
-        ahead, left = cos(angle), sin(angle)
-        starts.append((pose.x_m + _EDGE_M * ahead, pose.y_m + _EDGE_M * left, WHISKER_HEIGHT_M))
-        ends.append((pose.x_m + far_m * ahead, pose.y_m + far_m * left, WHISKER_HEIGHT_M))
+def aspect_rad(observers: Floats, emitters: Floats, axes_rad: Floats) -> Floats:
+    """How far each observer stands off its emitter's nearest emitting axis, counter-clockwise positive; else 0.
+
+    :param observers, emitters: shape (N, 2), metres. :param axes_rad: shape (N, A), NaN where there are fewer.
+    """
+    around = np.arctan2(observers[:, 1] - emitters[:, 1], observers[:, 0] - emitters[:, 0])
+    off = _wrapped(around[:, None] - axes_rad)
+    size = np.where(np.isnan(off), inf, np.abs(off))
+    nearest = np.take_along_axis(off, np.argmin(size, axis=1)[:, None], axis=1)[:, 0]
+    return np.where(np.isnan(nearest), 0.0, nearest)
 
 
-def sightings(
-    scene: Scene,
-    poses: Mapping[str, Pose],
-    emitters: Mapping[str, Sequence[Emitter]],
-    rngs: Mapping[str, np.random.Generator],
-) -> dict[str, tuple[Sighting, ...]]:
-    """What each rover sees of its own emitters: those in reach and in line of sight."""
-    pairs = [
-        (rover, emitter)
-        for rover, seen in emitters.items()
-        for emitter in seen
-        if _distance_m(poses[rover], emitter) <= emitter.reach_m
-    ]
-    free = scene.cast(
-        [(poses[rover].x_m, poses[rover].y_m, BEACON_HEIGHT_M) for rover, _ in pairs],
-        [(emitter.x_m, emitter.y_m, BEACON_HEIGHT_M) for _, emitter in pairs],
-        mask=WALLS,
-    )
-    seen: dict[str, list[Sighting]] = {rover: [] for rover in emitters}
-    for (rover, emitter), share in zip(pairs, free, strict=True):
-        if share >= 1.0:
-            seen[rover].append(_sighting(poses[rover], emitter, rngs[rover]))
-    return {rover: tuple(found) for rover, found in seen.items()}
-
-
-def aspect_rad(observer: Pose, emitter: Emitter) -> float:
-    """How far the observer stands off the nearest emitting axis, counter-clockwise positive; else 0."""
-    around = atan2(observer.y_m - emitter.y_m, observer.x_m - emitter.x_m)
-    return min((remainder(around - axis, tau) for axis in emitter.axes_rad), key=abs, default=0.0)
-
-
-def _sighting(observer: Pose, emitter: Emitter, rng: np.random.Generator) -> Sighting:
-    noise = rng.standard_normal(3)
-    toward = atan2(emitter.y_m - observer.y_m, emitter.x_m - observer.x_m)
-    aspect = aspect_rad(observer, emitter) + ASPECT_SIGMA_RAD * noise[2] if emitter.axes_rad else 0.0
-    return Sighting(
-        identity=emitter.identity,
-        range_m=max(0.0, _distance_m(observer, emitter) + RANGE_SIGMA_M * noise[0]),
-        bearing_rad=remainder(toward - observer.heading_rad + BEARING_SIGMA_RAD * noise[1], tau),
-        aspect_rad=remainder(aspect, tau),
+def _measured(observers: Floats, emitters: Floats, axes_rad: Floats, noise: Floats) -> Floats:
+    """Range, bearing and aspect as the sensor reads them, shape (N, 3), of pairs in line of sight."""
+    ways = emitters - observers[:, :2]
+    range_m = np.hypot(ways[:, 0], ways[:, 1]) + RANGE_SIGMA_M * noise[:, 0]
+    toward = np.arctan2(ways[:, 1], ways[:, 0]) - observers[:, 2]
+    aspect = aspect_rad(observers, emitters, axes_rad) + ASPECT_SIGMA_RAD * noise[:, 2]
+    has_axis = ~np.isnan(axes_rad[:, 0])
+    return np.column_stack(
+        [
+            np.maximum(0.0, range_m),
+            _wrapped(toward + BEARING_SIGMA_RAD * noise[:, 1]),
+            np.where(has_axis, _wrapped(aspect), 0.0),
+        ]
     )
 
 
-def _distance_m(observer: Pose, emitter: Emitter) -> float:
-    return hypot(emitter.x_m - observer.x_m, emitter.y_m - observer.y_m)
+def _rows(poses: Iterable[Pose]) -> Floats:
+    """Shape (N, 3): x and y in metres, heading in radians."""
+    return np.array([(pose.x_m, pose.y_m, pose.heading_rad) for pose in poses]).reshape(-1, 3)
+
+
+def _unit(angles_rad: Floats) -> Floats:
+    return np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+
+
+def _wrapped(angles_rad: Floats) -> Floats:
+    return angles_rad - tau * np.rint(angles_rad / tau)
+
+
+def _padded(axes_rad: Sequence[tuple[float, ...]], rows: int) -> Floats:
+    """Shape (rows, A >= 2): a row an emitter, NaN where it has fewer axes."""
+    padded = np.full((rows, max([2, *map(len, axes_rad)])), nan)
+    for row, axes in enumerate(axes_rad):
+        padded[row, : len(axes)] = axes
+    return padded

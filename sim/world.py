@@ -1,8 +1,8 @@
 """A simulated world: scene, bodies, agents, clock. Bit-identical for the same file, seed and messages."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import dist, hypot, pi, radians
+from math import dist, hypot, radians
 from typing import Protocol
 
 import numpy as np
@@ -10,14 +10,14 @@ import numpy as np
 from robots.body import Body, Pose, Readings, Sensor
 from robots.clock import Clock
 from robots.link import InMemoryLink, Link
-from robots.world import Location, RobotSpec, Sample, WorldFile
+from robots.world import Location, RobotSpec, WorldFile
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, make_bodies
 from sim.hub import Hub
 from sim.jaws import Jaws
 from sim.placing import StartPlaces, placed_samples, rocks_of, told_pose
 from sim.scene import TICK_S, Scene
-from sim.sensing import TAG_RANGE_M, Emitter, Whiskers, sightings
+from sim.sensing import Beacon, InfraRed, Whiskers
 from sim.truth import SampleTruth, Truth
 
 TICKS_A_CONTROL = 3  # agents sense and act at 20 Hz
@@ -92,7 +92,8 @@ class Simulation:
             self.scene.put_rock(rock.point, radius_m=rock.radius_m)
         self._jaws = Jaws(self.scene, list(starts), samples)
         self._whiskers = Whiskers(world.robots)
-        self._beacons = {spec.name: _beacons(world, spec) for spec in world.robots}
+        reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.robots}
+        self._infra_red = InfraRed(_beacons(world), reach, world.samples)
         told = {name: told_pose(pose, placing) for name, pose in starts.items()}
         self.bodies = make_bodies(
             world.robots,
@@ -188,8 +189,9 @@ class Simulation:
         for name, body in self.bodies.items():
             body.count_way(poses[name])
         ranges = self._whiskers.read(self.scene, poses, self._rngs, self._running(Sensor.ULTRASONIC))
-        emitters = self._emitters(poses, self._running(Sensor.INFRA_RED))
-        seen = sightings(self.scene, poses, emitters, self._rngs)
+        seen = self._infra_red.read(
+            self.scene, poses, self._rngs, self._running(Sensor.INFRA_RED), self._jaws.hidden()
+        )
         for name, body in self.bodies.items():
             runs = body.running.__contains__
             body.refresh(
@@ -205,29 +207,6 @@ class Simulation:
                 )
             )
         self._touched.clear()
-
-    def _emitters(self, poses: Mapping[str, Pose], observers: Sequence[str]) -> dict[str, list[Emitter]]:
-        """A robot sees its beacons, the other robots, and every tag that is not hidden in its own jaws."""
-        robots = [Emitter(identity=name, x_m=pose.x_m, y_m=pose.y_m) for name, pose in poses.items()]
-        tags = [
-            (self._tag(sample), () if sample.length_m else self._jaws.holders(sample.name))
-            for sample in self.world.samples
-        ]
-        return {
-            name: [
-                *self._beacons[name],
-                *(robot for robot in robots if robot.identity != name),
-                *(tag for tag, holders in tags if name not in holders),
-            ]
-            for name in observers
-        }
-
-    def _tag(self, sample: Sample) -> Emitter:
-        """A compact sample's tag has no axis; a long one's, at its middle, shines to either side."""
-        x, y, _ = self.scene.sample_point(sample.name)
-        along_rad = self.scene.sample_heading(sample.name) if sample.length_m else 0.0
-        axes_rad = (along_rad + pi / 2, along_rad - pi / 2) if sample.length_m else ()
-        return Emitter(identity=sample.name, x_m=x, y_m=y, axes_rad=axes_rad, reach_m=TAG_RANGE_M)
 
     def _poses(self) -> dict[str, Pose]:
         return {name: self.scene.pose(name) for name in self.bodies}
@@ -245,15 +224,15 @@ class Simulation:
         return found
 
 
-def _beacons(world: WorldFile, spec: RobotSpec) -> tuple[Emitter, ...]:
+def _beacons(world: WorldFile) -> tuple[Beacon, ...]:
     return tuple(
-        Emitter(
+        Beacon(
             identity=place.name,
             x_m=place.at[0],
             y_m=place.at[1],
             axes_rad=tuple(radians(axis) for axis in place.approach_deg),
         )
-        for place in world.reach_of(spec)
+        for place in world.places
     )
 
 

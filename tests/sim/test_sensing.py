@@ -3,9 +3,9 @@ from math import atan2, hypot, inf, pi, radians
 import numpy as np
 import pytest
 
-from robots.body import RADIUS_M, Pose, Readings, Sighting
+from robots.body import RADIUS_M, Readings, Sighting
 from robots.world import load_world
-from sim.sensing import Emitter, aspect_rad
+from sim.sensing import aspect_rad
 from sim.world import Simulation
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
@@ -67,11 +67,14 @@ def test_a_beacon_is_seen_with_range_bearing_and_aspect() -> None:
 def test_aspect_is_measured_from_the_nearest_axis_counter_clockwise(
     place: tuple[float, float], aspect: float
 ) -> None:
-    beacon = Emitter(identity="b", x_m=0.0, y_m=0.0, axes_rad=(0.0, pi))
-    observer = Pose(x_m=place[0], y_m=place[1], heading_rad=1.0)
-    assert abs(aspect_rad(observer, beacon)) == pytest.approx(abs(aspect), abs=1e-3)
+    (found,) = aspect_rad(np.array([place]), np.zeros((1, 2)), np.array([[0.0, pi, np.nan]]))
+    assert abs(found) == pytest.approx(abs(aspect), abs=1e-3)
     if abs(aspect) < pi / 2:
-        assert aspect_rad(observer, beacon) == pytest.approx(aspect, abs=1e-3)
+        assert found == pytest.approx(aspect, abs=1e-3)
+
+
+def test_what_emits_without_an_axis_has_no_aspect() -> None:
+    assert aspect_rad(np.array([[1.0, 1.0]]), np.zeros((1, 2)), np.array([[np.nan]])) == 0.0
 
 
 def test_walls_block_the_line_of_sight_and_hatches_do_not() -> None:

@@ -1,6 +1,5 @@
 """Only the sensors that run are simulated, and the battery pays for them."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -8,6 +7,7 @@ import pytest
 from robots.body import ALL_SENSORS, Sensor
 from robots.sensing.energy import load_powers
 from sim.battery import CHARGE_BELOW, CHARGED, Battery
+from sim.rays import Cut, Floats, free_shares, in_sight
 from sim.world import Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
@@ -33,13 +33,17 @@ def test_no_ray_is_cast_for_a_robot_whose_sensors_are_off(monkeypatch: pytest.Mo
     simulation = with_sensors(second=(1.4, 0.6, 0))
     simulation.bodies["ginger"].run_sensors(frozenset({Sensor.ULTRASONIC}))
     cast: list[int] = []
-    honest = simulation.scene.cast
 
-    def counting(starts: Sequence[Any], ends: Sequence[Any], *, mask: int) -> list[float]:
+    def whisker_rays(cut: Cut, starts: Floats, ends: Floats, fans: Any) -> Floats:
         cast.append(len(starts))
-        return honest(starts, ends, mask=mask)
+        return free_shares(cut, starts, ends, fans)
 
-    monkeypatch.setattr(simulation.scene, "cast", counting)
+    def lines_of_sight(*given: Any) -> Any:
+        cast.append(given[4].sum())
+        return in_sight(*given)
+
+    monkeypatch.setattr("sim.sensing.free_shares", whisker_rays)
+    monkeypatch.setattr("sim.sensing.in_sight", lines_of_sight)
     run_s(simulation, 1 / 20)
     assert sum(cast) == 16
 

@@ -1,0 +1,149 @@
+"""Rays in a plane against what a horizontal cut of the scene leaves solid. Compiled (numba).
+
+Arrays: boxes: shape (B, 6): middle x, y, cosine and sine of the heading, half length along it, half width, metres.
+discs: shape (D, 3): middle x, y, radius. The physics engine casts the same rays in three dimensions, at about 8 µs
+each; here a batch takes about a hundredth of that, for what is out of the way is sorted out before any ray is cast.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+FREE = 1.0
+"""The share of a ray that meets nothing."""
+
+
+class Cut(NamedTuple):
+    """What is solid at one height: boxes and discs as above."""
+
+    boxes: Floats
+    discs: Floats
+
+
+@numba.njit(cache=True)
+def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64]) -> Floats:
+    """The share of each ray that is free, 1 where nothing is hit, 0 where it begins within something solid.
+
+    :param starts, ends: shape (N, 2), metres.
+    :param fans: shape (F + 1,): the rays `fans[f]` to `fans[f + 1]` begin near each other.
+    """
+    boxes, discs = cut
+    free = np.ones(len(starts))
+    near_boxes = np.empty(len(boxes), np.int64)
+    near_discs = np.empty(len(discs), np.int64)
+    for fan in range(len(fans) - 1):
+        first, last = fans[fan], fans[fan + 1]
+        if first == last:
+            continue
+        x, y = starts[first]
+        reach_m = 0.0
+        for ray in range(first, last):
+            reach_m = max(reach_m, np.hypot(ends[ray, 0] - x, ends[ray, 1] - y))
+            reach_m = max(reach_m, np.hypot(starts[ray, 0] - x, starts[ray, 1] - y))
+        boxes_near = discs_near = 0
+        for n in range(len(boxes)):
+            if np.hypot(boxes[n, 0] - x, boxes[n, 1] - y) <= reach_m + np.hypot(boxes[n, 4], boxes[n, 5]):
+                near_boxes[boxes_near] = n
+                boxes_near += 1
+        for n in range(len(discs)):
+            if np.hypot(discs[n, 0] - x, discs[n, 1] - y) <= reach_m + discs[n, 2]:
+                near_discs[discs_near] = n
+                discs_near += 1
+        for ray in range(first, last):
+            share = 1.0
+            for n in near_boxes[:boxes_near]:
+                share = min(share, _to_box(boxes[n], starts[ray], ends[ray]))
+            for n in near_discs[:discs_near]:
+                share = min(share, _to_disc(discs[n], starts[ray], ends[ray]))
+            free[ray] = share
+    return free
+
+
+@numba.njit(cache=True)
+def in_sight(
+    cut: Cut,
+    observers: Floats,
+    shining: Floats,
+    reach_m: Floats,
+    known: NDArray[np.bool_],
+    blocker: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Which observer sees which emitter: pairs of indices, shape (N, 2), by observer and then by emitter.
+
+    :param observers, shining: shape (R, 2) and (E, 2), metres. :param reach_m: shape (E,).
+    :param known: shape (R, E): the pairs that matter.
+    :param blocker: shape (R, E), kept from call to call: what blocked the view last is tried first. Most of what is
+        hidden stays hidden by the same wall; that makes no difference but in time.
+    """
+    boxes, discs = cut
+    seen = np.empty((known.sum(), 2), np.int64)
+    found = 0
+    for r in range(len(observers)):
+        for e in range(len(shining)):
+            if not known[r, e]:
+                continue
+            if np.hypot(shining[e, 0] - observers[r, 0], shining[e, 1] - observers[r, 1]) > reach_m[e]:
+                continue
+            if _blocks(boxes, discs, blocker[r, e], observers[r], shining[e]):
+                continue
+            hidden = False
+            for n in range(len(boxes) + len(discs)):
+                if _blocks(boxes, discs, n, observers[r], shining[e]):
+                    blocker[r, e] = n
+                    hidden = True
+                    break
+            if not hidden:
+                seen[found] = r, e
+                found += 1
+    return seen[:found]
+
+
+@numba.njit(cache=True)
+def _blocks(boxes: Floats, discs: Floats, n: int, start: Floats, end: Floats) -> bool:
+    if n < len(boxes):
+        return _to_box(boxes[n], start, end) < 1.0
+    if n < len(boxes) + len(discs):
+        return _to_disc(discs[n - len(boxes)], start, end) < 1.0
+    return False
+
+
+@numba.njit(cache=True)
+def _to_box(box: Floats, start: Floats, end: Floats) -> float:
+    """Slab by slab: the ray is within the box where it is between both pairs of sides."""
+    cosine, sine = box[2], box[3]
+    enters, leaves = 0.0, 1.0
+    for side in range(2):
+        if side == 0:
+            along, across = cosine, sine
+        else:
+            along, across = -sine, cosine
+        at = along * (start[0] - box[0]) + across * (start[1] - box[1])
+        way = along * (end[0] - start[0]) + across * (end[1] - start[1])
+        half = box[4 + side]
+        if abs(way) < 1e-12:
+            if abs(at) > half:
+                return 1.0
+            continue
+        one, other = (-half - at) / way, (half - at) / way
+        enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
+        if enters > leaves:
+            return 1.0
+    return enters
+
+
+@numba.njit(cache=True)
+def _to_disc(disc: Floats, start: Floats, end: Floats) -> float:
+    x, y = start[0] - disc[0], start[1] - disc[1]
+    way_x, way_y = end[0] - start[0], end[1] - start[1]
+    inside = x * x + y * y - disc[2] * disc[2]
+    if inside <= 0.0:
+        return 0.0
+    toward = x * way_x + y * way_y
+    length = way_x * way_x + way_y * way_y
+    root = toward * toward - length * inside
+    if toward >= 0.0 or root < 0.0:
+        return 1.0
+    return float(min(1.0, (-toward - np.sqrt(root)) / length))
