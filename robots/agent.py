@@ -1,5 +1,7 @@
 """The behavioural agent: the software of one robot, driven by calling `tick()` at the control rate, 20 Hz."""
 
+from dataclasses import replace
+
 from robots.body import Body
 from robots.clock import Clock
 from robots.errors import SensorFault
@@ -65,7 +67,7 @@ class BehaviouralAgent:
         self._percepts: Percepts | None = None
         self._unanswered: list[Message] = []
         self._last_s: float | None = None
-        self._fault_s = 0.0
+        self._fault, self._fault_s = "", 0.0
         self._told_s = float("-inf")
 
     @property
@@ -84,11 +86,7 @@ class BehaviouralAgent:
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
         self._sensory.run((*self._loop.beside, *look))
         self._report(now_s)
-        if percepts and now_s - self._told_s >= TELEMETRY_S - 1e-6:
-            self._told_s = now_s
-            self._mailbox.post(
-                telemetry(percepts, self._executive, self._meter, self._sensory.running), now_s
-            )
+        self._tell(now_s)
 
     def _sense(self, now_s: float, step_s: float) -> Percepts | None:
         """What is known at this instant; None while a sensor cannot be relied on."""
@@ -104,14 +102,24 @@ class BehaviouralAgent:
                 degraded=self._health.degraded,
             )
         except (SensorFault, OSError, ValueError) as fault:
-            self._fault_s += step_s
+            self._fault, self._fault_s = str(fault), self._fault_s + step_s
             if self._fault_s > FAULT_S:
                 self._executive.fault(f"for {FAULT_S:.0f} s {fault}", self._percepts, now_s)
             return None
         # NOTE: not to 0: a sensor that fails every other tick must not go on so for ever.
-        self._fault_s = max(0.0, self._fault_s - step_s)
+        self._fault, self._fault_s = "", max(0.0, self._fault_s - step_s)
         self._percepts = self._loop.update(sensed)
         return self._percepts
+
+    def _tell(self, now_s: float) -> None:
+        """Telemetry; while a sensor cannot be relied on, of what was known before, and of the fault."""
+        known = self._percepts
+        if known is None or now_s - self._told_s < TELEMETRY_S - 1e-6:
+            return
+        self._told_s = now_s
+        if self._fault:
+            known = replace(known, time_s=now_s, degraded=(*known.degraded, self._fault))
+        self._mailbox.post(telemetry(known, self._executive, self._meter, self._sensory.running), now_s)
 
     def _attend_all(self, now_s: float) -> tuple[SensorAction, ...]:
         """Attend to the letters. Who asks what the robot perceives while it senses nothing is answered a tick later,

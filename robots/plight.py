@@ -3,11 +3,10 @@
 from cmath import phase
 from collections.abc import Iterable
 
-from robots.body import Sighting
-from robots.percepts import Percepts
+from robots.percepts import GRIP, Percepts
 
-MEETS_M = 2.0
-"""A robot in view no farther off than this may be what it met."""
+MEETS_M = 4.0
+"""The nearest robot in view, no farther off than this, may be what it met."""
 CLOSE_M = 0.5
 """What is nearer to the hull than this may be what is in the way."""
 
@@ -21,19 +20,23 @@ def plight(percepts: Percepts, names: Iterable[str]) -> str:
     words = [f"{percepts.me} at ({pose.x_m:.1f}, {pose.y_m:.1f})"]
     words += [f"{percepts.me}'s {one}" for one in percepts.degraded]
     if percepts.seen is not None:
-        near = [name for name, one in percepts.seen.items() if _is_robot_by(percepts, name, one)]
-        words += [said for name in dict.fromkeys([*names, *near]) if (said := _seen(percepts, name))]
+        told = dict.fromkeys([*names, *_nearest_robot(percepts)])
+        words += [said for name in told if (said := _seen(percepts, name))]
         words += [] if percepts.seen else ["no beacon in view at all"]
     if percepts.about is not None:
         words += _in_the_way(percepts)
     return "; ".join(words)
 
 
-def _is_robot_by(percepts: Percepts, name: str, sighting: Sighting) -> bool:
-    return name in percepts.profile.others and sighting.range_m <= MEETS_M
+def _nearest_robot(percepts: Percepts) -> list[str]:
+    others = [one for one in percepts.sightings.values() if one.identity in percepts.profile.others]
+    near = [one for one in others if one.range_m <= MEETS_M]
+    return [one.identity for one in sorted(near, key=lambda one: one.range_m)[:1]]
 
 
 def _seen(percepts: Percepts, name: str) -> str:
+    if percepts.data.holds(GRIP) and name == percepts.holding:
+        return f"holds {name}"
     sighting = percepts.sightings.get(name)
     if sighting is not None:
         return f"sees {name} {sighting.range_m:.2f} m off at {sighting.bearing_rad:+.2f} rad"

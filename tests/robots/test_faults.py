@@ -25,8 +25,9 @@ def test_a_sensor_that_lies_for_long_fails_the_script_by_name_and_stops_the_robo
     body = world.bodies["fred"]
     good = body.sense()
     body.faulty = replace(good, ranges_m=np.full(16, nan))
-    run_for(world, [service], 0.1)
+    run_for(world, [service], 0.2)
     assert body.velocity == (0, 0)
+    assert service.telemetry[-1].degraded == ("16 of 16 whiskers lie: whisker 0 reads nan",)
     run_for(world, [service], FAULT_S + 1)
     assert service.report is not None
     assert (service.report.state, service.report.category) == (ScriptState.FAILED, FailureCategory.ROBOT)
