@@ -13,7 +13,7 @@ from robots.patience import FAULT_S
 from robots.perception import Perception
 from robots.percepts import Percepts
 from robots.profile import BeaconSpec, RobotProfile
-from robots.repertoire import Repertoire, load_repertoire
+from robots.repertoire import Repertoire, load_repertoire, load_self_level
 from robots.sensing.actions import Mode, SensorAction
 from robots.sensing.controller import SensoryController
 from robots.sensing.energy import SensingMeter, load_powers
@@ -22,6 +22,7 @@ from robots.sensing.loops import control_loop
 from robots.synthesis import Motion
 from robots.telemetry import telemetry
 from robots.trace import Trace
+from robots.upkeep import Upkeep
 from robots.wire import (
     Acknowledgement,
     Clearance,
@@ -59,6 +60,7 @@ class BehaviouralAgent:
         self._mailbox = Mailbox(profile.name, link)
         self._perception = Perception(profile)
         self._executive = Executive(profile, repertoire if repertoire is not None else load_repertoire())
+        self._upkeep = Upkeep(profile, load_self_level())
         self._loop = control_loop(profile.architecture, self._executive)
         self._sensory = SensoryController(body)
         self._health = SensorHealth(profile.whisker_least_m)
@@ -83,6 +85,7 @@ class BehaviouralAgent:
         self._meter.count(self._sensory.running, step_s)
         percepts = self._sense(now_s, step_s)
         look = self._attend_all(now_s)
+        self._look_after_itself(percepts)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
         self._sensory.run((*self._loop.beside, *look))
         self._report(now_s)
@@ -146,7 +149,7 @@ class BehaviouralAgent:
         if isinstance(body, ScriptRequest):
             script = body.script
             if script.id not in self._verdicts:
-                self._verdicts[script.id] = self._executive.accept(script)
+                self._verdicts[script.id] = self._too_weak() or self._executive.accept(script)
             self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
         elif isinstance(body, Control):
             why_not = self._executive.control(body.script_id, body.verb, self._percepts, now_s)
@@ -157,6 +160,16 @@ class BehaviouralAgent:
         elif isinstance(body, StatusQuery):
             status = self._executive.status(body.script_id, self._percepts, now_s)
             self._mailbox.answer(message, Performative.INFORM, status, now_s)
+
+    def _look_after_itself(self, percepts: Percepts | None) -> None:
+        """With nothing else to do."""
+        own = self._upkeep.script(percepts) if percepts and not self._executive.active else None
+        if own is not None:
+            self._executive.accept(own)
+
+    def _too_weak(self) -> str | None:
+        run = self._executive.current
+        return self._upkeep.refusal(self._percepts, under_way=run.packet.tag if run else None)
 
     def _agree_or_refuse(self, request: Message, script_id: str, why_not: str | None, now_s: float) -> None:
         if why_not is None:

@@ -6,9 +6,9 @@ from robots.errors import RepertoireError
 from robots.facts import perceived
 from robots.packet_run import Outcome, PacketRun
 from robots.patterns import Responses
-from robots.percepts import Percepts
+from robots.percepts import GRIP, Percepts
 from robots.profile import RobotProfile
-from robots.repertoire import Repertoire
+from robots.repertoire import Repertoire, load_self_level
 from robots.sensing.actions import CYCLIC_ACTIONS
 from robots.sensing.machine import BehaviourState, StateMachine, schedule
 from robots.sensing.plans import task_plan
@@ -24,10 +24,13 @@ from robots.wire import (
     ScriptState,
     StatusReport,
     SymbolicFact,
+    UpkeepReport,
 )
 
-Report = PacketReport | ScriptReport
+Report = PacketReport | ScriptReport | UpkeepReport
 ENDED = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
+TOLD = (PacketState.RUNNING, PacketState.FINISHED, PacketState.FAILED)
+"""Of packets of the robot's own only this is reported."""
 
 
 class Executive:
@@ -39,6 +42,7 @@ class Executive:
     def __init__(self, profile: RobotProfile, repertoire: Repertoire) -> None:
         self._profile = profile
         self._repertoire = repertoire
+        self._critical = load_self_level().critical
         self._script: BehaviourScript | None = None
         self._runs: list[PacketRun] = []
         self._index = 0
@@ -80,10 +84,13 @@ class Executive:
         return None if run is None or self.state is ScriptState.PAUSED else self._machine.states[run.action]
 
     def accept(self, script: BehaviourScript) -> str | None:
-        """Take on a script, or say why not: busy, not mine, or a packet that does not fit the repertoire."""
+        """Take on a script, or say why not: busy, not mine, or a packet that does not fit the repertoire.
+
+        The robot's own gives way to it.
+        """
         if script.robot != self._profile.name:
             return f"script {script.id} is for {script.robot}, this is {self._profile.name}"
-        if self._script is not None and self.active:
+        if self._script is not None and self.active and not self._script.is_own:
             return f"{self._profile.name} is busy with script {self._script.id}"
         try:
             runs = [
@@ -95,6 +102,8 @@ class Executive:
         missing = machine.pre - self._profile.sensors
         if missing:
             return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
+        if self._script is not None and self.active:
+            self._states[self._script.id] = ScriptState.CANCELLED
         self._script, self._runs, self._index, self._machine = script, runs, 0, machine
         self.task_state = frozenset()
         self._states[script.id] = ScriptState.ACCEPTED
@@ -127,6 +136,7 @@ class Executive:
     def step(self, percepts: Percepts, step_s: float) -> Motion:
         """Advance the script by one tick. No motion without a script that runs, nor before its first percepts."""
         self.responses = Responses()
+        self._spare(percepts)
         run, behaviour = self.current, self.behaviour
         if run is None or behaviour is None or not percepts.data.holds(behaviour.action.percepts):
             return Motion()
@@ -136,6 +146,18 @@ class Executive:
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
         self._follow(run, outcome, percepts)
         return outcome.motion
+
+    def _spare(self, percepts: Percepts) -> None:
+        """With the battery nearly empty a script is broken off, but not while the jaws are at work, nor while it holds
+        what takes two robots.
+        """
+        run = self.current
+        if run is None or self._under_way.is_own or run.grips or percepts.battery >= self._critical:
+            return
+        if percepts.data.holds(GRIP) and percepts.holding in self._profile.lengths_m:
+            return
+        why = f"broke off: battery at {percepts.battery:.0%}"
+        self._follow(run, run.fail(FailureCategory.ROBOT, why, None), percepts)
 
     def fault(self, why: str, last: Percepts | None, now_s: float) -> None:
         """A sensor cannot be relied on: the script fails. `last`: what was perceived before."""
@@ -207,6 +229,9 @@ class Executive:
         detail: str,
         events: tuple[str, ...] = (),
     ) -> None:
+        if self._under_way.is_own:
+            self._report_upkeep(run, state, percepts, at_s, detail)
+            return
         report = PacketReport(
             script_id=self._under_way.id,
             packet_id=run.packet.id,
@@ -218,6 +243,18 @@ class Executive:
         )
         self._reports.append(report)
 
+    def _report_upkeep(
+        self, run: PacketRun, state: PacketState, percepts: Percepts | None, at_s: float, detail: str
+    ) -> None:
+        """Once it has begun to go somewhere it is not where it was, and perceives no more than that."""
+        if state not in TOLD:
+            return
+        sets_off = state is PacketState.RUNNING and run.content.goal is not None
+        facts = () if sets_off else perceived(percepts)
+        self._reports.append(
+            UpkeepReport(tag=run.packet.tag, state=state, at_s=at_s, perceived=facts, detail=detail)
+        )
+
     def _end(
         self,
         state: ScriptState,
@@ -227,6 +264,9 @@ class Executive:
         detail: str = "",
     ) -> None:
         script = self._under_way
+        self._states[script.id] = state
+        if script.is_own:
+            return
         report = ScriptReport(
             script_id=script.id,
             state=state,
@@ -236,5 +276,4 @@ class Executive:
             perceived=perceived(percepts),
             detail=detail,
         )
-        self._states[script.id] = state
         self._reports.append(report)

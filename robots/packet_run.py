@@ -17,7 +17,7 @@ from robots.progress import Odometer
 from robots.repertoire import BoundPacket
 from robots.sensing.plans import Phase, name_of
 from robots.stall import StallGuard
-from robots.synthesis import Motion, motion
+from robots.synthesis import DegreeOfFreedom, Motion, motion
 from robots.wire import BehaviourPacket, FailureCategory, PacketState
 
 
@@ -63,6 +63,12 @@ class PacketRun:
     @property
     def over(self) -> bool:
         return self.state in (PacketState.FINISHED, PacketState.FAILED)
+
+    @property
+    def grips(self) -> bool:
+        """True while it opens or closes the jaws, which must not be left half done."""
+        gripping = any(one.dof is DegreeOfFreedom.GRIP for one in self.content.patterns)
+        return gripping and self.state is PacketState.RUNNING
 
     @property
     def action(self) -> str:

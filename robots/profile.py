@@ -39,6 +39,7 @@ class RobotProfile:
 
     `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
     nor one of `others` it takes for the tag of a sample. `lengths_m`: of the objects that take two robots.
+    `home` is the beacon where it is charged, None without one.
     """
 
     name: str
@@ -48,6 +49,7 @@ class RobotProfile:
     turn_rad_s: float = 1.5
     repertoire: tuple[str, ...] = ("NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
     others: tuple[str, ...] = ()
+    home: str | None = None
     architecture: Architecture = Architecture.PARALLEL
     sensors: frozenset[Sensor] = ALL_SENSORS
     whisker_least_m: float = 0.0

@@ -27,6 +27,7 @@ def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) ->
         turn_rad_s=fitting.spec.turn_rad_s,
         repertoire=tuple(fitting.spec.repertoire),
         others=fitting.others,
+        home=fitting.spec.home,
         architecture=Architecture(fitting.spec.architecture),
         whisker_least_m=fitting.spec.whisker_least_m,
         lengths_m=fitting.lengths_m,

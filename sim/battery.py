@@ -8,12 +8,16 @@ CHARGE_BELOW, CHARGED = 0.25, 0.95
 
 
 class Battery:
-    """Holds what is left. An empty one stays empty and the rover goes on: it has no way yet to be fetched."""
+    """Holds what is left.
 
-    def __init__(self, powers: Powers) -> None:
+    An empty one drives no motor. The electronics keep a reserve of their own that is not simulated (our choice), so
+    that the rover can still say why it stands there.
+    """
+
+    def __init__(self, powers: Powers, *, level: float = 1.0) -> None:
         self._powers = powers
         self._full_j = powers.capacity_wh * 3600
-        self._left_j = self._full_j
+        self._left_j = level * self._full_j
         self.charging = False
 
     @property

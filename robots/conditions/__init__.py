@@ -10,7 +10,8 @@ from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, in_word
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
-from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
+from robots.conditions.powering import Charged, Charging
+from robots.conditions.seeing import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
@@ -27,6 +28,8 @@ __all__ = [
     "Beside",
     "BetweenJaws",
     "Bumped",
+    "Charged",
+    "Charging",
     "Clear",
     "Close",
     "Closer",
@@ -54,6 +57,7 @@ __all__ = [
     "Over",
     "Raised",
     "Reached",
+    "SoleHolder",
     "Still",
     "Travelled",
     "Turned",

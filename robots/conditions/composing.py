@@ -11,7 +11,8 @@ from robots.conditions.carrying import AtHandle, HoldsAlone, JointNear, LinedUp,
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.gripping import BetweenJaws, Empty, Holding
 from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
-from robots.conditions.seeing import Beside, Clear, InView, LiesAt, Vacant
+from robots.conditions.powering import Charged, Charging
+from robots.conditions.seeing import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
@@ -96,6 +97,7 @@ AnyCondition = Annotated[
     | Clear
     | Beside
     | InView
+    | SoleHolder
     | Elapsed
     | Travelled
     | Advanced
@@ -111,6 +113,8 @@ AnyCondition = Annotated[
     | LinedUp
     | Still
     | Over
+    | Charged
+    | Charging
     | Not
     | AnyOf
     | AllOf,

@@ -5,6 +5,7 @@ from typing import ClassVar, Literal
 
 from pydantic import ConfigDict
 
+from robots.body import GRIPPER_REACH_M
 from robots.conditions.verdict import Verdict
 from robots.percepts import LOCATING, SIGHT, Needs, Percepts
 from robots.responses import STRICT
@@ -15,6 +16,8 @@ FOREIGN_M = 0.35
 """A tag this close to a beacon makes the location not vacant."""
 CLEAR_M = 0.6
 """A robot this close to an approach point occupies it."""
+SHARED_M = 0.5
+"""A robot this close to what is in another's jaws may hold it as well."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,6 +122,24 @@ class InView:
         held_s = percepts.in_view_for_s(self.target)
         holds = percepts.sees(self.target) and held_s >= self.for_s
         return Verdict(holds, f"has had {self.target} in view for {held_s:.1f} s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SoleHolder:
+    """Holds nothing, or something that it may drive off with: for one robot, with no other by it as far as it sees."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["sole_holder"] = "sole_holder"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        held = percepts.holding
+        if held is None:
+            return Verdict(True, "holds nothing")
+        if held in percepts.profile.lengths_m:
+            return Verdict(False, f"holds {held}, which takes two robots")
+        by = [name for name, at in percepts.robots_in_view() if abs(at - GRIPPER_REACH_M) <= SHARED_M]
+        return Verdict(not by, f"holds {held}, with {' and '.join(by) or 'no robot'} by it")
 
 
 def _seen(percepts: Percepts) -> str:

@@ -6,6 +6,15 @@ Only on-robot software looks in here: the reflective agent knows packets by tag 
 
 from robots.repertoire.load import Repertoire, load_repertoire
 from robots.repertoire.schema import BoundPacket, PacketSpec
+from robots.repertoire.self_level import SelfLevel, load_self_level
 from robots.repertoire.tuning import Tuning
 
-__all__ = ["BoundPacket", "PacketSpec", "Repertoire", "Tuning", "load_repertoire"]
+__all__ = [
+    "BoundPacket",
+    "PacketSpec",
+    "Repertoire",
+    "SelfLevel",
+    "Tuning",
+    "load_repertoire",
+    "load_self_level",
+]

@@ -14,6 +14,8 @@ from robots.percepts import waypoint
 from robots.profile import RobotProfile
 from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
+from robots.repertoire.self_level import FILE as SELF_LEVEL
+from robots.repertoire.self_level import load_self_level
 from robots.repertoire.tuning import Tuning, tuned
 from robots.wire import BehaviourPacket
 
@@ -131,7 +133,8 @@ def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoir
 @cache
 def _shipped_repertoire() -> Repertoire:
     # NOTE: it takes 60 ms to check, too long for every robot of a large world.
-    return _checked(_shipped())
+    packets, own = _checked(_shipped()), load_self_level()
+    return Repertoire({tag: own.added_to(spec) for tag, spec in packets.specs.items()})
 
 
 def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
@@ -150,5 +153,5 @@ def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
 
 def _shipped() -> list[tuple[str, str]]:
     folder = resources.files("robots.repertoire")
-    files = [entry for entry in folder.iterdir() if entry.name.endswith(".yaml")]
+    files = [entry for entry in folder.iterdir() if entry.name.endswith(".yaml") and entry.name != SELF_LEVEL]
     return sorted((entry.name, entry.read_text(encoding="utf-8")) for entry in files)

@@ -16,9 +16,11 @@ from robots.wire.messages import (
     StatusQuery,
     StatusReport,
     Telemetry,
+    UpkeepReport,
     new_message_id,
 )
 from robots.wire.script import (
+    OWN,
     BehaviourPacket,
     BehaviourScript,
     FailureCategory,
@@ -28,6 +30,7 @@ from robots.wire.script import (
 )
 
 __all__ = [
+    "OWN",
     "Acknowledgement",
     "BehaviourPacket",
     "BehaviourScript",
@@ -49,5 +52,6 @@ __all__ = [
     "StatusReport",
     "SymbolicFact",
     "Telemetry",
+    "UpkeepReport",
     "new_message_id",
 ]

@@ -104,6 +104,20 @@ class ScriptReport(Wire):
     detail: str = ""
 
 
+class UpkeepReport(Wire):
+    """Robot to service: how a packet stands that it carries out for its own sake (inform).
+
+    One that begins to lead somewhere perceives nothing: the robot is then on its way.
+    """
+
+    kind: Literal["upkeep_report"] = "upkeep_report"
+    tag: str
+    state: PacketState
+    at_s: float
+    perceived: tuple[SymbolicFact, ...] = ()
+    detail: str = ""
+
+
 class StatusReport(Wire):
     """Robot to service: the answer to a status query (inform). `state` is None for a script it does not know."""
 
@@ -166,6 +180,7 @@ Body = Annotated[
     | PacketReport
     | ScriptReport
     | StatusReport
+    | UpkeepReport
     | Receipt
     | Telemetry,
     Field(discriminator="kind"),

@@ -86,6 +86,10 @@ class BehaviourPacket(Wire):
     )
 
 
+OWN = "own"
+"""The mission of a script that a robot gave itself."""
+
+
 class BehaviourScript(Wire):
     """What one robot is to do for one mission, in order."""
 
@@ -93,3 +97,8 @@ class BehaviourScript(Wire):
     mission_id: str
     robot: str
     packets: tuple[BehaviourPacket, ...] = Field(min_length=1)
+
+    @property
+    def is_own(self) -> bool:
+        """True if the robot gave it to itself."""
+        return self.mission_id == OWN

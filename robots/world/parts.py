@@ -90,6 +90,7 @@ class Location(Part):
 class RobotSpec(Part):
     """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
+    `battery`: the share of its charge that it starts with.
     `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
     `sonar`: what it hears by, one after the other: its whiskers, and a virtual sonar that hears avatars.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
@@ -105,6 +106,7 @@ class RobotSpec(Part):
     repertoire: tuple[Tag, ...] = PACKET_TAGS
     speed_m_s: float = Field(default=0.5, gt=0, le=2)
     turn_rad_s: float = Field(default=1.5, gt=0, le=6)
+    battery: float = Field(default=1.0, ge=0, le=1)
     whiskers: int = Field(default=16, ge=8, le=64)
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)

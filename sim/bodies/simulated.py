@@ -27,7 +27,7 @@ class SimulatedBody(ABC):
         self._activities: Sequence[Activity] = ()
         self.ring = SonarRing()
         self.running = ALL_SENSORS
-        self.battery = Battery(load_powers())
+        self.battery = Battery(load_powers(), level=spec.battery)
 
     @property
     @abstractmethod
@@ -50,9 +50,11 @@ class SimulatedBody(ABC):
     def get_position(self) -> Pose: ...
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
+        """Take a command, and hold it until the next; with an empty battery it is to stop."""
+        drives = self.battery.level > 0
         self._wanted = (
-            clip(linear_m_s, self.spec.speed_m_s),
-            clip(angular_rad_s, self.spec.turn_rad_s),
+            clip(linear_m_s, self.spec.speed_m_s * drives),
+            clip(angular_rad_s, self.spec.turn_rad_s * drives),
         )
 
     def set_gripper(self, *, closed: bool) -> None:

@@ -43,12 +43,17 @@ class FakeWorld:
     rng: np.random.Generator = field(init=False)
 
     def add(
-        self, name: str, pose: Pose, others: Sequence[str] = (), link: Link | None = None
+        self,
+        name: str,
+        pose: Pose,
+        others: Sequence[str] = (),
+        link: Link | None = None,
+        home: str | None = None,
     ) -> InMemoryLink:
         """A rover with its agent; returns the service's end of its link."""
         ours, theirs = InMemoryLink.pair()
         self.bodies[name] = FakeBody(self, name, pose)
-        profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others))
+        profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), home=home)
         self.agents[name] = BehaviouralAgent(
             profile=profile, body=self.bodies[name], link=link or theirs, clock=self.clock
         )
@@ -79,6 +84,8 @@ class FakeBody:
         self.velocity = (0.0, 0.0)
         self.faulty: Readings | None = None
         self.stuck = False
+        self.battery = 1.0
+        self.charging = False
         self.running = ALL_SENSORS
 
     @property
@@ -115,6 +122,8 @@ class FakeBody:
             sightings=tuple(self._sightings()) if runs(Sensor.INFRA_RED) else None,
             gripper=Gripper(closed=self.closed, between_jaws=between) if runs(Sensor.GRIPPER) else None,
             capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,
+            battery=self.battery,
+            charging=self.charging,
         )
 
     def run_sensors(self, sensors: frozenset[Sensor]) -> None:

@@ -17,6 +17,7 @@ from robots.wire import (
     ScriptRequest,
     SymbolicFact,
     Telemetry,
+    UpkeepReport,
 )
 from robots.wire import Body as Content
 from tests.robots.fake_world import FakeWorld, Segment
@@ -109,7 +110,7 @@ class Service:
     def listen(self) -> None:
         for message in self.link.receive():
             self.heard.append(message)
-            if self.receipts and isinstance(message.body, PacketReport | ScriptReport):
+            if self.receipts and isinstance(message.body, PacketReport | ScriptReport | UpkeepReport):
                 self.send(Receipt(), Performative.CONFIRM, in_reply_to=message.id)
 
     @property
@@ -122,6 +123,11 @@ class Service:
         """Tag and state of every packet report, each once."""
         reports = {m.id: m.body for m in self.heard if isinstance(m.body, PacketReport)}
         return [(body.packet_id.partition("-")[0], body.state) for body in reports.values()]
+
+    @property
+    def upkeep(self) -> list[UpkeepReport]:
+        """What it did for its own sake, each report once."""
+        return list({m.id: m.body for m in self.heard if isinstance(m.body, UpkeepReport)}.values())
 
     @property
     def telemetry(self) -> list[Telemetry]:

@@ -8,6 +8,7 @@ from robots.conditions import AtHandle, Clear, Holding, LiesAt, LinedUp
 from robots.errors import RepertoireError
 from robots.patterns import Level
 from robots.repertoire import load_repertoire
+from robots.synthesis import DegreeOfFreedom
 from robots.wire import BehaviourPacket
 from tests.robots.sensed import PROFILE
 from tests.robots.stories import packet
@@ -34,13 +35,21 @@ def test_the_papers_packets_and_the_behavioural_suite_are_there() -> None:
     follows = {"FOLLOW_LEFT_OBSTACLE", "FOLLOW_RIGHT_OBSTACLE"}
     suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "WANDER"} | turns | follows
     long = {f"{tag} (long)" for tag in ("DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2")}
-    assert set(REPERTOIRE.specs) == mission | suite | long
-    assert {tag for tag, spec in REPERTOIRE.specs.items() if spec.basic} == suite
+    upkeep = {"SEEK_CHARGER", "CHARGE"}
+    assert set(REPERTOIRE.specs) == mission | suite | long | upkeep
+    assert {tag for tag, spec in REPERTOIRE.specs.items() if spec.basic} == suite | upkeep
 
 
 def test_the_four_levels_are_in_use() -> None:
     specs = REPERTOIRE.specs.values()
     assert {pattern.level for spec in specs for pattern in spec.bind({}).patterns} == set(Level)
+
+
+def test_every_packet_that_drives_spares_a_low_battery() -> None:
+    for spec in REPERTOIRE.specs.values():
+        patterns = spec.bind({}).patterns
+        drives = any(one.dof is DegreeOfFreedom.TRANSLATE for one in patterns)
+        assert drives is any(one.name == "spare_battery" for one in patterns), spec.tag
 
 
 def test_no_packet_has_two_patterns_of_one_name_on_one_degree_of_freedom() -> None:

@@ -30,6 +30,7 @@ GIVEN: dict[str, Any] = {
     "s": 1.0,
     "rad": 0.5,
     "m_s": 0.2,
+    "to": 0.5,
     "of": Empty(),
     "robot": "other",
 }

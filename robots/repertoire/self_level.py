@@ -1,0 +1,57 @@
+"""The self level (MACTA §3): patterns that every packet shares that drives, and the levels of the battery."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import yaml
+from pydantic import Field, ValidationError, model_validator
+
+from robots.errors import RepertoireError
+from robots.repertoire.parameters import Checked
+from robots.repertoire.schema import PacketSpec, behaviour_patterns
+
+FILE = "self_level.yaml"
+
+
+class SelfLevel(Checked):
+    """Shares of a full battery, 0 to 1, and patterns to add to packets.
+
+    Below `low` a robot without a script seeks its charger, below `needed` it takes on no script, and below `critical`
+    it breaks off the one it has. The measures are our choice.
+    """
+
+    low: float = Field(gt=0, le=1)
+    needed: float = Field(gt=0, le=1)
+    critical: float = Field(gt=0, le=1)
+    patterns: tuple[dict[str, Any], ...]
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "SelfLevel":
+        if not self.critical < self.needed <= self.low:
+            raise ValueError("the levels must be critical < needed <= low")
+        behaviour_patterns().validate_python(self.patterns)
+        return self
+
+    def added_to(self, spec: PacketSpec) -> PacketSpec:
+        """The packet with the shared patterns on those degrees of freedom on which its own patterns act."""
+
+        def group(patterns: Sequence[Mapping[str, Any]]) -> tuple[Mapping[str, Any], ...]:
+            moved = {one["dof"] for one in patterns}
+            return (*patterns, *(one for one in self.patterns if one["dof"] in moved))
+
+        return spec.model_copy(update={"waiting": group(spec.waiting), "patterns": group(spec.patterns)})
+
+
+@cache
+def load_self_level() -> SelfLevel:
+    """The self level that ships with the robots' software.
+
+    :raises RepertoireError: saying what is wrong with it.
+    """
+    text = resources.files("robots.repertoire").joinpath(FILE).read_text(encoding="utf-8")
+    try:
+        return SelfLevel.model_validate(yaml.safe_load(text))
+    except (yaml.YAMLError, ValidationError) as error:
+        raise RepertoireError(f"{FILE} is no self level: {error}") from error
