@@ -96,7 +96,7 @@ class AgentModels:
             self._board.heard(message.sender, message.body)
             return
         self._board.heard(message.sender)
-        self._reports.record(message)
+        self._reports.record(message, self._world)
         if message.performative in (Performative.INFORM, Performative.FAILURE):
             self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
 

@@ -8,6 +8,7 @@ from app.core import Core
 from app.database import MessageRow, MissionRow, PlanRow, ScriptRow
 from app.durations import learn
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
+from app.missions.upkeep import note_upkeep
 from app.plan_body import PlanBody
 from app.states import TERMINAL_SCRIPTS, MissionState
 from app.world_model import applied, reconciled
@@ -21,6 +22,7 @@ from robots.wire import (
     ScriptReport,
     ScriptState,
     StatusReport,
+    UpkeepReport,
 )
 
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
@@ -31,30 +33,31 @@ class ReportBook:
 
     def __init__(self, core: Core, *, released: Callable[[Session, str], None]) -> None:
         """:param released: called in the report's transaction with the world in which something is free again."""
+        self._core = core
         self._database, self._workflows, self._events = core.database, core.workflows, core.events
         self._facts, self._knowledge_base, self._holdings = core.facts, core.knowledge_base, core.holdings
         self._released = released
 
-    def record(self, message: Message) -> bool:
-        """Record a robot's answer or report; False if it was recorded before or concerns no known script."""
+    def record(self, message: Message, world: str) -> bool:
+        """Record a robot's answer or report; False if it was recorded before or concerns no known script.
+
+        :param world: the world that the robot is in.
+        """
         with self._database.write() as session:
             if session.get(MessageRow, message.id) is not None:
                 return False
             body = message.body
+            if isinstance(body, UpkeepReport):
+                session.add(_row(message))
+                note_upkeep(session, self._core, world=world, robot=message.sender, report=body)
+                return True
             script = session.get(ScriptRow, getattr(body, "script_id", ""))
             if script is None or script.robot != message.sender:
                 return False
             # The mission is locked first: its other scripts change with it.
             mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
             session.refresh(script, with_for_update=True)
-            session.add(
-                MessageRow(
-                    id=message.id,
-                    robot=message.sender,
-                    kind=body.kind,
-                    body=message.model_dump(mode="json"),
-                )
-            )
+            session.add(_row(message))
             before = self._holdings.of_mission(session, mission)
             self._consequences(session, message, script, mission)
             if self._holdings.of_mission(session, mission) != before:
@@ -247,3 +250,8 @@ def _done_since(
         if other.earliest_start_s > action.earliest_start_s and has_ended(scripts, other.id)
     }
     return tuple(sorted(later.values(), key=lambda other: other.earliest_start_s))
+
+
+def _row(message: Message) -> MessageRow:
+    body = message.model_dump(mode="json")
+    return MessageRow(id=message.id, robot=message.sender, kind=message.body.kind, body=body)

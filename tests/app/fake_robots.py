@@ -100,6 +100,10 @@ class FakeTeam:
         )
         self._far.send(self._message(name, Performative.INFORM, told))
 
+    def report(self, name: str, body: Body) -> None:
+        """A robot's report arrives."""
+        self._say(self._message(name, Performative.INFORM, body))
+
     def _run(self) -> None:
         while not self._stop.is_set():
             for message in self._far.receive():
