@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from robots.body import Body
 from robots.clock import Clock
-from robots.errors import SensorFault
+from robots.errors import RepertoireError, SensorFault
 from robots.executive import Executive
 from robots.facts import REPORTED
 from robots.link import Link
@@ -30,10 +30,13 @@ from robots.wire import (
     Message,
     Performative,
     Refusal,
+    Retune,
     ScriptReport,
     ScriptRequest,
     ScriptState,
     StatusQuery,
+    TraceQuery,
+    TuningReport,
 )
 
 __all__ = ["BeaconSpec", "BehaviouralAgent", "RobotProfile"]
@@ -59,7 +62,9 @@ class BehaviouralAgent:
         self._clock = clock
         self._mailbox = Mailbox(profile.name, link)
         self._perception = Perception(profile)
-        self._executive = Executive(profile, repertoire if repertoire is not None else load_repertoire())
+        self._repertoire = repertoire if repertoire is not None else load_repertoire()
+        self._tuning_version = 0
+        self._executive = Executive(profile, self._repertoire)
         self._upkeep = Upkeep(profile, load_self_level())
         self._loop = control_loop(profile.architecture, self._executive)
         self._sensory = SensoryController(body)
@@ -145,21 +150,37 @@ class BehaviouralAgent:
             self._body.set_gripper(closed=motion.close_gripper)
 
     def _attend(self, message: Message, now_s: float) -> None:
-        body = message.body
-        if isinstance(body, ScriptRequest):
-            script = body.script
-            if script.id not in self._verdicts:
-                self._verdicts[script.id] = self._too_weak() or self._executive.accept(script)
-            self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
-        elif isinstance(body, Control):
-            why_not = self._executive.control(body.script_id, body.verb, self._percepts, now_s)
-            self._agree_or_refuse(message, body.script_id, why_not, now_s)
-        elif isinstance(body, Clearance):
-            why_not = self._executive.clear(body.script_id, body.ended)
-            self._agree_or_refuse(message, body.script_id, why_not, now_s)
-        elif isinstance(body, StatusQuery):
-            status = self._executive.status(body.script_id, self._percepts, now_s)
-            self._mailbox.answer(message, Performative.INFORM, status, now_s)
+        match message.body:
+            case ScriptRequest(script=script):
+                if script.id not in self._verdicts:
+                    self._verdicts[script.id] = self._too_weak() or self._executive.accept(script)
+                self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
+            case Control(script_id=script_id, verb=verb):
+                why_not = self._executive.control(script_id, verb, self._percepts, now_s)
+                self._agree_or_refuse(message, script_id, why_not, now_s)
+            case Clearance(script_id=script_id, ended=ended):
+                why_not = self._executive.clear(script_id, ended)
+                self._agree_or_refuse(message, script_id, why_not, now_s)
+            case StatusQuery(script_id=script_id):
+                status = self._executive.status(script_id, self._percepts, now_s)
+                self._mailbox.answer(message, Performative.INFORM, status, now_s)
+            case TraceQuery(seconds=seconds):
+                self._mailbox.tell(message, self.trace.report(now_s, seconds), now_s)
+            case Retune() as wanted:
+                self._retune(message, wanted, now_s)
+
+    def _retune(self, message: Message, wanted: Retune, now_s: float) -> None:
+        """Tune the packets to come; what is older than what is in use changes nothing."""
+        performative, reason = Performative.AGREE, ""
+        if wanted.version >= self._tuning_version:
+            try:
+                self._executive.retune(self._repertoire.tuned(wanted.tuning))
+                self._tuning_version = wanted.version
+            except RepertoireError as error:
+                performative, reason = Performative.REFUSE, str(error)
+        self._mailbox.answer(
+            message, performative, TuningReport(version=wanted.version, reason=reason), now_s
+        )
 
     def _look_after_itself(self, percepts: Percepts | None) -> None:
         """With nothing else to do."""

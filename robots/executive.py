@@ -109,6 +109,16 @@ class Executive:
         self._states[script.id] = ScriptState.ACCEPTED
         return None
 
+    def retune(self, repertoire: Repertoire) -> None:
+        """Go on with this repertoire from the next packet on.
+
+        :raises RepertoireError: if a packet that is still to come does not fit it; then nothing changes.
+        """
+        begun = self._index + 1
+        later = [run.rebound(repertoire.bind(run.packet, self._profile)) for run in self._runs[begun:]]
+        self._repertoire = repertoire
+        self._runs[begun:] = later
+
     def control(
         self, script_id: str, verb: ControlVerb, percepts: Percepts | None, now_s: float
     ) -> str | None:

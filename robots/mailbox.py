@@ -61,6 +61,10 @@ class Mailbox:
         self._note(request.id, message)
         self._send(message)
 
+    def tell(self, query: Message, body: Body, now_s: float) -> None:
+        """Answer a query with something that is too much to remember; who asks again asks anew."""
+        self._send(self._compose(Performative.INFORM, body, now_s, query.id))
+
     def report(self, performative: Performative, body: Body, now_s: float) -> None:
         """Send a report and keep it until its receipt."""
         message = self._compose(performative, body, now_s)

@@ -86,6 +86,12 @@ class PacketRun:
         """These actions have ended; it need not wait for them any more. May come long before its turn."""
         self._uncleared.difference_update(ended)
 
+    def rebound(self, content: BoundPacket) -> "PacketRun":
+        """The same packet, not begun, with another content."""
+        fresh = PacketRun(self.packet, content, self._profile)
+        fresh._uncleared &= self._uncleared
+        return fresh
+
     def step(self, percepts: Percepts, step_s: float) -> Outcome:
         """Advance by one tick."""
         if self.state is PacketState.WAITING:

@@ -3,9 +3,11 @@
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 
 from robots.patterns import Responses
-from robots.synthesis import Motion
+from robots.synthesis import Motion, Utilitor
+from robots.wire import TracedPattern, TracedStretch, TracedTick, TraceReport
 
 KEPT = 1200
 """Ticks kept: the last minute at 20 Hz."""
@@ -51,3 +53,39 @@ class Trace:
     def of(self, packet_id: str) -> list[Instant]:
         """The instants of one packet that are still kept."""
         return [instant for instant in self._ring if instant.packet_id == packet_id]
+
+    def report(self, now_s: float, seconds: float) -> TraceReport:
+        """What is kept of the last seconds, as it is sent."""
+        recent = [instant for instant in self._ring if instant.at_s >= now_s - seconds]
+        return TraceReport(
+            at_s=now_s, stretches=tuple(_stretch(list(one)) for _, one in groupby(recent, _shape))
+        )
+
+
+def _shape(instant: Instant) -> tuple[str, tuple[TracedPattern, ...], tuple[str, ...]]:
+    """What the ticks of one stretch have in common."""
+    responses = instant.responses
+    patterns = tuple(TracedPattern(name=f"{p.dof}/{p.name}", level=p.level) for p, _ in responses.of)
+    return instant.packet_id, patterns, tuple(str(dof) for dof in responses.resultant)
+
+
+def _stretch(instants: list[Instant]) -> TracedStretch:
+    packet_id, patterns, dofs = _shape(instants[0])
+    return TracedStretch(
+        packet_id=packet_id, patterns=patterns, dofs=dofs, ticks=tuple(_tick(one) for one in instants)
+    )
+
+
+def _tick(instant: Instant) -> TracedTick:
+    responses, motion = instant.responses, instant.motion
+    return TracedTick(
+        at_s=round(instant.at_s, 3),
+        patterns=tuple(_rounded(utilitor) for _, utilitor in responses.of),
+        resultants=tuple(_rounded(utilitor) for utilitor in responses.resultant.values()),
+        linear_m_s=round(motion.linear_m_s, 4),
+        angular_rad_s=round(motion.angular_rad_s, 4),
+    )
+
+
+def _rounded(utilitor: Utilitor) -> tuple[float, float]:
+    return round(utilitor.response, 4), round(utilitor.u, 4)

@@ -7,7 +7,7 @@ Only on-robot software looks in here: the reflective agent knows packets by tag 
 from robots.repertoire.load import Repertoire, load_repertoire
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.repertoire.self_level import SelfLevel, load_self_level
-from robots.repertoire.tuning import Tuning
+from robots.repertoire.tuning import Tuning, parameters
 
 __all__ = [
     "BoundPacket",
@@ -17,4 +17,5 @@ __all__ = [
     "Tuning",
     "load_repertoire",
     "load_self_level",
+    "parameters",
 ]

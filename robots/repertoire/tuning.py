@@ -4,12 +4,14 @@ A pattern goes by "dof/name", as telemetry shows it, a parameter by where it sta
 `r.gain`, `u.value`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 from pydantic import ValidationError
 
 from robots.errors import RepertoireError
+from robots.patterns import BehaviourPattern
 from robots.repertoire.schema import PacketSpec, behaviour_patterns, filled
 
 Tuning = Mapping[str, Mapping[str, float]]
@@ -34,6 +36,22 @@ def tuned(spec: PacketSpec, tuning: Tuning) -> PacketSpec:
         return tuple(_overridden(spec, one, tuning.get(_name(one), {})) for one in patterns)
 
     return spec.model_copy(update={"waiting": group(spec.waiting), "patterns": group(spec.patterns)})
+
+
+def parameters(spec: PacketSpec) -> dict[str, dict[str, float]]:
+    """Every number of the packet's patterns as it is now, by pattern and parameter; defaults, too."""
+    templates = [*spec.waiting, *spec.patterns]
+    patterns = behaviour_patterns().validate_python([filled(one, spec.defaults()) for one in templates])
+    return {f"{one.dof}/{one.name}": dict(_numbers(one)) for one in patterns}
+
+
+def _numbers(pattern: BehaviourPattern) -> Iterator[tuple[str, float]]:
+    for part in PARTS:
+        word = getattr(pattern, part)
+        for field in fields(word):
+            value = getattr(word, field.name)
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                yield f"{part}.{field.name}", value
 
 
 def _name(pattern: Template) -> str:

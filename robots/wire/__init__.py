@@ -19,6 +19,7 @@ from robots.wire.messages import (
     UpkeepReport,
     new_message_id,
 )
+from robots.wire.retuning import PacketTunings, Retune, TuningReport
 from robots.wire.script import (
     OWN,
     BehaviourPacket,
@@ -28,9 +29,11 @@ from robots.wire.script import (
     ScriptState,
     SymbolicFact,
 )
+from robots.wire.tracing import TRACED_S, TracedPattern, TracedStretch, TracedTick, TraceQuery, TraceReport
 
 __all__ = [
     "OWN",
+    "TRACED_S",
     "Acknowledgement",
     "BehaviourPacket",
     "BehaviourScript",
@@ -42,9 +45,11 @@ __all__ = [
     "Message",
     "PacketReport",
     "PacketState",
+    "PacketTunings",
     "Performative",
     "Receipt",
     "Refusal",
+    "Retune",
     "ScriptReport",
     "ScriptRequest",
     "ScriptState",
@@ -52,6 +57,12 @@ __all__ = [
     "StatusReport",
     "SymbolicFact",
     "Telemetry",
+    "TraceQuery",
+    "TraceReport",
+    "TracedPattern",
+    "TracedStretch",
+    "TracedTick",
+    "TuningReport",
     "UpkeepReport",
     "new_message_id",
 ]

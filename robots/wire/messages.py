@@ -10,7 +10,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from robots.wire.retuning import Retune, TuningReport
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
+from robots.wire.tracing import TraceQuery, TraceReport
 
 
 class Performative(StrEnum):
@@ -181,6 +183,10 @@ Body = Annotated[
     | ScriptReport
     | StatusReport
     | UpkeepReport
+    | TraceQuery
+    | TraceReport
+    | Retune
+    | TuningReport
     | Receipt
     | Telemetry,
     Field(discriminator="kind"),

@@ -4,7 +4,8 @@ import pytest
 
 from robots.body import Pose
 from robots.synthesis import Utilitor, superpose
-from robots.trace import Trace
+from robots.trace import KEPT, Trace
+from robots.wire import TRACED_S, Performative, TracedPattern, TraceQuery, TraceReport
 from tests.robots.stories import Service, packet, room, run_for, script
 
 
@@ -52,3 +53,48 @@ def test_telemetry_tells_the_resultants_beside_the_patterns() -> None:
     last = service.telemetry[-1]
     assert set(last.resultants) == {"translate", "rotate"}
     assert {name.split("/")[0] for name in last.patterns} == set(last.resultants)
+
+
+def told(service: Service) -> TraceReport:
+    return next(m.body for m in reversed(service.heard) if isinstance(m.body, TraceReport))
+
+
+def test_the_trace_of_the_last_seconds_is_told_on_request() -> None:
+    world = room()
+    service = Service(world, world.add("yard_1", Pose(x_m=1, y_m=1.5, heading_rad=0)), "yard_1")
+    service.order(script("yard_1", packet("NAVIGATE", ref2="yard")))
+    run_for(world, [service], 3)
+    query = service.send(TraceQuery(seconds=1.0), Performative.QUERY)
+    run_for(world, [service], 0.1)
+    answer = next(m for m in service.heard if m.in_reply_to == query.id)
+    (stretch,) = told(service).stretches
+    assert answer.performative is Performative.INFORM
+    assert (stretch.packet_id, set(stretch.dofs)) == ("NAVIGATE-yard", {"translate", "rotate"})
+    assert TracedPattern(name="translate/spare_battery", level="self") in stretch.patterns
+    assert 19 <= len(stretch.ticks) <= 21
+    for tick in stretch.ticks:
+        assert len(tick.patterns) == len(stretch.patterns)
+        ahead = dict(zip(stretch.dofs, tick.resultants, strict=True))["translate"][0]
+        assert tick.linear_m_s == pytest.approx(0.5 * ahead, abs=1e-3)
+
+
+def test_other_patterns_begin_another_stretch() -> None:
+    world = room()
+    service = Service(world, world.add("yard_1", Pose(x_m=4.2, y_m=1.2, heading_rad=0)), "yard_1")
+    service.order(script("yard_1", packet("NAVIGATE", ref2="yard"), packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 5)
+    service.send(TraceQuery(seconds=60.0), Performative.QUERY)
+    run_for(world, [service], 0.1)
+    packets = [stretch.packet_id for stretch in told(service).stretches]
+    assert packets == sorted(packets, reverse=True)
+    assert set(packets) == {"NAVIGATE-yard", "NAVIGATE-door"}
+
+
+def test_the_longest_trace_is_of_bounded_size() -> None:
+    _, trace = driven(20)
+    full = Trace()
+    instants = list(trace)
+    for index in range(KEPT):
+        full.record(instants[index % len(instants)])
+    sent = full.report(instants[-1].at_s, TRACED_S).model_dump_json()
+    assert len(sent) < 600_000

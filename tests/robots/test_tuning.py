@@ -4,13 +4,16 @@ from pathlib import Path
 
 import pytest
 
+from robots.body import Pose
 from robots.errors import RepertoireError
-from robots.repertoire import Tuning, load_repertoire
+from robots.repertoire import Tuning, load_repertoire, parameters
 from robots.responses import Linear
 from robots.stimuli import Proximity
+from robots.wire import Clearance, Message, PacketState, Performative, Retune, TuningReport
 from robots.world import WorldFileError, load_world
+from tests.robots.fake_world import FakeWorld
 from tests.robots.sensed import PROFILE
-from tests.robots.stories import packet
+from tests.robots.stories import Service, packet, room, run, run_for, script
 
 REPERTOIRE = load_repertoire()
 GENTLE = {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4, "r.gain": -0.5}}
@@ -78,3 +81,76 @@ def test_a_world_file_tunes_its_robots_and_is_checked_when_loaded(tmp_path: Path
             WorldFileError, match=r"robots.yard_1.tuning: NAVIGATE: translate/obstacle_avoid: r.gain"
         ):
             load_world(file)
+
+
+def test_parameters_are_listed_with_those_that_the_packet_leaves_at_their_defaults() -> None:
+    tuned = parameters(REPERTOIRE.tuned({"NAVIGATE": GENTLE}).specs["NAVIGATE"])
+    avoids = {"stimulus.reach_m": 0.4, "stimulus.sector_rad": 0.7, "r.gain": -0.5}
+    assert tuned["translate/obstacle_avoid"] == {**avoids, "r.offset": 0.0, "r.limit": 1.0, "u.gain": 1.0}
+
+
+def test_every_listed_parameter_can_be_set_to_what_it_is() -> None:
+    for tag, spec in REPERTOIRE.specs.items():
+        REPERTOIRE.tuned({tag: parameters(spec)})
+
+
+SLOW = {"NAVIGATE": {"translate/advance": {"r.gain": 0.2}}}
+
+
+def navigator() -> tuple[FakeWorld, Service]:
+    world = room()
+    service = Service(world, world.add("fred", Pose(x_m=4.2, y_m=1.2, heading_rad=0)), "fred")
+    service.order(script("fred", packet("NAVIGATE", ref2="yard"), packet("NAVIGATE", ref2="door")))
+    run_for(world, [service], 0.5)
+    return world, service
+
+
+def reply(service: Service, request: Message) -> tuple[Performative, object]:
+    answer = next(m for m in service.heard if m.in_reply_to == request.id)
+    return answer.performative, answer.body
+
+
+def test_a_packet_under_way_is_not_tuned_but_the_next_one_is() -> None:
+    world, service = navigator()
+    request = service.send(Retune(version=1, tuning=SLOW))
+    trace = world.agents["fred"].trace
+    assert run(world, [service], lambda: len(trace.of("NAVIGATE-door")) > 60)
+    assert reply(service, request) == (Performative.AGREE, TuningReport(version=1))
+
+    def advance(packet_id: str) -> float:
+        return max(i.responses.shown().get("translate/advance", (0.0, 0.0))[0] for i in trace.of(packet_id))
+
+    assert advance("NAVIGATE-yard") > 0.5
+    assert advance("NAVIGATE-door") == pytest.approx(0.2, abs=0.01)
+
+
+def test_tuning_replaces_what_was_sent_before_and_an_older_one_changes_nothing() -> None:
+    world, service = navigator()
+    service.send(Retune(version=2, tuning={}))
+    late = service.send(Retune(version=1, tuning=SLOW))
+    trace = world.agents["fred"].trace
+    assert run(world, [service], lambda: len(trace.of("NAVIGATE-door")) > 60)
+    assert reply(service, late)[0] is Performative.AGREE
+    assert max(i.responses.shown().get("translate/advance", (0.0, 0.0))[0] for i in trace) > 0.5
+
+
+def test_tuning_that_the_robot_cannot_use_is_refused_and_changes_nothing() -> None:
+    world, service = navigator()
+    request = service.send(Retune(version=1, tuning={"FLY": {"translate/up": {"r.gain": 1.0}}}))
+    run_for(world, [service], 0.2)
+    performative, body = reply(service, request)
+    assert performative is Performative.REFUSE
+    assert isinstance(body, TuningReport)
+    assert body.reason.startswith("unknown packet FLY")
+
+
+def test_a_clearance_that_came_before_the_tuning_still_counts() -> None:
+    world = room()
+    service = Service(world, world.add("fred", Pose(x_m=4.2, y_m=1.2, heading_rad=0)), "fred")
+    order = script("fred", packet("NAVIGATE", ref2="yard"), packet("NAVIGATE", ref2="door", after=["other"]))
+    service.order(order)
+    run_for(world, [service], 0.2)
+    service.send(Clearance(script_id=order.id, ended=("other",)))
+    run_for(world, [service], 0.2)
+    service.send(Retune(version=1, tuning=SLOW))
+    assert run(world, [service], lambda: service.packets.count(("NAVIGATE", PacketState.RUNNING)) == 2)
