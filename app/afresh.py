@@ -11,6 +11,7 @@ from app.events import EventLog
 from app.missions.ending import end_mission
 from app.plans.proposing import close_plans
 from app.states import ENDED, GoalState, MissionState, PlanState
+from app.tuning.desk import renew_tunings
 from app.world_model import initial_facts
 from app.world_model.layout import layout_of
 from robots.wire import FailureCategory
@@ -44,6 +45,7 @@ def _record_world(session: Session, core: Core, world: WorldFile) -> None:
     session.flush()
     session.execute(delete(FactRow).where(FactRow.world == world.name))
     facts = initial_facts(world, core.knowledge_base)
+    renew_tunings(session, world.name)
     core.facts.change(session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0)
 
 

@@ -9,7 +9,7 @@ from threading import Event
 from fastapi import FastAPI
 
 from app.afresh import begin_afresh
-from app.agents import AgentModels, RobotBoard
+from app.agents import AgentModels, Questions, RobotBoard
 from app.api.app import build_api
 from app.core import Core
 from app.database import Database
@@ -37,6 +37,7 @@ from app.plans.waiting import WORKFLOW as PLAN_WAITING
 from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
 from app.settings import Settings, lock_folder
+from app.tuning import TuningDesk
 from app.world_model import initial_spots, spot_of
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
@@ -110,6 +111,7 @@ class Service:
             ((robot.name, w.name) for w in self._files.values() for robot in w.robots),
             low_battery=settings.low_battery,
         )
+        self.questions = Questions(patience_s=settings.answer_patience_s)
         self._own_worker = worker is None
         self._worker = worker or PlanningWorker(make_engine, processes=settings.planning_processes)
         self._wire_desks()
@@ -163,6 +165,7 @@ class Service:
             memory_mb=settings.planning_memory_mb,
         )
         self.worlds = WorldDesk(core, worlds=self._files, clocks=self.clocks, board=self.board)
+        self.tunings = TuningDesk(core, worlds=self._files)
         self.missions = MissionDesk(core)
         self.plans = PlanDesk(
             core,
@@ -217,6 +220,8 @@ class Service:
             database=self.database,
             reports=self._reports,
             board=self.board,
+            questions=self.questions,
+            tunings=self.tunings,
             world=world.file.name,
         )
 

@@ -43,3 +43,9 @@ class Unavailable(MactaError):
     """Raised when the service cannot take a request now but will later."""
 
     code = "unavailable"
+
+
+class Silent(MactaError):
+    """Raised when a robot that was asked does not answer in time."""
+
+    code = "robot-silent"

@@ -2,5 +2,6 @@
 
 from app.agents.board import RobotBoard, RobotView
 from app.agents.models import AgentModels
+from app.agents.questions import Questions
 
-__all__ = ["AgentModels", "RobotBoard", "RobotView"]
+__all__ = ["AgentModels", "Questions", "RobotBoard", "RobotView"]

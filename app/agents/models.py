@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from sqlalchemy import or_, select
 
 from app.agents.board import RobotBoard
+from app.agents.questions import Questions
 from app.database import Database, MissionRow, ScriptRow
 from app.missions.reports import ReportBook
 from app.states import ENDED, MissionState
+from app.tuning import TuningDesk
 from robots.clock import Clock
 from robots.link import Link, LinkClosed
 from robots.wire import (
@@ -26,9 +28,11 @@ from robots.wire import (
     Message,
     Performative,
     Receipt,
+    Retune,
     ScriptRequest,
     StatusQuery,
     Telemetry,
+    TuningReport,
 )
 
 SERVICE = "service"
@@ -51,10 +55,13 @@ class AgentModels:
         database: Database,
         reports: ReportBook,
         board: RobotBoard,
+        questions: Questions,
+        tunings: TuningDesk,
         world: str,
     ) -> None:
         self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
         self._database, self._reports, self._board = database, reports, board
+        self._questions, self._tunings = questions, tunings
         self._sent_at: dict[str, float] = {}
         self._due = threading.Event()
         self._stop = threading.Event()
@@ -75,6 +82,7 @@ class AgentModels:
             try:
                 for message in self._link.receive(LISTEN_S):
                     self._take(message)
+                self._ask()
                 if self._due.is_set() or time.monotonic() >= due_at:
                     self._due.clear()
                     self._deliver()
@@ -96,12 +104,25 @@ class AgentModels:
             self._board.heard(message.sender, message.body)
             return
         self._board.heard(message.sender)
+        if self._questions.answered(message):
+            return
+        if isinstance(message.body, TuningReport):
+            self._tunings.answered(self._world, message.sender, message.performative, message.body)
+            return
         self._reports.record(message, self._world)
         if message.performative in (Performative.INFORM, Performative.FAILURE):
             self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
 
+    def _ask(self) -> None:
+        """Pass on what clients ask right now, once: they do not wait long."""
+        for question in self._questions.to_send(self._robots):
+            self._send(question.robot, Performative.QUERY, question.body, message_id=question.id)
+
     def _deliver(self) -> None:
         """Send what the record says is not answered yet, each at most once every `RESEND_S`."""
+        for row in self._tunings.pending(self._world):
+            retune = Retune(version=row.version, tuning=row.tuning)
+            self._repeat(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
         for script in self._open_scripts():
             body = BehaviourScript.model_validate(script.body)
             if script.delivery == "pending":

@@ -14,9 +14,10 @@ from app.api.auth import Door, TokenCheck
 from app.api.bodies import GoalBody, MissionBody, plan_body
 from app.api.goals import goals_router, plans_router
 from app.api.missions import missions_router
+from app.api.robots import robots_router
 from app.api.streams import streams_router
 from app.api.viewer_proxy import viewer_router
-from app.api.worlds import robots_router, worlds_router
+from app.api.worlds import worlds_router
 
 if TYPE_CHECKING:
     from app.composition import Service
@@ -39,7 +40,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
     api.include_router(plans_router(service.plans, service.explaining, service.exporting))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
-    api.include_router(robots_router(service.worlds))
+    api.include_router(robots_router(service.worlds, service.questions, service.tunings))
     api.include_router(
         streams_router(
             events=service.events,

@@ -9,7 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from app.errors import Conflict, Invalid, MactaError, NotFound, Outdated, Unavailable
+from app.errors import Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
 
 STATUS: dict[type[MactaError], int] = {
     Invalid: 422,
@@ -17,6 +17,7 @@ STATUS: dict[type[MactaError], int] = {
     Conflict: 409,
     Outdated: 412,
     Unavailable: 503,
+    Silent: 504,
 }
 
 

@@ -1,10 +1,9 @@
-"""Worlds, their facts, and the robots in them."""
+"""Worlds and their facts."""
 
 from collections.abc import Sequence
 from enum import Enum
-from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Response
 
 from app.api.bodies import (
     CorrectFacts,
@@ -12,18 +11,15 @@ from app.api.bodies import (
     FactBody,
     FactsBody,
     Page,
-    PoseBody,
-    RobotBody,
     WorldBody,
     WorldItem,
 )
 from app.api.goals import ACTOR
+from app.api.versions import IfMatch, version_of
 from app.durations import Kind, Learned
-from app.errors import Invalid
-from app.world_model.desk import RobotReport, WorldDesk
+from app.world_model.desk import WorldDesk
 from robots.wire import SymbolicFact
 
-IfMatch = Annotated[str | None, Header(description="the version the correction was made from")]
 TAGS: list[str | Enum] = ["worlds and robots"]
 
 
@@ -67,23 +63,9 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
             [(fact.predicate, fact.args, fact.value) for fact in body.facts],
             actor=ACTOR,
             comment=body.comment,
-            expected_version=_version(if_match),
+            expected_version=version_of(if_match, "the facts"),
         )
         return _facts(worlds, world_id, response, dropped)
-
-    return router
-
-
-def robots_router(worlds: WorldDesk) -> APIRouter:
-    router = APIRouter(prefix="/v1", tags=TAGS)
-
-    @router.get("/robots")
-    def list_robots(world: str | None = None) -> Page[RobotBody]:
-        return Page(items=[_robot(report) for report in worlds.robots(world)])
-
-    @router.get("/robots/{name}")
-    def get_robot(name: str) -> RobotBody:
-        return _robot(worlds.robot(name))
 
     return router
 
@@ -110,42 +92,4 @@ def _duration(kind: Kind, learned: Learned) -> DurationBody:
         mean=round(learned.mean, 3),
         spread=round(learned.spread, 3),
         factor=round(learned.factor, 3),
-    )
-
-
-def _version(if_match: str | None) -> int | None:
-    if if_match is None:
-        return None
-    tag = if_match.strip().removeprefix("W/").strip('"')
-    if not tag.isdigit():
-        raise Invalid(
-            f"If-Match: {if_match!r} is no version of the facts; use the ETag of GET", code="bad-if-match"
-        )
-    return int(tag)
-
-
-def _robot(report: RobotReport) -> RobotBody:
-    said = report.view.telemetry
-    live: dict[str, Any] = (
-        {}
-        if said is None
-        else {
-            "pose": PoseBody(x_m=said.x_m, y_m=said.y_m, heading_rad=said.heading_rad),
-            "battery": said.battery,
-            "holding": said.holding,
-            "packet": said.packet_tag,
-            "packet_state": said.packet_state,
-            "script_id": said.script_id,
-        }
-    )
-    return RobotBody(
-        id=report.view.name,
-        name=report.view.name,
-        world=report.view.world,
-        connection=report.connection,
-        last_heard_s=report.last_heard_s,
-        repertoire=list(report.repertoire),
-        reach=list(report.reach),
-        mission_id=report.mission_id,
-        **live,
     )

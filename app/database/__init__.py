@@ -11,6 +11,7 @@ from app.database.tables import (
     MissionRow,
     PlanRow,
     ScriptRow,
+    TuningRow,
     WorldRow,
 )
 
@@ -25,6 +26,7 @@ __all__ = [
     "MissionRow",
     "PlanRow",
     "ScriptRow",
+    "TuningRow",
     "WorldRow",
     "after_commit",
 ]

@@ -164,6 +164,27 @@ class DurationRow(Base):
     variance: Mapped[float]
 
 
+class TuningRow(Base):
+    """What operators have overridden of a robot's packets, and how far it has come: `delivery` as of a script."""
+
+    __tablename__ = "tunings"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    version: Mapped[int]
+    tuning: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    delivery: Mapped[str] = mapped_column(default="pending")
+    detail: Mapped[str] = mapped_column(default="")
+    comment: Mapped[str] = mapped_column(default="")
+    decided_by: Mapped[str | None]
+    decided_at: Mapped[str | None]
+
+    def set(self, tuning: dict[str, Any], *, actor: str, comment: str) -> None:
+        """Another version, to be delivered."""
+        self.version += 1
+        self.tuning, self.delivery, self.detail = tuning, "pending", ""
+        self.comment, self.decided_by, self.decided_at = comment, actor, utc_now()
+
+
 class MessageRow(Base):
     """A robot's message that is recorded; its id keeps it from being taken twice."""
 

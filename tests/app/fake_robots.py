@@ -20,9 +20,11 @@ from robots.wire import (
     Message,
     PacketReport,
     PacketState,
+    PacketTunings,
     Performative,
     Receipt,
     Refusal,
+    Retune,
     ScriptReport,
     ScriptRequest,
     ScriptState,
@@ -30,6 +32,9 @@ from robots.wire import (
     StatusReport,
     SymbolicFact,
     Telemetry,
+    TraceQuery,
+    TraceReport,
+    TuningReport,
 )
 
 TICK_S = 0.5
@@ -48,6 +53,7 @@ class FakeRobot:
     cleared: set[str] = field(default_factory=set)
     seen: set[str] = field(default_factory=set)
     answers: dict[str, Message] = field(default_factory=dict)
+    tunings: list[PacketTunings] = field(default_factory=list)
 
 
 @dataclass
@@ -82,6 +88,8 @@ class FakeTeam:
         self.unbelieved: str | None = None
         """The packet whose finish is never reported."""
         self._held_back: list[tuple[float, Message]] = []
+        self.traced = TraceReport(at_s=0.0)
+        """What robots tell of their traces."""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -127,10 +135,24 @@ class FakeTeam:
         if isinstance(message.body, Receipt):
             self.receipts.append(message.in_reply_to or "")
             return
+        if isinstance(message.body, TraceQuery):
+            self._far.send(self._message(message.receiver, Performative.INFORM, self.traced, message.id))
+            return
         if message.id in robot.answers:
             self._far.send(robot.answers[message.id])
             return
+        if isinstance(message.body, Retune):
+            self._retune(message, message.body, robot)
+            return
         robot.answers[message.id] = self._answer(message, robot)
+        self._far.send(robot.answers[message.id])
+
+    def _retune(self, message: Message, wanted: Retune, robot: FakeRobot) -> None:
+        refused = message.receiver in self.faults.refuses
+        answer = TuningReport(version=wanted.version, reason="not willing" if refused else "")
+        performative = Performative.REFUSE if refused else Performative.AGREE
+        robot.tunings.append(wanted.tuning)
+        robot.answers[message.id] = self._message(message.receiver, performative, answer, message.id)
         self._far.send(robot.answers[message.id])
 
     def _answer(self, message: Message, robot: FakeRobot) -> Message:

@@ -1,0 +1,124 @@
+"""Robots: what is known of them, a look into their synthesis, and the tuning of their packets."""
+
+from typing import Any
+
+import anyio
+from anyio import to_thread
+from fastapi import APIRouter, Query, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.agents import Questions
+from app.api.bodies import Page, PoseBody, Request, RobotBody
+from app.api.goals import ACTOR
+from app.api.versions import IfMatch, version_of
+from app.api.worlds import TAGS
+from app.tuning import TunedRobot, TuningDesk
+from app.world_model.desk import RobotReport, WorldDesk
+from robots.wire import TRACED_S, PacketTunings, TraceReport
+
+WAITING_FOR_ROBOTS = 16
+"""Requests that wait for a robot's answer at a time; any more take turns, so that others are answered meanwhile."""
+EXAMPLE = {"NAVIGATE": {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4}}}
+
+
+class SetTuning(Request):
+    """The parameters to override, by packet, pattern and parameter; those left out are as the robot was set out."""
+
+    tuning: PacketTunings = Field(examples=[EXAMPLE])
+    comment: str = Field(default="", max_length=2000)
+
+
+class TuningBody(BaseModel):
+    model_config = ConfigDict(from_attributes=True)
+
+    robot: str
+    world: str
+    version: int
+    tuning: PacketTunings = Field(description="what operators have overridden")
+    set_out: PacketTunings = Field(description="what the world file overrides")
+    packets: PacketTunings = Field(description="every parameter as it is with both")
+    delivery: str = Field(description="untouched, pending, acknowledged or refused by the robot")
+    detail: str = Field(description="why the robot refused it")
+    comment: str
+    decided_by: str | None
+    decided_at: str | None
+
+
+def robots_router(worlds: WorldDesk, questions: Questions, tunings: TuningDesk) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=TAGS)
+    waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
+
+    @router.get("/robots")
+    def list_robots(world: str | None = None) -> Page[RobotBody]:
+        return Page(items=[_robot(report) for report in worlds.robots(world)])
+
+    @router.get("/robots/{name}")
+    def get_robot(name: str) -> RobotBody:
+        return _robot(worlds.robot(name))
+
+    @router.get("/robots/{name}/trace")
+    async def get_trace(name: str, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
+        """What the robot's synthesis did in the last seconds, as the robot tells it now (504 if it is silent).
+
+        Times are the world's clock. A tick's (r, u) stand in the order of its stretch's `patterns` and `dofs`.
+        """
+
+        def ask() -> TraceReport:
+            return questions.trace(worlds.robot(name).view.name, seconds)
+
+        return await to_thread.run_sync(ask, limiter=waiting)
+
+    @router.get("/robots/{name}/tuning")
+    def get_tuning(name: str, response: Response) -> TuningBody:
+        """Every parameter of the robot's packets, with what overrides it."""
+        return _tuning(tunings.get(name), response)
+
+    @router.put("/robots/{name}/tuning")
+    def set_tuning(name: str, body: SetTuning, response: Response, if_match: IfMatch = None) -> TuningBody:
+        """Override parameters of the robot's packets from its next packet on, in place of what was set before.
+
+        With `If-Match`, only if nobody changed it meanwhile (412). The robot is told until it has answered, and again
+        when its world is started afresh.
+        """
+        tuned = tunings.put(
+            name,
+            body.tuning,
+            actor=ACTOR,
+            comment=body.comment,
+            expected_version=version_of(if_match, "the tuning"),
+        )
+        return _tuning(tuned, response)
+
+    return router
+
+
+def _tuning(tuned: TunedRobot, response: Response) -> TuningBody:
+    response.headers["etag"] = f'"{tuned.version}"'
+    return TuningBody.model_validate(tuned)
+
+
+def _robot(report: RobotReport) -> RobotBody:
+    said = report.view.telemetry
+    live: dict[str, Any] = (
+        {}
+        if said is None
+        else {
+            "pose": PoseBody(x_m=said.x_m, y_m=said.y_m, heading_rad=said.heading_rad),
+            "battery": said.battery,
+            "holding": said.holding,
+            "packet": said.packet_tag,
+            "packet_state": said.packet_state,
+            "script_id": said.script_id,
+        }
+    )
+    return RobotBody(
+        id=report.view.name,
+        name=report.view.name,
+        world=report.view.world,
+        connection=report.connection,
+        last_heard_s=report.last_heard_s,
+        repertoire=list(report.repertoire),
+        reach=list(report.reach),
+        mission_id=report.mission_id,
+        **live,
+    )
