@@ -14,6 +14,7 @@ from robots.wire import (
     PacketReport,
     Performative,
     Receipt,
+    Refusal,
     ScriptReport,
     ScriptRequest,
 )
@@ -74,6 +75,10 @@ def _sides(box: Box) -> list[dict[str, Any]]:
     ]
 
 
+class Refused(Exception):
+    """Raised when the robot refuses the script; says why."""
+
+
 class Driven:
     """An agent that drives as a function of time tells: a thing that moves."""
 
@@ -129,6 +134,7 @@ class Trial:
     def run(self, *, limit_s: float = 120.0, each: Callable[[], None] = lambda: None) -> "Trial":
         """Until the script has ended; `each` is called at 20 Hz.
 
+        :raises Refused: if the robot does not take it.
         :raises TimeoutError: if it does not end.
         """
 
@@ -152,6 +158,8 @@ class Trial:
             body = message.body
             if isinstance(body, PacketReport | ScriptReport):
                 self._send(Receipt(), Performative.CONFIRM, in_reply_to=message.id)
+            if isinstance(body, Refusal):
+                raise Refused(body.reason)
             if isinstance(body, PacketReport):
                 self.reports.append(body)
             if isinstance(body, ScriptReport):

@@ -19,6 +19,7 @@ from robots.repertoire.self_level import load_self_level
 from robots.repertoire.tuning import Tuning, tuned
 from robots.wire import BehaviourPacket
 
+TARGET = ("object", "x", "y")
 OBJECT_STAND_OFF_M = 0.6
 """A robot that goes to an object stops this far before its middle; at a way-point it stops on it."""
 
@@ -81,6 +82,8 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
     missing = [name for name in spec.arguments if name not in packet.arguments]
     if missing:
         raise RepertoireError(f"{packet.tag} lacks the argument {', '.join(missing)}")
+    if spec.basic:
+        _check_names(packet, spec)
     for name in spec.places:
         place = packet.arguments[name]
         if place not in profile.places:
@@ -92,6 +95,19 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
         robot = packet.arguments[name]
         if robot not in (*profile.others, profile.name):
             raise RepertoireError(f"{packet.tag}: {name} = {robot} is no robot {profile.name} knows")
+
+
+def _check_names(packet: BehaviourPacket, spec: PacketSpec) -> None:
+    """A misspelt parameter would have its default, and nobody would know.
+
+    Packets that are not basic are given all that their plan-net action has (table 3), whether they go by it or not.
+    """
+    known = {*spec.arguments, *spec.parameters, *LIMITS, *(TARGET if spec.target else ())}
+    unknown = sorted(packet.arguments.keys() - known)
+    if unknown:
+        raise RepertoireError(
+            f"{packet.tag} has no parameter {', '.join(unknown)}; known: {', '.join(sorted(known))}"
+        )
 
 
 def _parameters(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:

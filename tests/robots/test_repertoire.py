@@ -99,6 +99,9 @@ def test_a_robots_own_spot_is_a_place_it_knows() -> None:
         (packet("NAVIGATE", ref2="moon"), "moon"),
         (packet("DOCK", ref1="bay"), "object"),
         (packet("TRACK", robot1="me", robot2="nobody"), "nobody"),
+        (packet("TURN_LEFT", angle="1"), "TURN_LEFT has no parameter angle; known: angle_rad, max"),
+        (packet("MOVE_TO", x="1", y="2", z="3"), "MOVE_TO has no parameter z"),
+        (packet("MOVE_TO", x="nan", y="2"), "is no point"),
         (packet("NAVIGATE", ref2="bay", awaits=["tracked(other, me)"]), r"tracked\(other, me\)"),
     ],
 )
