@@ -3,7 +3,8 @@
 from cmath import phase
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import asin, cos, pi, radians
+from math import asin, cos, inf, pi, radians
+from operator import itemgetter
 
 from robots.body import RADIUS_M
 from robots.geometry import clip, wrap
@@ -20,6 +21,9 @@ CLOSE_M = 0.3
 """Within this distance of the approach point the robot goes there straight, ahead or back."""
 ARRIVED_M = 0.08
 """Within this distance it turns to the beacon and corrects along its own axis only."""
+_STEPS = round(2 * pi / STEP_RAD)
+_CHOICES = sorted(((k, min(k, _STEPS - k) * STEP_RAD) for k in range(_STEPS)), key=itemgetter(1))
+"""Directions to choose from: steps to the left of the target, and how far off it that is. The nearest come first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +44,15 @@ def clear_course(target: complex, obstacles: Iterable[Obstacle]) -> float | None
     """
     blocked = [_shadow(one) for one in obstacles if _matters(one, abs(target))]
     straight = phase(target)
-    choices = [straight] + [wrap(straight + k * STEP_RAD) for k in range(1, round(2 * pi / STEP_RAD))]
-    free = [angle for angle in choices if not any(one.holds(angle) for one in blocked)]
-    if not free:
-        return None
-    return min(
-        free, key=lambda angle: abs(wrap(angle - straight)) + 0.2 * abs(angle) + (0.01 if angle > 0 else 0)
-    )
+    best, least = None, inf
+    for steps, off_rad in _CHOICES:
+        if off_rad > least:
+            break  # no choice farther off can cost less
+        angle = wrap(straight + steps * STEP_RAD) if steps else straight
+        cost = abs(wrap(angle - straight)) + 0.2 * abs(angle) + (0.01 if angle > 0 else 0)
+        if cost < least and not any(one.holds(angle) for one in blocked):
+            best, least = angle, cost
+    return best
 
 
 def _matters(obstacle: Obstacle, distance_m: float) -> bool:
@@ -79,6 +85,14 @@ def guide(percepts: Percepts, place: str) -> Guidance | None:
     Far off it is the clear course to the approach point, close to it straight ahead or back, whichever is
     nearer; at the approach point the robot only faces the beacon.
     """
+    asked = (percepts.time_s, place)
+    if asked not in percepts.courses:
+        percepts.courses[asked] = _guided(percepts, place)
+    found: Guidance | None = percepts.courses[asked]
+    return found
+
+
+def _guided(percepts: Percepts, place: str) -> Guidance | None:
     point, beacon = percepts.approach_point(place), percepts.locate(place)
     if point is None or beacon is None:
         return None

@@ -1,4 +1,4 @@
-"""The arithmetic of localisation's Kalman filter, compiled (numba): a robot in a hall corrects by dozens of beacons a tick.
+"""The arithmetic of localisation's Kalman filter. Compiled (numba): a robot in a hall sees dozens of beacons a tick.
 
 `state`: shape (3,): x, y in metres, heading in radians, world frame. `covariance`: shape (3, 3). Both are changed in
 place.

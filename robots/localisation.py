@@ -5,6 +5,7 @@ the robot's map correct it.
 """
 
 from collections.abc import Iterable, Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,6 +5,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import isfinite, pi
 
+import numpy as np
+
 from robots.body import RADIUS_M, Gripper, Pose, Sensor, Sighting
 from robots.datastore import MutualDataStore
 from robots.errors import SensorFault
@@ -108,7 +110,7 @@ class Perception:
         found = []
         for sighting in sightings or ():
             at = rect(sighting.range_m, sighting.bearing_rad)
-            if sighting.identity in self._profile.others:
+            if sighting.identity in self._profile.fellows:
                 found.append(Obstacle(at=at, radius_m=RADIUS_M, is_robot=True))
             elif self._profile.is_tag(sighting.identity) and sighting.identity != gripper.holding:
                 found.extend(self._lying(sighting, at))
@@ -130,12 +132,12 @@ class Perception:
         """
         found = list(solid)
         least_m = self._profile.whisker_least_m
-        ranges_m = [r if r > least_m else least_m / 2 for r in data.get(Sensor.ULTRASONIC)]
-        count = len(ranges_m)
+        ranges_m = [r if r > least_m else least_m / 2 for r in data.get(Sensor.ULTRASONIC).tolist()]
+        count, robots = len(ranges_m), [one.at for one in solid if one.is_robot]
         for beam, range_m in enumerate(ranges_m):
             if isfinite(range_m):
-                hit = rect(RADIUS_M + float(range_m), 2 * pi * beam / count)
-                if not any(one.is_robot and abs(one.at - hit) < RADIUS_M + 0.1 for one in found):
+                hit = rect(RADIUS_M + range_m, 2 * pi * beam / count)
+                if not any(abs(at - hit) < RADIUS_M + 0.1 for at in robots):
                     found.append(Obstacle(at=hit, radius_m=WHISKER_RADIUS_M))
         return found
 
@@ -159,12 +161,12 @@ def check(data: MutualDataStore, odometry: Pose, battery: float) -> None:
 
     :raises SensorFault: naming the sensor and what it read.
     """
-    for beam, range_m in enumerate(data.values.get(Sensor.ULTRASONIC, ())):
-        if not range_m >= 0:
-            raise SensorFault(f"whisker {beam} reads {range_m}")
+    ranges_m = np.asarray(data.values.get(Sensor.ULTRASONIC, ()))
+    for beam in np.flatnonzero(~(ranges_m >= 0)):
+        raise SensorFault(f"whisker {beam} reads {ranges_m[beam]}")
     for sighting in data.values.get(Sensor.INFRA_RED, ()):
         numbers = (sighting.range_m, sighting.bearing_rad, sighting.aspect_rad)
-        if not all(map(isfinite, numbers)):
+        if not isfinite(sum(numbers)):
             raise SensorFault(f"the beacon sensor reads {numbers} for {sighting.identity}")
     if not all(map(isfinite, (odometry.x_m, odometry.y_m, odometry.heading_rad))):
         raise SensorFault(f"odometry reads {odometry}")

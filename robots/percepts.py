@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite, pi
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,8 @@ class Percepts:
     degraded: tuple[str, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     progress: Progress = field(default_factory=Progress)
+    courses: dict[tuple[float, str], Any] = field(default_factory=dict, compare=False, repr=False)
+    """Guidance worked out, by time and place: several patterns ask for the same."""
 
     @property
     def me(self) -> str:
@@ -156,7 +158,7 @@ class Percepts:
         track = self.cursors.get(identity)
         if track is None:
             return None
-        patience_s = FRESH_S if identity in self.profile.others else REMEMBERED_S
+        patience_s = FRESH_S if identity in self.profile.fellows else REMEMBERED_S
         return to_robot(self.pose, track.at) if self.time_s - track.seen_s <= patience_s else None
 
     def axis(self, place: str) -> float | None:

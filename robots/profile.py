@@ -55,6 +55,8 @@ class RobotProfile:
     whisker_least_m: float = 0.0
     lengths_m: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, BeaconSpec] = field(init=False)
+    fellows: frozenset[str] = field(init=False)
+    """`others`, to be looked up."""
 
     def __post_init__(self) -> None:
         """Adds the robot's own spot: the place of its start, for which no beacon stands (our choice).
@@ -63,8 +65,9 @@ class RobotProfile:
         """
         ahead = complex(self.start.x_m, self.start.y_m) + rect(STAND_OFF_M, self.start.heading_rad)
         spot = BeaconSpec(x_m=ahead.real, y_m=ahead.imag, approach_rad=(self.start.heading_rad + pi,))
+        object.__setattr__(self, "fellows", frozenset(self.others))
         object.__setattr__(self, "places", {f"{self.name}_spot": spot, **self.beacons})
 
     def is_tag(self, identity: str) -> bool:
         """True for the tag of a sample."""
-        return identity not in self.places and identity not in self.others and identity != self.name
+        return identity not in self.places and identity not in self.fellows and identity != self.name

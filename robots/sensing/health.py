@@ -80,6 +80,8 @@ class SensorHealth:
                 f"the beacon sensor reads the same over {self._unchanged_m:.1f} m, to the last digit"
             )
         good = tuple(one for one in sightings if _sound(one))
+        if len(good) == len(sightings):
+            return sightings
         wrong = [one for one in sightings if not _sound(one)]
         told = [
             f"the beacon sensor reads {(one.range_m, one.bearing_rad, one.aspect_rad)} for {one.identity}"
@@ -118,17 +120,18 @@ class SensorHealth:
         if last is None or self._same_m is None or len(last) != len(ranges_m):
             self._same_m = np.zeros(len(ranges_m))
         else:
-            # NOTE: the least it can read a whisker reads without noise, as long as something is that near.
-            beside_m = np.minimum(np.roll(ranges_m, 1), np.roll(ranges_m, -1))
-            near = (ranges_m <= self._least_m) & (beside_m < ranges_m + BESIDE_M)
-            same = (ranges_m == last) & np.isfinite(ranges_m) & ~near
+            same = (ranges_m == last) & np.isfinite(ranges_m)
+            if same.any():
+                # NOTE: the least it can read a whisker reads without noise, as long as something is that near.
+                beside_m = np.minimum(np.roll(ranges_m, 1), np.roll(ranges_m, -1))
+                same &= ~((ranges_m <= self._least_m) & (beside_m < ranges_m + BESIDE_M))
             self._same_m = np.where(same, self._same_m + moved_m, 0.0)
         stuck: NDArray[np.bool_] = self._same_m > FROZEN_M
         return stuck
 
 
 def _sound(sighting: Sighting) -> bool:
-    return all(map(isfinite, (sighting.range_m, sighting.bearing_rad, sighting.aspect_rad)))
+    return isfinite(sighting.range_m + sighting.bearing_rad + sighting.aspect_rad)
 
 
 def _bridged(ranges_m: NDArray[np.float64], lying: NDArray[np.bool_]) -> NDArray[np.float64]:

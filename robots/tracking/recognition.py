@@ -62,9 +62,9 @@ def by_touch(felt: complex, cursors: Mapping[str, Cursor]) -> Observation:
 
 def alone(ranges_m: NDArray[np.float64]) -> list[list[int]]:
     """Groups of neighbouring beams that meet something narrow, with free space on either side."""
-    count, far = len(ranges_m), np.minimum(ranges_m, OUT_OF_REACH_M)
-    breaks = np.flatnonzero(np.abs(far - np.roll(far, 1)) >= GAP_M).tolist()
-    near = far.tolist()
+    near = [min(range_m, OUT_OF_REACH_M) for range_m in ranges_m.tolist()]
+    count = len(near)
+    breaks = [beam for beam in range(count) if abs(near[beam] - near[beam - 1]) >= GAP_M]
     found = []
     for begin, end in zip(breaks, [*breaks[1:], *(one + count for one in breaks[:1])], strict=True):
         if near[begin] > NEAR_M:
