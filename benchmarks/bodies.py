@@ -100,10 +100,13 @@ def row(kind: str, ended: Sequence[Ended], cost_us: float) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"of {', '.join(KINDS)}; all if none")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
-    for kind in KINDS:
+    if unknown := set(options.kinds) - set(KINDS):
+        parser.error(f"unknown kinds: {', '.join(sorted(unknown))}; choices: {', '.join(KINDS)}")
+    for kind in options.kinds or KINDS:
         ended = list(side_by_side(partial(run, kind), range(options.seeds), workers=options.jobs))
         for seed, one in enumerate(ended):
             if not one.succeeded:

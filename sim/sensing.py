@@ -34,14 +34,16 @@ class Whiskers:
 
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
         self._specs = tuple(specs)
+        self._silence = {s.name: np.full(s.whiskers, inf) for s in specs if "real" not in s.sonar}
 
     def read(
         self, scene: Scene, poses: Mapping[str, Pose], rngs: Rngs, running: Container[str]
     ) -> dict[str, Floats]:
-        """One array of ranges a rover whose array runs; no rays are cast for the others."""
-        specs = [spec for spec in self._specs if spec.name in running and spec.whiskers]
+        """One array of ranges a rover whose array runs; no rays are cast for the others, nor where none is fitted."""
+        silent = {name: ranges for name, ranges in self._silence.items() if name in running}
+        specs = [spec for spec in self._specs if spec.name in running and spec.name not in silent]
         if not specs:
-            return {spec.name: np.empty(0) for spec in self._specs if spec.name in running}
+            return silent
         counts = np.array([spec.whiskers for spec in specs])
         fans = np.concatenate([[0], np.cumsum(counts)])
         at = np.repeat(_rows(poses[spec.name] for spec in specs), counts, axis=0)
@@ -54,7 +56,7 @@ class Whiskers:
         noise = np.concatenate([rngs[spec.name].standard_normal(spec.whiskers) for spec in specs])
         heard = np.maximum(least_m, free * range_m + RANGE_SIGMA_M * noise)
         ranges = np.split(np.where(free < FREE, heard, inf), fans[1:-1])
-        return {spec.name: read for spec, read in zip(specs, ranges, strict=True)}
+        return silent | {spec.name: read for spec, read in zip(specs, ranges, strict=True)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

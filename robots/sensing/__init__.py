@@ -4,5 +4,5 @@
 runs the sensor actions and keeps their data stores (algorithm 3), `loops` are the control loops to choose from
 (algorithm 1, and sequential SMPA for comparison), `energy` counts what sensing costs and what it saves.
 
-Below them, SRA's activities: a `cascade` of modules that sense, of which `sonar` has a real and a virtual one.
+Below them are the activities of SRA: a `cascade` of modules, after the drivers of the sensors, such as virtual `sonar`.
 """

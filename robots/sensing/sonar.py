@@ -1,7 +1,4 @@
-"""Sonar of two kinds that can be chained: the real ring, and a virtual one that hears simulated robots (SRA).
-
-Whoever hears something nearer wins. So a simulated robot behind a real wall is not heard, nor the other way round.
-"""
+"""Virtual sonar: hears simulated robots, chained after the real ring of a robot that does not meet them (SRA)."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,16 +14,6 @@ Ranges = NDArray[np.float64]
 """Shape (N,), metres from the hull, beam 0 straight ahead, counter-clockwise, inf where nothing is in range."""
 
 
-class SonarRing:
-    """The real ring (SRA: PolaroidSonarRing). Its driver hands over what it heard; None while it is off."""
-
-    def __init__(self) -> None:
-        self.heard_m: Ranges | None = None
-
-    def process(self, readings: Readings) -> Readings:
-        return _nearer(readings, self.heard_m)
-
-
 class Workbench(Protocol):
     """The shared environment of real and simulated robots (SRA: Virtual Robotic Workbench), as one of them sees it."""
 
@@ -38,6 +25,7 @@ class Workbench(Protocol):
 class VirtualSonar:
     """Hears simulated robots as a real ring of the same measures would hear solid ones (SRA: VirtualSonar).
 
+    In each beam the nearer echo wins, so that a simulated robot behind a real wall is not heard, nor a wall behind it.
     Our choice: without noise, and simulated robots are as big and round as real ones.
 
     :param range_m: beyond it nothing is heard; what is nearer than `least_m` reads as that.
@@ -53,7 +41,9 @@ class VirtualSonar:
             return readings
         near_m = self._range_m + 2 * RADIUS_M
         around = [at for at in self._workbench.simulated_robots() if abs(at) <= near_m]
-        return _nearer(readings, self._ranges(np.array(around))) if around else readings
+        if not around:
+            return readings
+        return replace(readings, ranges_m=np.minimum(readings.ranges_m, self._ranges(np.array(around))))
 
     def _ranges(self, around: NDArray[np.complex128]) -> Ranges:
         """:param around: shape (M,), middles of round bodies in the robot's frame."""
@@ -64,10 +54,3 @@ class VirtualSonar:
         met = (abs(turned.imag) < RADIUS_M) & (turned.real + half_m > 0)
         range_m = np.where(met, turned.real - half_m - RADIUS_M, inf).min(axis=0)
         return np.where(range_m <= self._range_m, np.maximum(range_m, self._least_m), inf)
-
-
-def _nearer(readings: Readings, heard_m: Ranges | None) -> Readings:
-    """The readings with the nearer of both ranges in every beam; as they are while the sensor is off."""
-    if readings.ranges_m is None or heard_m is None:
-        return readings
-    return replace(readings, ranges_m=np.minimum(readings.ranges_m, heard_m))

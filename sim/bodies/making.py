@@ -1,12 +1,10 @@
 """Which bodies the robots of a world file have, and which sonar."""
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 
 from robots.body import Pose
-from robots.sensing.cascade import Activity
 from robots.sensing.sonar import VirtualSonar
 from robots.world import RobotSpec
 from robots.world.bodies import AvatarBodySpec, VelocityBodySpec, WheeledBodySpec
@@ -39,7 +37,9 @@ def make_bodies(
     bodies = {}
     for spec in specs:
         body = bodies[spec.name] = _made(spec, scene, floor, jaws, told[spec.name], rngs[spec.name])
-        body.install([_sonar(kind, body, scene, avatars) for kind in spec.sonar])
+        others = [avatar for avatar in avatars if avatar != spec.name]
+        if "virtual" in spec.sonar and others:
+            body.install(_virtual_sonar(spec, scene, others))
     return bodies
 
 
@@ -55,14 +55,9 @@ def _made(
             return AvatarBody(spec, spec.body, jaws, scene, Odometry(told, scene.pose(spec.name), rng), floor)
 
 
-def _sonar(
-    kind: Literal["real", "virtual"], body: SimulatedBody, scene: Scene, avatars: Sequence[str]
-) -> Activity:
-    if kind == "real":
-        return body.ring
-    spec = body.spec
+def _virtual_sonar(spec: RobotSpec, scene: Scene, others: Sequence[str]) -> VirtualSonar:
     return VirtualSonar(
-        SharedScene(scene, spec.name, avatars),
+        SharedScene(scene, spec.name, others),
         beams=spec.whiskers,
         range_m=spec.whisker_range_m,
         least_m=spec.whisker_least_m,

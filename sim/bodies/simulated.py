@@ -1,16 +1,11 @@
 """What all simulated bodies share: the command that is held, gripper, sensors, battery."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import replace
 from math import inf
-
-import numpy as np
 
 from robots.body import ALL_SENSORS, Pose, Readings, Sensor
 from robots.sensing.cascade import Activity, cascade
 from robots.sensing.energy import load_powers
-from robots.sensing.sonar import SonarRing
 from robots.world import RobotSpec
 from sim.battery import Battery
 from sim.jaws import Jaws
@@ -24,8 +19,7 @@ class SimulatedBody(ABC):
         self._jaws = jaws
         self._wanted = (0.0, 0.0)
         self._readings: Readings | None = None
-        self._activities: Sequence[Activity] = ()
-        self.ring = SonarRing()
+        self._activities: list[Activity] = []
         self.running = ALL_SENSORS
         self.battery = Battery(load_powers(), level=spec.battery)
 
@@ -68,15 +62,13 @@ class SimulatedBody(ABC):
             raise RuntimeError(f"{self.spec.name} senses before the world's first tick")
         return self._readings
 
-    def install(self, activities: Sequence[Activity]) -> None:
-        """Set, on start-up, the modules by which it hears, in their order."""
-        self._activities = tuple(activities)
+    def install(self, activity: Activity) -> None:
+        """Set up, at the start, a module that senses after those that are there; the first are the sensors' drivers."""
+        self._activities.append(activity)
 
     def refresh(self, readings: Readings) -> None:
         """Hand over what the sensors' drivers say at this tick (called by the world)."""
-        heard_m = self.ring.heard_m = readings.ranges_m
-        silent_m = None if heard_m is None else np.full_like(heard_m, inf)
-        self._readings = cascade(replace(readings, ranges_m=silent_m), self._activities)
+        self._readings = cascade(readings, self._activities)
 
     def spend(self, step_s: float, *, at_home: bool) -> None:
         """Let the battery pay for a step."""

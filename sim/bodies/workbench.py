@@ -9,9 +9,9 @@ from sim.scene import Scene
 class SharedScene:
     """Implements `robots.sensing.sonar.Workbench` by the scene's own poses (our choice: without delay and noise)."""
 
-    def __init__(self, scene: Scene, robot: str, avatars: Sequence[str]) -> None:
-        self._scene, self._robot = scene, robot
-        self._others = tuple(avatar for avatar in avatars if avatar != robot)
+    def __init__(self, scene: Scene, robot: str, others: Sequence[str]) -> None:
+        """:param others: the avatars around."""
+        self._scene, self._robot, self._others = scene, robot, tuple(others)
 
     def simulated_robots(self) -> Sequence[complex]:
         here = self._scene.pose(self._robot)
