@@ -13,6 +13,7 @@ from rich.progress import Progress
 
 from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
+from app.errors import Invalid
 from app.goals.berths import berthed
 from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
 from app.sweep.mission import posed
@@ -57,12 +58,13 @@ def sweep(plot: Plot, seeds: range, *, jobs: int, as_json: bool) -> None:
 def row_of(plot: Plot, seed: int) -> Row:
     """One seed from goals to truth."""
     base, engine = _planning()
-    wanted = _wanted(plot, seed, base)
-    goal = _words(wanted)
-    problem = posed(plot.world, initial_facts(plot.world, base), wanted, base)
+    goal = "none"
     try:
+        wanted = _wanted(plot, seed, base)
+        goal = _words(wanted)
+        problem = posed(plot.world, initial_facts(plot.world, base), wanted, base)
         mission = prepare(plot.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
-    except NoMission as refusal:
+    except (Invalid, NoMission) as refusal:
         return Row(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
     ended = carry_out(mission, seed=seed)
     return Row(

@@ -14,7 +14,7 @@ class Outcome(StrEnum):
     UNENDED = "unended"
     """No robot failed, but they did not come to an end."""
     UNPLANNED = "unplanned"
-    """There was nothing to carry out: no plan, or no scripts for it. Counted apart."""
+    """There was nothing to carry out: no goal that the world can take, no plan, or no scripts. Counted apart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
