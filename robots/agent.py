@@ -28,6 +28,7 @@ from robots.wire import (
     Clearance,
     Control,
     Message,
+    PacketState,
     Performative,
     Refusal,
     Retune,
@@ -37,6 +38,7 @@ from robots.wire import (
     StatusQuery,
     TraceQuery,
     TuningReport,
+    UpkeepReport,
 )
 
 __all__ = ["BeaconSpec", "BehaviouralAgent", "RobotProfile"]
@@ -183,10 +185,16 @@ class BehaviouralAgent:
         )
 
     def _look_after_itself(self, percepts: Percepts | None) -> None:
-        """With nothing else to do."""
-        own = self._upkeep.script(percepts) if percepts and not self._executive.active else None
-        if own is not None:
-            self._executive.accept(own)
+        """With nothing else to do. A need that it cannot see to it reports."""
+        if percepts is None or self._executive.active:
+            return
+        own = self._upkeep.script(percepts)
+        why_not = self._executive.accept(own) if own else None
+        if own and why_not:
+            failed = UpkeepReport(
+                tag=own.packets[0].tag, state=PacketState.FAILED, at_s=percepts.time_s, detail=why_not
+            )
+            self._mailbox.report(Performative.INFORM, failed, percepts.time_s)
 
     def _too_weak(self) -> str | None:
         run = self._executive.current

@@ -126,9 +126,9 @@ def _set_out(spec: RobotSpec) -> Repertoire:
 
 def _packets_of(spec: RobotSpec, repertoire: Repertoire) -> Parameters:
     return {
-        tag: parameters(packet)
-        for tag, packet in sorted(repertoire.specs.items())
-        if packet.basic or tag in spec.repertoire
+        name: parameters(packet)
+        for name, packet in sorted(repertoire.specs.items())
+        if packet.basic or packet.tag in spec.repertoire
     }
 
 

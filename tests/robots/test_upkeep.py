@@ -1,11 +1,13 @@
 """A robot that has nothing to do looks after its battery, and does not take on what it is too weak for."""
 
+from dataclasses import replace
 from math import pi
 
 import pytest
 
 from robots.body import Pose
-from robots.repertoire import load_self_level
+from robots.executive import Executive
+from robots.repertoire import load_repertoire, load_self_level
 from robots.repertoire.self_level import SelfLevel
 from robots.wire import (
     FailureCategory,
@@ -17,6 +19,7 @@ from robots.wire import (
     SymbolicFact,
 )
 from tests.robots.fake_world import FakeBody, FakeWorld
+from tests.robots.sensed import watch
 from tests.robots.stories import NORTH, Service, carry, packet, room, run, run_for, script
 
 LEVELS = load_self_level()
@@ -150,6 +153,31 @@ def test_a_robot_that_does_not_get_home_says_so_and_tries_again_later() -> None:
     assert begun()[1] - begun()[0] >= 60
     (failed,) = [one for one in service.upkeep if one.state is PacketState.FAILED]
     assert "made no progress after" in failed.detail
+
+
+def test_a_robot_that_cannot_even_try_says_why() -> None:
+    world = room()
+    service, _ = fred(world, 0.24, home="moon")
+    run_for(world, [service], 1)
+    (failed,) = service.upkeep
+    assert (failed.tag, failed.state) == ("SEEK_CHARGER", PacketState.FAILED)
+    assert "moon is no place fred knows" in failed.detail
+
+
+def test_what_takes_two_robots_is_not_let_go_of_half_way() -> None:
+    world = room({"rock": 1 + 1.84j})
+    _, body = fred(world, 1.0)
+    profile = replace(world.agents["fred"].profile, lengths_m={"rock": 1.0})
+    executive = Executive(profile, load_repertoire())
+    body.set_gripper(closed=True)
+    order = script("fred", packet("NAVIGATE", ref2="door"))
+    assert executive.accept(order) is None
+    percepts = watch([replace(body.sense(), battery=0.05)])
+    executive.step(replace(percepts, profile=profile), 0.05)
+    assert executive.state is not ScriptState.FAILED
+    body.set_gripper(closed=False)
+    executive.step(replace(watch([replace(body.sense(), battery=0.05)]), profile=profile), 0.05)
+    assert executive.state is ScriptState.FAILED
 
 
 def test_levels_out_of_order_are_refused() -> None:

@@ -2,13 +2,18 @@
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 
-from app.composition import Service
+from app.composition import RunningWorld, Service
+from app.plans.worker import PlanningWorker
+from app.settings import Settings
 from robots.wire import TracedPattern, TracedStretch, TracedTick, TraceReport
+from robots.world import WorldFile
+from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
 
 TRACE, TUNING = "/v1/robots/yard_1/trace", "/v1/robots/yard_1/tuning"
@@ -112,3 +117,18 @@ def test_tuning_that_the_robot_refuses_says_so(api: TestClient, team: FakeTeam) 
     team.faults.refuses.add("yard_1")
     api.put(TUNING, json={"tuning": SLOW})
     assert until(api, lambda tuning: tuning["delivery"] == "refused")["detail"] == "not willing"
+
+
+def test_a_world_that_starts_afresh_is_told_the_tuning_again(
+    tmp_path: Path, world_file: WorldFile, worker: PlanningWorker
+) -> None:
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=None)
+    for start in range(2):
+        with FakeTeam() as team:
+            world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None)
+            with Service(settings, [world], worker=worker) as service, TestClient(service.api) as api:
+                api.headers["authorization"] = f"Bearer {TOKEN}"
+                if start == 0:
+                    assert api.put(TUNING, json={"tuning": SLOW}).status_code == 200
+                until(api, lambda tuning: tuning["delivery"] == "acknowledged")
+                assert team.robots["yard_1"].tunings == [SLOW]
