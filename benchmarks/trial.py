@@ -152,7 +152,7 @@ class Trial:
         self.simulation.run_until(lambda: False, timeout_s=seconds)
 
     def _listen(self) -> None:
-        self.touched |= self.simulation.scene.touched("fred")
+        self.touched |= self.simulation.bodies["fred"].touches()
         self.path.append(self.pose)
         for message in self.simulation.link.receive():
             body = message.body

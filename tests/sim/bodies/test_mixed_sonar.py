@@ -11,7 +11,7 @@ from benchmarks.trial import Trial, packet, room
 from robots.body import RADIUS_M
 from robots.world import WorldFile
 from sim.world import Fitting, Simulation
-from tests.sim.rig import simulate, two_rooms
+from tests.sim.rig import run_s, simulate, two_rooms
 
 
 def hearing(world: WorldFile, *sonar: str) -> WorldFile:
@@ -89,6 +89,18 @@ def test_an_avatar_stops_before_a_solid_robot_by_real_sonar() -> None:
     simulation.run_until(lambda: False, timeout_s=5)
     robots = simulation.truth().robots
     assert 2 * RADIUS_M + 0.1 < robots["ginger"].x_m - robots["fred"].x_m < 0.9
+
+
+def test_bodies_of_all_kinds_move_and_sense_alike_for_a_seed() -> None:
+    def history(seed: int) -> list[str]:
+        world = embodied(two_rooms((0.4, 0.5, 0), second=(1.4, 0.7, 180)), "wheeled", "avatar")
+        simulation, puppets = simulate(world, seed=seed)
+        puppets["fred"].velocity, puppets["ginger"].velocity = (0.3, 0.1), (0.2, -0.1)
+        run_s(simulation, 1.5)
+        return [repr((body.sense(), body.get_position())) for body in simulation.bodies.values()]
+
+    assert history(3) == history(3)
+    assert history(3) != history(4)
 
 
 @pytest.mark.parametrize(
