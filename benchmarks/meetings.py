@@ -1,8 +1,9 @@
-"""Two robots that meet in an aisle, by its width: part of `python -m benchmarks.mishaps`.
+"""Two robots that meet head-on in an aisle, by its width: `python -m benchmarks.meetings [--seeds 4]`.
 
 Each is to drive to where the other comes from. Robots are 0.44 m across and keep 0.15 m from each other.
 """
 
+import argparse
 from collections.abc import Sequence
 
 from benchmarks.errands import packet
@@ -12,6 +13,7 @@ from sim.crew import Crew
 
 LONG_M = 7.0
 WIDTHS_M = (2.0, 1.6, 1.3, 1.0)
+TIMEOUT_S = 60.0
 
 
 def aisle(width_m: float) -> WorldFile:
@@ -60,7 +62,17 @@ def meet(width_m: float, seed: int, timeout_s: float) -> tuple[bool, float, Sequ
         crew.simulation.close()
 
 
-if __name__ == "__main__":
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=4)
+    options = parser.parse_args()
     for width_m in WIDTHS_M:
-        for seed in range(4):
-            print(width_m, seed, *meet(width_m, seed, 60.0), flush=True)
+        met = [meet(width_m, seed, TIMEOUT_S) for seed in range(options.seeds)]
+        passed, longest_s = sum(arrived for arrived, _, _ in met), max(took_s for _, took_s, _ in met)
+        print(f"{width_m:.1f} m wide: {passed}/{len(met)} passed, all ended within {longest_s:.0f} s")
+        for words in [words for _, _, said in met for words in said]:
+            print(f"    {words}")
+
+
+if __name__ == "__main__":
+    main()

@@ -23,8 +23,8 @@ from sim.mishaps import (
 )
 
 ROBOT, SAMPLE, START, GOAL = "yard_1", "sample_1", "door_1", "interchange_2"
-NOTICED_S = 3.0
-"""How long something passing lasts that a robot should outlive."""
+PASSES_S = 3.0
+"""How long something passing lasts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,18 +45,14 @@ Act = Callable[[Stage], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Something done while a packet runs (`after_s` after its patterns began to act), perhaps undone later.
-
-    `others`: further robots in the yard. `during` None: from the errand's start.
-    """
+    """Something done while a packet runs, `after_s` after its patterns began to act; perhaps undone later."""
 
     name: str
     during: str
     do: Act
     after_s: float = 1.0
     undo: Act | None = None
-    undo_s: float = NOTICED_S
-    others: tuple[str, ...] = ()
+    undo_s: float = PASSES_S
 
     def __str__(self) -> str:
         return f"{self.name}, {self.during}"
@@ -120,7 +116,7 @@ def shown(identity: str) -> Act:
 
 
 def boxed(at: tuple[float, float], side_m: float) -> Act:
-    """A tall box is put somewhere, unless the robot stands there: then beside it."""
+    """A tall box is put somewhere."""
 
     def act(stage: Stage) -> None:
         stage.crew.simulation.scene.put_box(at, 0.0, side_m=side_m, height_m=0.6)
@@ -151,19 +147,20 @@ def battery_nan(stage: Stage) -> None:
     stage.mishaps.break_sensor(ROBOT, lambda readings: replace(readings, battery=nan))
 
 
-SENSOR_FAULTS: dict[str, Callable[[], Fault]] = {
+WHISKER_FAULTS: dict[str, Callable[[], Fault]] = {
     "one whisker NaN": lambda: beams_read(nan, 1),
     "one whisker reads 0": lambda: beams_read(0.0, 1),
     "whiskers NaN": lambda: beams_read(nan),
     "whiskers dead": lambda: dead(Sensor.ULTRASONIC),
     "whiskers frozen": lambda: frozen(Sensor.ULTRASONIC),
+}
+SENSOR_FAULTS: dict[str, Callable[[], Fault]] = {
     "infra-red NaN": lambda: sightings_read_nan,
     "infra-red dead": lambda: dead(Sensor.INFRA_RED),
     "infra-red frozen": lambda: frozen(Sensor.INFRA_RED),
     "infra-red covered": lambda: sees_nothing,
     "gripper dead": lambda: dead(Sensor.GRIPPER),
     "gripper frozen": lambda: frozen(Sensor.GRIPPER),
-    "bumper dead": lambda: dead(Sensor.BUMPER),
 }
 
 
@@ -195,10 +192,11 @@ def cases() -> Iterator[Case]:
 
 
 def _sensors(tag: str) -> Iterator[Case]:
-    for name, fault in SENSOR_FAULTS.items():
+    """Whiskers do not run while a robot docks or deposits."""
+    whiskers = WHISKER_FAULTS if tag in ("NAVIGATE", "TRANSPORT") else {}
+    for name, fault in {**whiskers, **SENSOR_FAULTS}.items():
         yield Case(name=name, during=tag, do=sensor(fault))
     yield Case(name="odometry NaN", during=tag, do=wheels_nan)
     yield Case(name="odometry frozen", during=tag, do=wheels_frozen)
     yield Case(name="battery NaN", during=tag, do=battery_nan)
-    yield Case(name="whiskers NaN 3 s", during=tag, do=sensor(lambda: beams_read(nan)), undo=mended)
     yield Case(name="infra-red NaN 3 s", during=tag, do=sensor(lambda: sightings_read_nan), undo=mended)

@@ -62,7 +62,7 @@ class Trial:
     def __init__(self, case: Case, seed: int) -> None:
         mishaps = Mishaps()
         self._case = case
-        self._crew = Crew(yard([ROBOT, *case.others]), seed=seed, make_agent=mishaps.fit)
+        self._crew = Crew(yard([ROBOT]), seed=seed, make_agent=mishaps.fit)
         self._stage = Stage(crew=self._crew, mishaps=mishaps, rng=np.random.default_rng(seed))
         self._panels = panels_of(self._crew.world.walls)
         self._done_s: float | None = None
