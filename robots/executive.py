@@ -173,7 +173,7 @@ class Executive:
         """A sensor cannot be relied on: the script fails. `last`: what was perceived before."""
         run = self.current
         if run is not None:
-            self._follow(run, run.fail(FailureCategory.ROBOT, f"broke off: {why}", last), None, now_s)
+            self._follow(run, run.fault(why, last), None, now_s)
 
     def status(self, script_id: str, percepts: Percepts | None, now_s: float) -> StatusReport:
         """How a script stands; state None for one that is not known."""

@@ -103,12 +103,18 @@ class PacketRun:
             return self._advance(percepts, step_s)
         return Outcome()
 
-    def fail(self, category: FailureCategory, why: str, percepts: Percepts | None) -> Outcome:
-        """Give up, and say what was perceived, last if now nothing is."""
+    def fault(self, why: str, last: Percepts | None) -> Outcome:
+        """Give up for want of a sensor. `last`: what was perceived before it failed."""
+        return self.fail(FailureCategory.ROBOT, f"broke off: {why}", last, when="before that ")
+
+    def fail(
+        self, category: FailureCategory, why: str, percepts: Percepts | None, *, when: str = ""
+    ) -> Outcome:
+        """Give up, and say what was perceived."""
         self.state = PacketState.FAILED
         detail = f"{self.packet.tag} {why}"
         if percepts is not None:
-            detail += f"; {plight(percepts, self.packet.arguments.values())}"
+            detail += f"; {when}{plight(percepts, self.packet.arguments.values())}"
         return Outcome(change=Change(state=self.state, category=category, detail=detail))
 
     def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
