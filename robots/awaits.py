@@ -14,6 +14,7 @@ from robots.conditions import (
     Empty,
     Holding,
     HoldsAlone,
+    JointNear,
     LiesAt,
     Near,
     Vacant,
@@ -37,6 +38,9 @@ def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # no
             return Holding(object=thing)
         case "in", (thing, robot) if robot in profile.others and thing in profile.lengths_m:
             return AtHandle(object=thing, robot=robot)
+        case "brought", (thing, place) if thing in profile.lengths_m and place in profile.places:
+            # NOTE: wider than where TRANSPORT ends, for the partner and noise have moved the object since.
+            return JointNear(object=thing, place=place, within_m=0.3, facing_rad=0.3)
         case "holds_alone", (robot, thing) if robot == profile.name:
             return HoldsAlone(object=thing)
         case "in", (thing, robot) if robot in profile.others:

@@ -32,7 +32,7 @@ class ParameterSpec(Slot):
 
 class VariantSpec(Slot):
     """A variant of an action (our choice; one robot carries a compact object, two carry a long one): narrower types of
-    parameters, the size of a list of robots, and literals that it has beside the action's own."""
+    parameters, the size of a list of robots, literals that it has beside the action's own, and its own duration."""
 
     types: dict[Word, Word] = {}
     teams: dict[Word, int] = {}
@@ -40,6 +40,7 @@ class VariantSpec(Slot):
     delete: tuple[str, ...] = ()
     intended_effects: tuple[str, ...] = ()
     other_effects: tuple[str, ...] = ()
+    duration: Formula | None = None
 
     def literals(self, slot: str) -> tuple[Literal, ...]:
         return tuple(Literal.parse(text) for text in getattr(self, slot))

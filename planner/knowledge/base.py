@@ -112,19 +112,20 @@ class KnowledgeBase:
         """
         if action not in self.actions:
             raise KnowledgeBaseError(f"unknown action {action!r}; choices: {', '.join(sorted(self.actions))}")
-        misfit = f"{action} takes ({', '.join(p.name for p in self.actions[action].parameters)}), not {dict(arguments)}"
+        misfits = []
         for op in self.operators:
             binding = binding_of(op, arguments) if op.spec.name == action else None
             if binding is None:
                 continue
             if (wrong := self.misfit(op, binding, objects)) is not None:
-                misfit = wrong
+                misfits.append(wrong)
                 continue
             if (ground := op.ground(binding, functions)) is not None:
                 return ground
-            misfit = f"{action}({dict(arguments)}): its duration {op.duration.text!r} has no value"
-            break
-        raise KnowledgeBaseError(misfit)
+            wrong = f"{action}({dict(arguments)}): its duration {op.duration.text!r} has no value"
+            raise KnowledgeBaseError(wrong)
+        names = ", ".join(parameter.name for parameter in self.actions[action].parameters)
+        raise KnowledgeBaseError(*misfits[:1] or [f"{action} takes ({names}), not {dict(arguments)}"])
 
     def misfit(self, op: Operator, binding: Mapping[str, str], objects: Mapping[str, str]) -> str | None:
         """Why the operator cannot be bound so, or None: each object is of its parameter's type, and none in two

@@ -210,7 +210,7 @@ def _operator(
         deletes=slots["delete"],
         intended_effects=slots["intended_effects"],
         other_effects=slots["other_effects"],
-        duration=Expression.parse(spec.duration),
+        duration=Expression.parse(spec.duration if variant.duration is None else variant.duration),
         distance=Expression.parse(spec.distance),
         energy=Expression.parse(spec.energy),
     )

@@ -162,6 +162,8 @@ def _check_variant(base: KnowledgeBaseFile, action: ActionSpec, variant: Variant
         _known("list of robots", name, lists, f"{where}.teams")
         _known("size", str(size), [str(choice) for choice in lists[name]], f"{where}.teams.{name}")
     _check_literals(base, variant, {**types, **variant.types}, where)
+    if variant.duration is not None:
+        _check_expression(base, action, variant.duration, f"{where}.duration")
 
 
 def _check_literals(

@@ -19,6 +19,7 @@ from planner.engines import engine_named
 from tests.planner.laboratory import GOAL, HOME, laboratory
 
 BASE = load_knowledge_base()
+ANYTIME = ("NAVIGATE", "RELEASE1", "RELEASE2")  # who does these may differ
 REQUEST = PlanningRequest(time_limit_s=30, effort_s=0.0)
 
 
@@ -32,9 +33,8 @@ def test_two_robots_relocate_a_long_object_coupled_by_sensing_alone(engine: Plan
     plan_net = engine.plan(problem, REQUEST).plan_net
     assert plan_net is not None
     assert faults_of(plan_net, problem.facts, BASE) == []
-    first, second = sorted(plan_net.robots, key=lambda robot: plan_net.of_robot(robot)[0].tag)
-    assert [action.tag for action in plan_net.of_robot(first)][:3] == ["NAVIGATE", "DOCK", "TRANSPORT"]
-    assert [action.tag for action in plan_net.of_robot(second)][:3] == ["TRACK", "DOCK2", "TRANSPORT"]
+    tags = {tuple(a.tag for a in plan_net.of_robot(r) if a.tag not in ANYTIME) for r in plan_net.robots}
+    assert tags == {("DOCK", "TRANSPORT"), ("TRACK", "DOCK2", "TRANSPORT")}
     assert {action.tag for action in plan_net.actions[-2:]} == {"RELEASE1", "RELEASE2"}
     assert {ordering.kept_by for ordering in plan_net.orderings} <= {Keeping.ROBOT, Keeping.SENSING}
 
@@ -91,7 +91,7 @@ def test_only_who_holds_a_long_object_alone_puts_it_down() -> None:
 
 def test_operators_of_compact_objects_are_called_as_ever(knowledge_base: KnowledgeBase) -> None:
     names = [op.name for op in knowledge_base.operators if op.parameters.get("object") == "object"]
-    assert names == ["transport_at", "transport_near", "release2_at", "release2_near"]
+    assert names == ["transport_at", "transport_near", "dock", "release2_at", "release2_near"]
 
 
 @pytest.mark.parametrize(

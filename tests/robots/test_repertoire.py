@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from robots.conditions import AtHandle, Clear, Holding, LiesAt, LinedUp
+from robots.conditions import AtHandle, Clear, Holding, JointNear, LiesAt, LinedUp
 from robots.errors import RepertoireError
 from robots.patterns import Level
 from robots.repertoire import load_repertoire
@@ -78,6 +78,12 @@ def test_who_docks_second_needs_a_long_object() -> None:
 def test_that_another_robot_holds_a_long_object_is_told_by_its_standing_at_a_handle() -> None:
     wanted = packet("DOCK2", object="beam", robot2="other", ref2="bay", awaits=["in(beam, other)"])
     assert REPERTOIRE.bind(wanted, PROFILE).before.count(AtHandle(object="beam", robot="other")) == 1
+
+
+def test_that_a_long_object_has_been_brought_is_told_by_where_its_middle_is() -> None:
+    wanted = packet("RELEASE1", object="beam", robot2="other", awaits=["brought(beam, bay)"])
+    told = [one for one in REPERTOIRE.bind(wanted, PROFILE).before if isinstance(one, JointNear)]
+    assert [(one.object, one.place) for one in told] == [("beam", "bay")]
 
 
 def test_what_a_packet_awaits_becomes_a_pre_condition_once() -> None:
