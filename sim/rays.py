@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Ray = tuple[float, float, float, float]
+"""Its start x, y, and the way to its end, metres."""
 FREE = 1.0
 """The share of a ray that meets nothing."""
 
@@ -55,9 +57,9 @@ def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64])
         for ray in range(first, last):
             share = 1.0
             for n in near_boxes[:boxes_near]:
-                share = min(share, _to_box(boxes[n], starts[ray], ends[ray]))
+                share = min(share, _to_box(boxes, n, *_ray(starts, ray, ends, ray)))
             for n in near_discs[:discs_near]:
-                share = min(share, _to_disc(discs[n], starts[ray], ends[ray]))
+                share = min(share, _to_disc(discs, n, *_ray(starts, ray, ends, ray)))
             free[ray] = share
     return free
 
@@ -85,13 +87,14 @@ def in_sight(
         for e in range(len(shining)):
             if not known[r, e]:
                 continue
-            if np.hypot(shining[e, 0] - observers[r, 0], shining[e, 1] - observers[r, 1]) > reach_m[e]:
+            ray = _ray(observers, r, shining, e)
+            if ray[2] * ray[2] + ray[3] * ray[3] > reach_m[e] * reach_m[e]:
                 continue
-            if _blocks(boxes, discs, blocker[r, e], observers[r], shining[e]):
+            if _blocks(boxes, discs, blocker[r, e], ray):
                 continue
             hidden = False
             for n in range(len(boxes) + len(discs)):
-                if _blocks(boxes, discs, n, observers[r], shining[e]):
+                if _blocks(boxes, discs, n, ray):
                     blocker[r, e] = n
                     hidden = True
                     break
@@ -102,46 +105,51 @@ def in_sight(
 
 
 @numba.njit(cache=True)
-def _blocks(boxes: Floats, discs: Floats, n: int, start: Floats, end: Floats) -> bool:
+def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
+    # NOTE: rays are numbers and not rows of arrays, whose making would take longer than the rest.
+    x, y = starts[first, 0], starts[first, 1]
+    return x, y, ends[last, 0] - x, ends[last, 1] - y
+
+
+@numba.njit(cache=True)
+def _blocks(boxes: Floats, discs: Floats, n: int, ray: Ray) -> bool:
     if n < len(boxes):
-        return _to_box(boxes[n], start, end) < 1.0
+        return _to_box(boxes, n, *ray) < 1.0
     if n < len(boxes) + len(discs):
-        return _to_disc(discs[n - len(boxes)], start, end) < 1.0
+        return _to_disc(discs, n - len(boxes), *ray) < 1.0
     return False
 
 
 @numba.njit(cache=True)
-def _to_box(box: Floats, start: Floats, end: Floats) -> float:
+def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
     """Slab by slab: the ray is within the box where it is between both pairs of sides."""
-    cosine, sine = box[2], box[3]
-    enters, leaves = 0.0, 1.0
-    for side in range(2):
-        if side == 0:
-            along, across = cosine, sine
-        else:
-            along, across = -sine, cosine
-        at = along * (start[0] - box[0]) + across * (start[1] - box[1])
-        way = along * (end[0] - start[0]) + across * (end[1] - start[1])
-        half = box[4 + side]
-        if abs(way) < 1e-12:
-            if abs(at) > half:
-                return 1.0
-            continue
-        one, other = (-half - at) / way, (half - at) / way
-        enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
-        if enters > leaves:
-            return 1.0
-    return enters
+    cosine, sine = boxes[n, 2], boxes[n, 3]
+    off_x, off_y = x - boxes[n, 0], y - boxes[n, 1]
+    at, way = cosine * off_x + sine * off_y, cosine * way_x + sine * way_y
+    enters, leaves = _within(at, way, boxes[n, 4], 0.0, 1.0)
+    if enters > leaves:
+        return 1.0
+    at, way = cosine * off_y - sine * off_x, cosine * way_y - sine * way_x
+    enters, leaves = _within(at, way, boxes[n, 5], enters, leaves)
+    return 1.0 if enters > leaves else enters
 
 
 @numba.njit(cache=True)
-def _to_disc(disc: Floats, start: Floats, end: Floats) -> float:
-    x, y = start[0] - disc[0], start[1] - disc[1]
-    way_x, way_y = end[0] - start[0], end[1] - start[1]
-    inside = x * x + y * y - disc[2] * disc[2]
+def _within(at: float, way: float, half: float, enters: float, leaves: float) -> tuple[float, float]:
+    """The part of a ray's way, from and to, that is between -half and half; if there is none, from beyond to."""
+    if abs(way) < 1e-12:
+        return (2.0, 1.0) if abs(at) > half else (enters, leaves)
+    one, other = (-half - at) / way, (half - at) / way
+    return max(enters, min(one, other)), min(leaves, max(one, other))
+
+
+@numba.njit(cache=True)
+def _to_disc(discs: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
+    off_x, off_y = x - discs[n, 0], y - discs[n, 1]
+    inside = off_x * off_x + off_y * off_y - discs[n, 2] * discs[n, 2]
     if inside <= 0.0:
         return 0.0
-    toward = x * way_x + y * way_y
+    toward = off_x * way_x + off_y * way_y
     length = way_x * way_x + way_y * way_y
     root = toward * toward - length * inside
     if toward >= 0.0 or root < 0.0:
