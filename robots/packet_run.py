@@ -143,9 +143,11 @@ class PacketRun:
     def _advance(self, percepts: Percepts, step_s: float) -> Outcome:
         """One tick of acting; the events it raises go with its change of state, or are news of their own."""
         progress = self._odometer.update(percepts.odometry, step_s, self._watch.raised)
-        news = self._watch.update(replace(percepts, progress=progress))
-        progress = replace(progress, raised=self._watch.raised)
-        outcome = self._run(replace(percepts, progress=progress), step_s)
+        known = replace(percepts, progress=progress)
+        news = self._watch.update(known)
+        if news:
+            known = replace(percepts, progress=replace(progress, raised=self._watch.raised))
+        outcome = self._run(known, step_s)
         spared = self._spared(percepts)
         if not news and not spared:
             return outcome

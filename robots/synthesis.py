@@ -24,6 +24,8 @@ class DegreeOfFreedom(StrEnum):
     ROTATE = "rotate"
     GRIP = "grip"
 
+    __hash__ = str.__hash__  # as of sensors, to be looked up quickly
+
 
 @dataclass(frozen=True, slots=True)
 class Utilitor:

@@ -50,6 +50,8 @@ class SensorHealth:
         sightings = self._beacons(readings.sightings, moved_m, spared)
         ranges_m = self._whiskers(readings.ranges_m, moved_m, spared)
         self.degraded = tuple(spared)
+        if not spared:
+            return readings
         return replace(readings, battery=battery, sightings=sightings, ranges_m=ranges_m)
 
     def _moved_m(self, odometry: Pose) -> float:

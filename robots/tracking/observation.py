@@ -11,6 +11,8 @@ class Modality(StrEnum):
     ULTRASONIC = "ultrasonic"
     TOUCH = "touch"
 
+    __hash__ = str.__hash__  # as of sensors, to be looked up quickly
+
 
 WEIGHT = {Modality.INFRA_RED: 0.3, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.5}
 """How much of what is missing to certainty one observation adds (our choice)."""
