@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.errands import Leg, script
 from benchmarks.mishap_cases import GOAL, ROBOT, SAMPLE, START, Case, Stage, cases
-from robots.body import RADIUS_M
+from robots.body import RADIUS_M, Pose
 from robots.wire import BehaviourScript, PacketState, ScriptState
 from robots.world import WorldFile, load_world
 from robots.world.walls import clearance_m, panels_of
@@ -34,12 +34,16 @@ OUTCOMES = ("recovered", "reported", "wrong", "silent")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How one trial ended: `took_s` after the mishap, None if nothing befell; `walled`: it was in a wall."""
+    """How one trial ended: `took_s` after the mishap, None if nothing befell; `walled`: it was in a wall.
+
+    `end`: where it truly came to.
+    """
 
     how: str
     took_s: float | None
     words: str = ""
     walled: bool = False
+    end: Pose | None = None
 
 
 def yard(robots: Sequence[str]) -> WorldFile:
@@ -79,7 +83,8 @@ class Trial:
             if not over or end is None:
                 return Outcome(how="silent", took_s=took_s, walled=self._walled)
             if end.state is not ScriptState.FINISHED:
-                return Outcome(how="reported", took_s=took_s, words=end.detail, walled=self._walled)
+                words, pose = end.detail, truth.robots[ROBOT]
+                return Outcome(how="reported", took_s=took_s, words=words, walled=self._walled, end=pose)
             sample = truth.samples[SAMPLE]
             right = sample.place == GOAL and not sample.holders
             words = "" if right else f"{SAMPLE} is in {sample.ref}"

@@ -32,6 +32,14 @@ def test_what_is_hidden_for_a_while_is_waited_for() -> None:
     assert befalls("all covered 10 s, RELEASE2").how == "recovered"
 
 
+def test_a_robot_that_is_blinded_as_it_backs_off_does_not_cross_the_yard_backwards() -> None:
+    outcome = befalls("infra-red covered, RELEASE2")
+    assert outcome.how == "reported"
+    assert "no beacon in view at all" in outcome.words
+    assert outcome.end is not None
+    assert 2.0 < outcome.end.y_m < 2.9
+
+
 def test_a_deposit_whose_beacon_stays_hidden_is_given_up() -> None:
     outcome = befalls("beacon hidden for good, TRANSPORT")
     assert outcome.how == "reported"
