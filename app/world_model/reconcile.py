@@ -43,7 +43,7 @@ def reconciled(
     news.sort(key=lambda fact: fact.predicate == OBJECT_POSITION)
     places = [f for f in news if f.predicate == ROBOT_POSITION]
     if not places:
-        news.insert(0, Fact(ROBOT_POSITION, (robot, NEAR, spot_of(robot))))
+        news.insert(0, Fact(ROBOT_POSITION, (robot, NEAR, _open_floor(robot, facts, news))))
     elif Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news:
         news.append(Fact(ROBOT_POSITION, (robot, NEAR, places[-1].args[2])))
     gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot}
@@ -59,6 +59,19 @@ def reconciled(
         if f.predicate == OBJECT_POSITION and f.args[2] != robot and place_of(f.args[0], after) is None
     ]
     return Change(add=after - facts, remove=facts - after, notes=(*lost, *missing, *misfits))
+
+
+def _open_floor(robot: str, facts: Facts, news: Sequence[Fact]) -> str:
+    """Its own spot; its partner's if the two hold an object between them and the other stands there already.
+
+    Our choice: so they stand in one place, from which both may carry the object on.
+    """
+    held = () if Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news else occupants(robot, facts)
+    partners = sorted(f.args[2] for f in facts if f.predicate == OBJECT_POSITION and f.args[0] in held)
+    for other in partners:
+        if other != robot and Fact(ROBOT_POSITION, (other, NEAR, spot_of(other))) in facts:
+            return spot_of(other)
+    return spot_of(robot)
 
 
 def _of_another(fact: Fact, robot: str, robots: frozenset[str]) -> bool:

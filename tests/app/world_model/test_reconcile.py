@@ -1,7 +1,8 @@
 """What is believed when a script ended before its time."""
 
-from app.world_model import Facts, reconciled, revised
+from app.world_model import Facts, planning_problem, reconciled, revised
 from planner import Fact
+from tests.app.laboratory import Laboratory
 from tests.app.store import Store, said
 
 STORE = Store()
@@ -79,3 +80,24 @@ def test_percepts_outside_the_vocabulary_are_left_out_and_noted() -> None:
     change = reconciled(STORE.facts, "yard_1", [said("under(sample_1, bay_1)")], STORE.base)
     assert "under(sample_1, bay_1)" in change.notes[0]
     assert {f.predicate for f in change.add} == {"robot_position", "clear"}
+
+
+def test_two_that_hold_an_object_between_them_stand_where_they_may_carry_it_on() -> None:
+    lab = Laboratory()
+    carried = revised(lab.facts, [lab.fact(f"in(rock_sample, {robot})") for robot in ("fred", "ginger")])
+    for robot in ("fred", "ginger"):
+        holds = [said(f"robot_attribute({robot}, gripper, full)"), said(f"in(rock_sample, {robot})")]
+        carried = reconciled(carried, robot, holds, lab.base).apply(carried)
+    way = {"rel1": "near", "ref1": "fred_spot", "rel2": "near", "ref2": "lander", "area": "lab"}
+    arguments = {"object": "rock_sample", "robots": "fred+ginger", **way}
+    problem = planning_problem(lab.world, carried, ())
+    transport = lab.base.ground("TRANSPORT", arguments, problem.functions, objects=problem.objects)
+    assert set(transport.preconditions) <= problem.facts
+
+
+def test_who_dropped_its_end_stands_at_its_own_spot() -> None:
+    lab = Laboratory()
+    both = [lab.fact(f"in(rock_sample, {robot})") for robot in ("fred", "ginger")]
+    carried = revised(lab.facts, [*both, lab.fact("near(fred, fred_spot)")])
+    dropped = reconciled(carried, "ginger", [said("robot_attribute(ginger, gripper, empty)")], lab.base)
+    assert lab.fact("near(ginger, ginger_spot)") in dropped.apply(carried)
