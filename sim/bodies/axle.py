@@ -1,4 +1,4 @@
-"""Two driven wheels on an axle through the body's middle: motors, inertia, traction. Knows nothing of the scene.
+"""Two driven wheels on an axle through the body's middle: motors, inertia, traction. Knows nothing of what is around.
 
 Our choices: impulses a tick instead of forces, so that any measures are stable; a wheel that does not slip takes the
 chassis with it, one whose traction is used up slips; slip sideways has the whole traction to itself. Speeds of
@@ -44,10 +44,8 @@ class Axle:
         self._pulled: Pair = (0.0, 0.0)
         per_turn = ROVER_INERTIA_KG_M2 / spec.base_m**2
         self._wheel_kg = spec.inertia_kg_m2 / spec.radius_m**2
-        self._own_kg = (
-            ROVER_MASS_KG / 4 + per_turn
-        )  # how one wheel feels the chassis when it alone is pulled …
-        self._cross_kg = ROVER_MASS_KG / 4 - per_turn  # … and what of it when the other is
+        # NOTE: how much chassis one wheel feels when it alone is pulled, and how much of it when the other one is.
+        self._own_kg, self._cross_kg = ROVER_MASS_KG / 4 + per_turn, ROVER_MASS_KG / 4 - per_turn
         load_n = ROVER_MASS_KG * GRAVITY_M_S2 * ON_WHEELS
         self._torque_n_s = spec.torque_n_m / spec.radius_m * TICK_S
         self._traction_n_s = spec.traction * load_n / 2 * TICK_S
