@@ -1,9 +1,11 @@
 """Independent runs side by side, each in a process of its own; what they give does not depend on how many there are."""
 
+import os
 import signal
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
+from threading import Thread
 from typing import TypeVar
 
 Job = TypeVar("Job")
@@ -19,7 +21,7 @@ def side_by_side(work: Callable[[Job], Result], jobs: Sequence[Job], *, workers:
     pool = ProcessPoolExecutor(
         min(workers, len(jobs)) or 1,
         mp_context=get_context("spawn"),
-        initializer=_end_silently_when_interrupted,
+        initializer=_begin,
     )
     try:
         yield from pool.map(work, jobs)
@@ -32,5 +34,15 @@ def side_by_side(work: Callable[[Job], Result], jobs: Sequence[Job], *, workers:
         pool.shutdown(cancel_futures=True)
 
 
-def _end_silently_when_interrupted() -> None:
+def _begin() -> None:
+    """In a new process: an interruption ends it without words, and it does not outlive who asked for its work."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    # NOTE: a pool's process waits for its next job for ever when the pool's owner was killed.
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
