@@ -139,8 +139,8 @@ class Percepts:
 
     def locate(self, identity: str) -> complex | None:  # noqa: PLR0911
         """Where something is: in my jaws, as sighted, on the map, a way-point, or remembered; None if it is not
-        known. Of a long object its middle, or one of its handles: `beam@left`, `beam@right` as seen from my side,
-        `beam@free`, the first of them at which no other robot stands.
+        known. Of a long object its middle, or one of its handles: `beam@left`, `beam@right` as seen from the side
+        from which it is gripped, `beam@free`, the first of them at which no other robot stands.
         """
         if HANDLE_OF in identity:
             return self._handle(identity)
@@ -163,9 +163,10 @@ class Percepts:
 
     def axis(self, place: str) -> float | None:
         """Direction in which a place's beacon emits on my side, radians in the robot's frame; None if not
-        known. Of a long object's handle: square to the object.
+        known. Of a long object's handle: square to the object, on the side from which it is gripped.
         """
-        place = place.partition(HANDLE_OF)[0]
+        if HANDLE_OF in place:
+            return self._side(place.partition(HANDLE_OF)[0])
         sighting = self.sightings.get(place)
         if sighting is not None:
             return wrap(sighting.bearing_rad + pi - sighting.aspect_rad)
@@ -184,7 +185,7 @@ class Percepts:
     def _handle(self, identity: str) -> complex | None:
         """A handle of a long object in view."""
         thing, _, which = identity.partition(HANDLE_OF)
-        middle, axis, length_m = self.locate(thing), self.axis(thing), self.profile.lengths_m.get(thing)
+        middle, axis, length_m = self.locate(thing), self.axis(identity), self.profile.lengths_m.get(thing)
         if middle is None or axis is None or length_m is None:
             return None
         left = middle + rect(length_m / 2, axis - pi / 2)
@@ -192,6 +193,18 @@ class Percepts:
             taken = any(abs(at - left) <= STANDS_AT_M for _, at in self.robots_in_view())
             which = "right" if taken else "left"
         return left if which == "left" else 2 * middle - left
+
+    def _side(self, thing: str) -> float | None:
+        """From which direction a long object is gripped: from mine, or from where another robot stands at it."""
+        middle, axis = self.locate(thing), self.axis(thing)
+        if middle is None or axis is None:
+            return None
+        half = rect(self.profile.lengths_m.get(thing, 0.0) / 2, axis + pi / 2)
+        for _, at in self.robots_in_view():
+            gap = min(at - middle - half, at - middle + half, key=abs)
+            if abs(gap) <= STANDS_AT_M and (gap * rect(1.0, -axis)).real < 0:
+                return wrap(axis + pi)
+        return axis
 
     def robots_in_view(self) -> Iterator[tuple[str, complex]]:
         """Other robots and where they are, seen now or a moment ago."""

@@ -1,6 +1,7 @@
 """What each of two robots that carry a long object makes of what it senses."""
 
 from cmath import phase, rect
+from math import pi
 
 import pytest
 
@@ -124,6 +125,15 @@ def test_the_free_handle_is_the_left_one_unless_another_robot_stands_at_it() -> 
     assert percepts(beam(middle)).locate("beam@free") == pytest.approx(1.2 + 1j * HALF_M)
     taken = percepts(beam(middle), robot(1.2 - GRIPPER_REACH_M + 1j * HALF_M))
     assert taken.locate("beam@free") == pytest.approx(1.2 - 1j * HALF_M)
+
+
+def test_a_long_object_is_gripped_from_the_side_on_which_another_robot_stands_at_it() -> None:
+    alone = percepts(beam(1.2 + 0j))
+    assert alone.axis("beam@free") == pytest.approx(pi)
+    beyond = percepts(beam(1.2 + 0j), robot(1.2 + GRIPPER_REACH_M + 1j * HALF_M))
+    assert beyond.axis("beam@free") == pytest.approx(0.0)
+    assert beyond.locate("beam@free") == pytest.approx(1.2 - 1j * HALF_M)
+    assert beyond.approach_point("beam@free") == pytest.approx(2.0 - 1j * HALF_M)
 
 
 def test_the_object_is_put_down_where_its_middle_is_over_the_place() -> None:
