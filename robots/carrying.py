@@ -30,7 +30,7 @@ class JointWayOn:
     cruise: Annotated[float, Field(gt=0, le=1)] = 0.5
     full_m: Annotated[float, Field(gt=0, le=5)] = 0.5
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
-    turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.3
+    turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.45
 
     def read(self, percepts: Percepts) -> float | None:
         whole, guidance = (
@@ -54,7 +54,7 @@ class JointWayRound:
     object: str
     place: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
-    turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.3
+    turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.45
 
     def read(self, percepts: Percepts) -> float | None:
         guidance = guide_formation(percepts, self.object, self.place)

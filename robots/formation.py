@@ -15,6 +15,8 @@ from robots.course import Guidance, guidance
 from robots.geometry import wrap
 from robots.percepts import Obstacle, Percepts
 
+BEHIND_RAD = 2.4
+"""To what lies farther round than this both turn by the left."""
 BESIDE_M = 0.35
 """What is met this near to where the partner stands is the partner."""
 
@@ -66,7 +68,9 @@ def guide_formation(percepts: Percepts, thing: str, place: str) -> Guidance | No
     if whole is None or point is None or beacon is None:
         return None
     in_the_way = tuple(_obstacles(percepts, whole))
-    return guidance(whole.to_formation(point), whole.to_formation(beacon), in_the_way)
+    found = guidance(whole.to_formation(point), whole.to_formation(beacon), in_the_way)
+    # NOTE: what lies behind is as far to the left as to the right: by noise each would take another way round.
+    return replace(found, turn_rad=pi) if found is not None and found.turn_rad < -BEHIND_RAD else found
 
 
 def _obstacles(percepts: Percepts, whole: Formation) -> Iterator[Obstacle]:

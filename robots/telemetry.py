@@ -31,7 +31,7 @@ def telemetry(
         packet_id=run.packet.id if run else None,
         packet_tag=run.packet.tag if run else None,
         packet_state=executive.packet_state,
-        tags={tag: _place(percepts, tag) for tag in (percepts.tags if percepts.data.holds(LOCATING) else ())},
+        tags={tag: _place(percepts, tag) for tag in _tags(percepts)},
         patterns=executive.responses.shown(),
         resultants=executive.responses.resultants(),
         sensors=tuple(sorted(running)),
@@ -39,6 +39,15 @@ def telemetry(
         sensing_saved_j=meter.saved_j,
         degraded=percepts.degraded,
     )
+
+
+def _tags(percepts: Percepts) -> list[str]:
+    """The samples in view; a long one, too, that it holds: its tag is at the middle, not in the jaws."""
+    if not percepts.data.holds(LOCATING):
+        return []
+    held = percepts.holding
+    long = held is not None and held in percepts.profile.lengths_m and percepts.sees(held)
+    return [*percepts.tags, *([held] if held is not None and long else [])]
 
 
 def _place(percepts: Percepts, tag: str) -> tuple[float, float]:

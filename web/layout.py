@@ -59,6 +59,20 @@ class Named(Part):
     name: str
 
 
+class Rock(Named):
+    """An obstacle on the floor."""
+
+    at: Point
+    radius_m: float
+
+
+class Lying(Named):
+    """A sample and where it lies at the start; a long one has a length."""
+
+    at: str
+    length_m: float = 0.0
+
+
 class Start(Named):
     start: tuple[float, float, float]
 
@@ -71,7 +85,8 @@ class Layout(Part):
     locations: tuple[Location, ...] = ()
     racks: tuple[Rack, ...] = ()
     robots: tuple[Start, ...] = ()
-    samples: tuple[Named, ...] = ()
+    samples: tuple[Lying, ...] = ()
+    obstacles: tuple[Rock, ...] = ()
 
     @property
     def berths(self) -> frozenset[str]:

@@ -26,8 +26,8 @@ class AtHandle:
     sense: Literal["at_handle"] = "at_handle"
     object: str
     robot: str
-    within_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M + 0.06
-    still_s: Annotated[float, Field(ge=0)] = 1.5
+    within_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M + 0.05
+    still_s: Annotated[float, Field(ge=0)] = 1.0
 
     def check(self, percepts: Percepts) -> Verdict:
         gap_m = to_handle_m(percepts, self.object, self.robot)
@@ -88,6 +88,7 @@ class LinedUp:
     sense: Literal["lined_up"] = "lined_up"
     target: str
     from_m: Annotated[float, Field(gt=0)] = STAND_OFF_M + 0.15
+    to_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M - 0.1
     least_m: Annotated[float, Field(gt=0)] = 0.05
     widening: Annotated[float, Field(ge=0)] = 0.12
 
@@ -97,7 +98,7 @@ class LinedUp:
             return Verdict(False, f"does not see {self.target}")
         off = -at * rect(1.0, -axis)
         width_m = self.least_m + self.widening * max(0.0, off.real - GRIPPER_REACH_M)
-        holds = off.real <= self.from_m and abs(off.imag) <= width_m
+        holds = self.to_m <= off.real <= self.from_m and abs(off.imag) <= width_m
         return Verdict(holds, f"is {off.real:.2f} m before {self.target}, {off.imag:+.2f} m aside")
 
 

@@ -120,6 +120,13 @@ def test_a_robot_is_lined_up_within_a_funnel_before_a_handle(aside_m: float, lin
     assert LinedUp(target="beam@left").check(left_ahead).holds is lined_up
 
 
+def test_a_robot_beyond_the_object_is_not_lined_up_with_it() -> None:
+    """Else it would grip face to face with the other."""
+    aligned = percepts(beam(0.5 + 1j * HALF_M), robot(0.5 + 2j * HALF_M + GRIPPER_REACH_M))
+    assert aligned.locate("beam@free") == pytest.approx(0.5)
+    assert not LinedUp(target="beam@free").check(aligned).holds
+
+
 def test_the_free_handle_is_the_left_one_unless_another_robot_stands_at_it() -> None:
     middle = 1.2 + 0j
     assert percepts(beam(middle)).locate("beam@free") == pytest.approx(1.2 + 1j * HALF_M)

@@ -137,3 +137,25 @@ def test_a_turn_takes_the_eastward_axis_to_the_heading(heading_rad: float) -> No
 
 def test_instances_get_the_linear_light_of_their_colour() -> None:
     assert palette.batched([(0, 128, 255)]).tolist() == [[0, 55, 255]]
+
+
+def test_a_long_sample_lies_across_its_place_and_hangs_between_who_hold_it() -> None:
+    places = SamplePlaces(
+        Layout.model_validate(
+            {
+                "compartments": [{"name": "lab", "x": [0, 8], "y": [0, 3]}],
+                "locations": [{"name": "quarry", "kind": "place", "at": [2, 1], "approach_deg": [180]}],
+                "samples": [{"name": "beam", "at": "quarry", "length_m": 0.9}],
+            }
+        )
+    )
+    at_quarry = Fact(predicate="in", args=("beam", "quarry"))
+    assert places.update([at_quarry], {})["beam"] == (2.0, 1.0, 0.0)
+    assert places.heading_rad("beam", {}) == pytest.approx(3 * pi / 2)
+    seen = [(3.34, 1.44), (3.34, 1.46)]
+    pair = {
+        name: told(x_m=3.0, y_m=y_m, heading_rad=0.1, holding="beam", tags={"beam": at})
+        for name, y_m, at in zip(("fred", "ginger"), (1.9, 1.0), seen, strict=True)
+    }
+    assert places.update([at_quarry], pair)["beam"] == pytest.approx((3.34, 1.45, LIFTED_M))
+    assert places.heading_rad("beam", pair) == pytest.approx(0.1 + pi / 2)

@@ -21,6 +21,7 @@ PLACES: dict[str, Colour] = {
     "lander": (150, 110, 170),
     "place": (140, 150, 120),
 }
+ROCK: Colour = (132, 122, 112)
 BEACON: Colour = (190, 60, 60)
 BEAM: Colour = (214, 120, 110)
 ROBOTS: tuple[Colour, ...] = (

@@ -1,15 +1,17 @@
 """The samples: where the service's facts put them, unless a robot says that it holds them."""
 
 from collections.abc import Mapping, Sequence
+from math import pi, radians
 
 import numpy as np
 import viser
 
 from web.layout import Fact, Layout, Point, RobotTelemetry
 from web.scene import palette
-from web.scene.geometry import cylinder, turned
+from web.scene.geometry import box, cylinder, turned
 
 RADIUS_M, HEIGHT_M = 0.06, 0.15
+BAR_M = 0.06
 LIFTED_M = 0.16
 """Bottom of a held sample above the floor: above the whiskers' plane."""
 UNSEEN = (0.0, 0.0, -10.0)
@@ -27,6 +29,12 @@ class SamplePlaces:
     def __init__(self, layout: Layout) -> None:
         self._locations = {place.name: place.at for place in layout.locations}
         self._names = tuple(sample.name for sample in layout.samples)
+        approach_deg = {place.name: place.approach_deg for place in layout.locations}
+        self._turned = {
+            sample.name: radians(approach_deg[sample.at][0] + 90)
+            for sample in layout.samples
+            if sample.length_m and approach_deg.get(sample.at)
+        }
         self._dropped: dict[str, tuple[Point, str | None]] = {}
         self._held: dict[str, tuple[Point, str | None]] = {}
 
@@ -35,7 +43,9 @@ class SamplePlaces:
         told = {
             fact.args[0]: fact.args[1] for fact in facts if fact.predicate == "in" and len(fact.args) == 2
         }
-        held = {robot.holding: robot.jaws for robot in robots.values() if robot.holding}
+        held = {
+            name: self._in_jaws(name, robots) for name in {r.holding for r in robots.values() if r.holding}
+        }
         for sample in self._held.keys() - held.keys():
             # Facts that changed while it was held to a new location know of the release already.
             jaws, gripped_at = self._held[sample]
@@ -49,6 +59,19 @@ class SamplePlaces:
             if place is not None:
                 places[sample] = place
         return places
+
+    def heading_rad(self, sample: str, robots: Mapping[str, RobotTelemetry]) -> float:
+        """The direction of a long sample: square to who holds it, or to how its place is approached."""
+        holder = next((robot for robot in robots.values() if robot.holding == sample), None)
+        if holder is not None:
+            self._turned[sample] = holder.heading_rad + pi / 2
+        return self._turned.get(sample, 0.0)
+
+    @staticmethod
+    def _in_jaws(sample: str, robots: Mapping[str, RobotTelemetry]) -> Point:
+        """Where its holders have it: a long one's middle as they see it, a compact one in the jaws."""
+        points = [r.tags.get(sample, r.jaws) for r in robots.values() if r.holding == sample]
+        return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
 
     @property
     def held(self) -> frozenset[str]:
@@ -78,21 +101,21 @@ class SamplesView:
     def __init__(self, server: viser.ViserServer, layout: Layout) -> None:
         self._places = SamplePlaces(layout)
         self._names = tuple(sample.name for sample in layout.samples)
+        self._compact = tuple(sample.name for sample in layout.samples if not sample.length_m)
         self._last: dict[str, Place] = {}
-        self._bodies = (
-            server.scene.add_batched_meshes_simple(
-                "/samples",
-                *cylinder(RADIUS_M, 0.0, HEIGHT_M, sides=20),
-                batched_wxyzs=turned([0.0] * len(self._names)),
-                batched_positions=np.array([UNSEEN] * len(self._names), dtype=np.float32),
-                batched_colors=palette.batched([palette.SAMPLE] * len(self._names)),
-                lod="off",
+        self._bodies = _cylinders(server, len(self._compact)) if self._compact else None
+        self._bars = {
+            sample.name: server.scene.add_mesh_simple(
+                f"/samples/{sample.name}/bar",
+                *box((sample.length_m, BAR_M, HEIGHT_M), (0.0, 0.0, HEIGHT_M / 2)),
+                color=palette.SAMPLE,
+                position=UNSEEN,
                 cast_shadow=False,
                 receive_shadow=False,
             )
-            if self._names
-            else None
-        )
+            for sample in layout.samples
+            if sample.length_m
+        }
         self._labels = {
             name: server.scene.add_label(
                 f"/samples/{name}", name, anchor="bottom-center", font_screen_scale=0.75, visible=False
@@ -103,13 +126,30 @@ class SamplesView:
     def update(self, facts: Sequence[Fact], robots: Mapping[str, RobotTelemetry]) -> None:
         """Move the samples to where they are now."""
         places = self._places.update(facts, robots)
-        if self._bodies is None or places == self._last:
+        if places == self._last:
             return
         self._last = places
-        points = [places.get(name, UNSEEN) for name in self._names]
-        self._bodies.batched_positions = np.array(points, dtype=np.float32)
+        if self._bodies is not None:
+            points = [places.get(name, UNSEEN) for name in self._compact]
+            self._bodies.batched_positions = np.array(points, dtype=np.float32)
+        for name, bar in self._bars.items():
+            bar.position = places.get(name, UNSEEN)
+            bar.wxyz = turned([self._places.heading_rad(name, robots)])[0]
         for name, label in self._labels.items():
             # The label of the robot that holds it is in the same spot.
             label.visible = name in places and name not in self._places.held
             x_m, y_m, bottom_m = places.get(name, UNSEEN)
             label.position = (x_m, y_m, bottom_m + HEIGHT_M + 0.05)
+
+
+def _cylinders(server: viser.ViserServer, count: int) -> viser.BatchedMeshHandle:
+    return server.scene.add_batched_meshes_simple(
+        "/samples",
+        *cylinder(RADIUS_M, 0.0, HEIGHT_M, sides=20),
+        batched_wxyzs=turned([0.0] * count),
+        batched_positions=np.array([UNSEEN] * count, dtype=np.float32),
+        batched_colors=palette.batched([palette.SAMPLE] * count),
+        lod="off",
+        cast_shadow=False,
+        receive_shadow=False,
+    )

@@ -5,13 +5,14 @@ from math import atan2, cos, radians, sin, tan
 import numpy as np
 import viser
 
-from web.layout import Floor, Layout, Location, Point, Wall
+from web.layout import Floor, Layout, Location, Point, Rock, Wall
 from web.scene import palette
 from web.scene.geometry import box, cylinder, merged, turned
 
 FLOOR_M = 0.04
 WALL_HEIGHT_M, WALL_WIDTH_M = 0.32, 0.08
 OPENING_HEIGHT_M = 0.10
+ROCK_HEIGHT_M = 0.4
 PAD_M, PAD_HEIGHT_M = 0.44, 0.012
 LETTERS_M = 0.17
 """Height of the letters on the floor."""
@@ -29,6 +30,7 @@ def draw_store(server: viser.ViserServer, layout: Layout) -> None:
         for number, aisle in enumerate(compartment.aisles):
             _draw_floor(server, f"/{compartment.name}/{aisle.name}", aisle, colours[1][number % 2], 0.004)
     _draw_walls(server, layout.walls)
+    _draw_rocks(server, layout.obstacles)
     for kind in sorted({place.kind for place in layout.locations}):
         _draw_places(server, kind, [place for place in layout.locations if place.kind == kind])
     _label_places(server, layout)
@@ -110,6 +112,21 @@ def _draw_walls(server: viser.ViserServer, walls: tuple[Wall, ...]) -> None:
             batched_scales=np.array(scales, dtype=np.float32),
             batched_colors=palette.batched(colours),
             lod="off",
+            flat_shading=True,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+
+def _draw_rocks(server: viser.ViserServer, rocks: tuple[Rock, ...]) -> None:
+    """Each where the world file has it: a seed may have put it a little elsewhere."""
+    for rock in rocks:
+        stump = cylinder(rock.radius_m, 0.0, ROCK_HEIGHT_M, top_radius_m=0.8 * rock.radius_m, sides=12)
+        server.scene.add_mesh_simple(
+            f"/obstacles/{rock.name}",
+            *stump,
+            color=palette.ROCK,
+            position=(*rock.at, 0.0),
             flat_shading=True,
             cast_shadow=False,
             receive_shadow=False,
