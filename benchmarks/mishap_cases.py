@@ -188,7 +188,7 @@ def cases() -> Iterator[Case]:
     yield Case(name="box in the hatch", during="RELEASE2", after_s=0.2, do=boxed(hatch, 0.36))
     yield Case(name="box at the approach point", during="TRANSPORT", do=boxed(before, 0.4))
     yield Case(name="box on the way", during="TRANSPORT", do=boxed((4.0, 2.2), 0.5))
-    yield Case(name="box on the way", during="NAVIGATE", after_s=0.2, do=boxed((2.0, 1.5), 0.3))
+    yield Case(name="box at the approach point", during="NAVIGATE", after_s=0.2, do=boxed((2.0, 1.5), 0.3))
 
 
 def _sensors(tag: str) -> Iterator[Case]:
