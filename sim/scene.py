@@ -41,9 +41,11 @@ BEAM_WIDTH_M = 0.06
 LIFTED_M = 0.245
 """Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
 
-WALLS, ROVERS, SAMPLES, LOW = 1, 2, 4, 8  # collision groups; LOW: below the whiskers' plane
+RAYS, WALLS, ROVERS, SAMPLES, LOW = 1, 2, 4, 8, 16  # collision groups; LOW: below the whiskers' plane
 AUDIBLE = WALLS | ROVERS | SAMPLES
-EVERYTHING = AUDIBLE | LOW
+MOVABLE = RAYS | ROVERS | SAMPLES | LOW
+"""What walls meet: where they join each other there is nothing to be solved. The engine's own rays are of group 1."""
+EVERYTHING = MOVABLE | WALLS
 
 Point3 = tuple[float, float, float]
 
@@ -190,14 +192,14 @@ class Scene:
         """Stand a box on the floor, too heavy to be pushed; it blocks whiskers and, if tall, the line of sight."""
         shape = shapes.box(self._client, side_m, side_m, height_m)
         body = self._add(0.0, shape, (*point, height_m / 2), heading_rad)
-        self._collide(body, WALLS, EVERYTHING)
+        self._collide(body, WALLS, MOVABLE)
         return body
 
     def put_rock(self, point: tuple[float, float], *, radius_m: float) -> int:
         """Stand a round rock on the floor, too heavy to be pushed; it blocks whiskers, not the line of sight."""
         shape = shapes.cylinder(self._client, radius_m, ROCK_HEIGHT_M)
         body = self._add(0.0, shape, (*point, ROCK_HEIGHT_M / 2), 0.0)
-        self._collide(body, WALLS, EVERYTHING)
+        self._collide(body, WALLS, MOVABLE)
         self._solid.append(body)
         return body
 
@@ -237,7 +239,7 @@ class Scene:
         shape = shapes.box(self._client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
         middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
         body = self._add(0.0, shape, middle, atan2(y1 - y0, x1 - x0))
-        self._collide(body, WALLS, EVERYTHING)
+        self._collide(body, WALLS, MOVABLE)
         self._solid.append(body)
 
     def _add_rover(self, shape: int, pose: Pose) -> int:
