@@ -4,8 +4,6 @@ Robots are coupled by sensing wherever that suffices (MACTA §5: "no need for th
 communicate"). The measures are our choice.
 """
 
-from math import hypot
-
 from robots.conditions import (
     AtHandle,
     Beside,
@@ -52,9 +50,7 @@ def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # no
         case "near", (robot, place) if robot == profile.name and place in profile.places:
             return Near(place=place, within_m=0.2, facing_rad=3.2)
         case "near" | "at", (robot, place) if robot in profile.others and place in profile.places:
-            # NOTE: two that carry a long object stand abreast of the approach point.
-            abreast_m = max(profile.lengths_m.values(), default=0.0) / 2
-            return Beside(target=robot, other=place, m=hypot(STAND_OFF_M + 0.2, abreast_m))
+            return Beside(target=robot, other=place, m=STAND_OFF_M + 0.2)
         case "robot_attribute", (robot, "gripper", "empty") if robot == profile.name:
             return Empty()
     raise RepertoireError(f"{profile.name} has no sensor that tells {fact}")
