@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import atan2, cos, sin
 from typing import Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,9 @@ class Scene:
         self, panels: Sequence[Panel], rovers: Mapping[str, Pose], samples: Mapping[str, Placed]
     ) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
+        # The engine keeps some 30 MB a world, also of one that is dropped without being closed.
+        self._disconnect = finalize(self, pybullet.disconnect, self._client)
+        self._disconnect.atexit = False
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=TICK_S,
             numSubSteps=SUBSTEPS,
@@ -232,7 +236,7 @@ class Scene:
         return any(contact[8] < 1e-3 for contact in contacts)
 
     def close(self) -> None:
-        pybullet.disconnect(physicsClientId=self._client)
+        self._disconnect()
 
     def _add_wall(self, panel: Panel) -> None:
         (x0, y0), (x1, y1) = panel.start, panel.end

@@ -7,6 +7,7 @@ from robots.body import RADIUS_M
 from robots.world import Obstacle, Wall, load_world
 from robots.world.walls import solid_pieces
 from sim.placing import rocks_of
+from sim.scene import Scene, pybullet
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 TO_JAWS_M = 0.31  # from a rover's centre to the tip of its jaws
@@ -160,3 +161,11 @@ def test_a_seed_puts_rocks_within_their_jitter_and_rovers_clear_of_them(seed: in
     pose = simulation.truth().robots["fred"]
     near = rocks_of(crowded, np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0]))[0]
     assert dist((pose.x_m, pose.y_m), near.point) > near.radius_m + RADIUS_M
+
+
+def test_a_scene_that_is_dropped_without_being_closed_gives_its_world_back() -> None:
+    scene = Scene([], {}, {})
+    client = scene._client
+    assert pybullet.isConnected(client)
+    del scene
+    assert not pybullet.isConnected(client)
