@@ -24,10 +24,11 @@ def contradicting_goals(
     for goal in dict.fromkeys(problem.goals):
         for name in dict.fromkeys(goal.args):
             about[name].append(goal)
+    present = frozenset(problem.objects.values())
     found: dict[tuple[Fact, Fact], None] = {}
     for name, goals in about.items():
         if len(goals) > 1 and name in problem.objects:
-            for variable in variables_of(knowledge_base, frozenset({problem.objects[name]})):
+            for variable in variables_of(knowledge_base, frozenset({problem.objects[name]}), present):
                 values = [goal for goal in goals if variable.has(goal.predicate, goal.args, name)]
                 if len(values) > 1 and variable.is_single(problem.facts, name):
                     found |= dict.fromkeys(combinations(values, 2))

@@ -64,8 +64,14 @@ class Variable:
 
 
 @lru_cache(maxsize=64)
-def variables_of(knowledge_base: KnowledgeBase, kinds: frozenset[str]) -> tuple[Variable, ...]:
-    """The variables of objects of these types, none of them contained in another."""
+def variables_of(
+    knowledge_base: KnowledgeBase, kinds: frozenset[str], present: frozenset[str]
+) -> tuple[Variable, ...]:
+    """The variables of objects of some types, none of them contained in another.
+
+    :param present: the types of all objects that there are: what others could do is of no account.
+    """
+    operators = knowledge_base.operators_among(present)
 
     def admits(wanted: str) -> bool:
         return any(knowledge_base.file.is_a(kind, wanted) for kind in kinds)
@@ -73,13 +79,13 @@ def variables_of(knowledge_base: KnowledgeBase, kinds: frozenset[str]) -> tuple[
     found: dict[frozenset[Part], None] = {}
     seeds = dict.fromkeys(
         seed
-        for op in knowledge_base.operators
+        for op in operators
         for literal in (*op.intended_effects, *op.other_effects)
         for part in _parts(op, literal, admits)
         for seed in (Part(part.predicate, part.place, (None,) * len(part.constants)), part)
     )
     for seed in seeds:
-        for parts in _grown((seed,), knowledge_base, admits):
+        for parts in _grown((seed,), operators, admits):
             found[frozenset(parts)] = None
     whole = [
         parts for parts in found if not any(parts != other and _contains(other, parts) for other in found)
@@ -92,10 +98,10 @@ def _contains(parts: Iterable[Part], others: Iterable[Part]) -> bool:
 
 
 def _grown(
-    parts: tuple[Part, ...], knowledge_base: KnowledgeBase, admits: Admits
+    parts: tuple[Part, ...], operators: tuple[Operator, ...], admits: Admits
 ) -> Iterator[tuple[Part, ...]]:
     """The set made whole by parts that actions delete where they add one of it."""
-    for op in knowledge_base.operators:
+    for op in operators:
         if _is_vague(op, parts, admits):
             return
         fault = _unbalanced(op, parts, admits)
@@ -113,7 +119,7 @@ def _grown(
         for part in more:
             if not _contains(parts, (part,)):
                 kept = tuple(one for one in parts if not part.covers(one))
-                yield from _grown((*kept, part), knowledge_base, admits)
+                yield from _grown((*kept, part), operators, admits)
         return
     yield parts
 

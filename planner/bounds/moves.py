@@ -33,7 +33,11 @@ class Moves:
 
     def __init__(self, world: World) -> None:
         self.world = world
-        self._operators = [op for op in world.base.operators if not self._is_contradictory(op)]
+        self._operators = [
+            op
+            for op in world.base.operators_among(set(world.problem.objects.values()))
+            if not self._is_contradictory(op)
+        ]
         self.of_things = {kind: self._decided_of_things(kind) for kind in world.thing_types}
         self.of_agents = self._decided_of_agents()
         self._of_agent: dict[str, Mapping[str, Move]] = {}

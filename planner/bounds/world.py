@@ -97,7 +97,7 @@ class World:
 
     def _sound(self, kinds: set[str], names: Sequence[str]) -> tuple[Variable, ...]:
         """The variables of these types that have at most one value each from the start."""
-        found = variables_of(self.base, frozenset(kinds))
+        found = variables_of(self.base, frozenset(kinds), frozenset(self.problem.objects.values()))
         said: dict[str, list[Fact]] = {name: [] for name in names}
         for fact in self.problem.facts:
             if fact.predicate in self.fluents:

@@ -1,6 +1,6 @@
 """The knowledge base: plan-net actions and their vocabulary, as data (MACTA §4, fig. 4; §5, table 3)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
 
 from planner.errors import KnowledgeBaseError
@@ -42,6 +42,15 @@ class KnowledgeBase:
             name
             for name, kind in sorted(objects.items())
             if any(self.file.is_a(kind, wanted) for wanted in kinds)
+        )
+
+    def operators_among(self, kinds: Collection[str]) -> tuple[Operator, ...]:
+        """The operators that objects of these types, with the constants, can be bound to at all."""
+        known = {*kinds, *self.constants.values()}
+        return tuple(
+            op
+            for op in self.operators
+            if all(any(self.file.is_a(kind, wanted) for kind in known) for wanted in op.parameters.values())
         )
 
     @property

@@ -4,6 +4,9 @@ from planner import Fact, KnowledgeBase, read_knowledge_base
 from planner.bounds.invariants import Variable, variables_of
 from tests.planner.hierarchical.survey import SURVEY
 
+STORE = frozenset({"area", "location", "robot", "object"})
+SURVEYED = frozenset({"site", "rover", "gate", "tool", "rock", "box"})
+
 
 def the_one_with(variables: tuple[Variable, ...], fact: Fact, name: str) -> Variable:
     (found,) = (one for one in variables if one.has(fact.predicate, fact.args, name))
@@ -11,17 +14,17 @@ def the_one_with(variables: tuple[Variable, ...], fact: Fact, name: str) -> Vari
 
 
 def test_a_sample_is_in_one_place_and_a_robot_stands_in_one(knowledge_base: KnowledgeBase) -> None:
-    (place,) = variables_of(knowledge_base, frozenset({"object"}))
+    (place,) = variables_of(knowledge_base, frozenset({"object"}), STORE)
     assert place.has("object_position", ("s", "in", "bay_1"), "s")
     assert place.has("object_position", ("s", "in", "fred"), "s")
     stands = Fact("robot_position", ("fred", "near", "bay_1"))
-    variable = the_one_with(variables_of(knowledge_base, frozenset({"robot"})), stands, "fred")
+    variable = the_one_with(variables_of(knowledge_base, frozenset({"robot"}), STORE), stands, "fred")
     assert variable.has("robot_position", ("fred", "at", "bay_2"), "fred")
 
 
 def test_jaws_are_empty_or_hold_one_thing(knowledge_base: KnowledgeBase) -> None:
     holding = Fact("object_position", ("s", "in", "fred"))
-    jaws = the_one_with(variables_of(knowledge_base, frozenset({"robot"})), holding, "fred")
+    jaws = the_one_with(variables_of(knowledge_base, frozenset({"robot"}), STORE), holding, "fred")
     assert jaws.has("robot_attribute", ("fred", "gripper", "empty"), "fred")
     assert not jaws.has("robot_attribute", ("fred", "gripper", "full"), "fred")
     assert not jaws.is_single([holding, Fact("object_position", ("t", "in", "fred"))], "fred")
@@ -29,8 +32,8 @@ def test_jaws_are_empty_or_hold_one_thing(knowledge_base: KnowledgeBase) -> None
 
 def test_what_an_action_adds_without_taking_away_is_no_variable() -> None:
     base = read_knowledge_base(SURVEY, "survey.yaml")
-    rover = variables_of(base, frozenset({"rover"}))
+    rover = variables_of(base, frozenset({"rover"}), SURVEYED)
     assert not any(one.has("charged", ("ann",), "ann") for one in rover)
     hands = the_one_with(rover, Fact("free", ("ann",)), "ann")
     assert hands.has("holds", ("ann", "camera"), "ann")
-    assert variables_of(base, frozenset({"rock"})) == ()
+    assert variables_of(base, frozenset({"rock"}), SURVEYED) == ()
