@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.trial import Box, Trial, packet, room
+from robots.body import Pose
 
 
 def clutter(seed: int) -> list[Box]:
@@ -16,15 +17,26 @@ def clutter(seed: int) -> list[Box]:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_wandering_touches_nothing_and_gets_about(seed: int) -> None:
+def test_wandering_runs_into_nothing_and_gets_about(seed: int) -> None:
     trial = Trial(
         room(boxes=clutter(seed), other=(1.5, 3, 0)),
         packet("WANDER", timeout_s=60),
         seed=seed,
         jitter_m=0.5,
         other=lambda t: (0.1, 0.4),
-    ).run()
-    assert not trial.touched
+    )
+    body = trial.simulation.bodies["fred"]
+    touched = [False]
+    ran_into: list[Pose] = []
+
+    def watch() -> None:
+        # The other drives blindly: it may run into fred, who stands or turns then.
+        touched.append(body.touches())
+        if touched[-2:] == [False, True] and body.driven[0] != 0.0:
+            ran_into.append(trial.pose)
+
+    trial.run(each=watch)
+    assert ran_into == []
     assert trial.events == ["timeout"]
     assert trial.driven_m > 8
     assert max(dist((pose.x_m, pose.y_m), (3, 3)) for pose in trial.path) > 2
