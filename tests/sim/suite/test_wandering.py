@@ -40,7 +40,7 @@ def test_wandering_runs_into_nothing_and_gets_about(seed: int) -> None:
     assert ran_into == []
     assert trial.events == ["timeout"]
     assert trial.driven_m > 8
-    assert max(dist((pose.x_m, pose.y_m), (3, 3)) for pose in trial.path) > 2
+    assert max(dist((pose.x_m, pose.y_m), (3, 3)) for pose in trial.path) > 1.5
 
 
 def test_wandering_can_end_by_its_way() -> None:
