@@ -130,9 +130,10 @@ class Bare:
     """The same bodies in the same places, in a loop of nothing but PyBullet."""
 
     def __init__(self, world: WorldFile, *, rays: bool) -> None:
-        scene = Simulation(world, make_agent=lambda _: Idle(), seed=0).scene
-        self._client = scene._client
-        self._rovers, self._samples = list(scene._rovers.values()), list(scene._samples.values())
+        self._scene = Simulation(world, make_agent=lambda _: Idle(), seed=0).scene  # dropped, it would end
+        self._client = self._scene._client
+        self._rovers = list(self._scene._rovers.values())
+        self._samples = list(self._scene._samples.values())
         self._specs, self._rays = world.robots, rays
         self._tick = 0
 
