@@ -11,13 +11,12 @@ from robots.world import RobotSpec
 from robots.world.bodies import Ramps
 from sim.bodies.floor import FRONT_M, FloorMap
 from sim.bodies.odometry import Odometry, reckoned
-from sim.bodies.simulated import SimulatedBody
-from sim.bodies.velocity import ramped
+from sim.bodies.velocity import RampedBody
 from sim.jaws import Jaws
 from sim.scene import TICK_S, Scene
 
 
-class AvatarBody(SimulatedBody):
+class AvatarBody(RampedBody):
     """Integrates its own pose; a step that would end in a wall is not made, but for the part of it that would not."""
 
     def __init__(
@@ -29,33 +28,22 @@ class AvatarBody(SimulatedBody):
         odometry: Odometry,
         floor: FloorMap,
     ) -> None:
-        super().__init__(spec, jaws)
-        self._ramps, self._scene, self._odometry, self._floor = ramps, scene, odometry, floor
-        self._driven = (0.0, 0.0)
+        super().__init__(spec, ramps, jaws, scene, odometry)
+        self._floor = floor
         self._stopped = False
         self._asked = scene.pose(spec.name)
         self._room_m = floor.room_m(self._asked)
         scene.disembody(spec.name)
 
-    @property
-    def driven(self) -> tuple[float, float]:
-        return self._driven
-
     def drive(self) -> None:
-        self._driven = ramped(self._driven, self._wanted, self._ramps)
+        self._ramp()
         self._stopped = False
         if self._driven != (0.0, 0.0):
             self._scene.put_rover(self.spec.name, self._stepped(self._scene.pose(self.spec.name)))
 
-    def count_way(self, true: Pose) -> None:
-        self._odometry.update(true)
-
     def touches(self) -> bool:
         """True while a wall stops it."""
         return self._stopped
-
-    def get_position(self) -> Pose:
-        return self._odometry.pose
 
     def _stepped(self, pose: Pose) -> Pose:
         """The whole step, if a wall is in its way only the turn or only the way, else none."""

@@ -1,4 +1,7 @@
-"""The velocity-set body: the scene gives it the velocity it is told, and stops it where something is in the way."""
+"""Bodies without wheels, which take up the velocity they are told.
+
+The velocity-set one is moved by the scene, which stops it where something is in the way.
+"""
 
 from robots.body import Pose
 from robots.world import RobotSpec
@@ -9,7 +12,7 @@ from sim.jaws import Jaws
 from sim.scene import TICK_S, Scene
 
 
-class VelocityBody(SimulatedBody):
+class RampedBody(SimulatedBody):
     """Commands are held, and followed within limits of speed and acceleration (our choice of measures)."""
 
     def __init__(self, spec: RobotSpec, ramps: Ramps, jaws: Jaws, scene: Scene, odometry: Odometry) -> None:
@@ -21,24 +24,28 @@ class VelocityBody(SimulatedBody):
     def driven(self) -> tuple[float, float]:
         return self._driven
 
-    def drive(self) -> None:
-        self._driven = ramped(self._driven, self._wanted, self._ramps)
-        self._scene.drive(self.spec.name, *self._driven)
-
     def count_way(self, true: Pose) -> None:
         self._odometry.update(true)
-
-    def touches(self) -> bool:
-        return self._scene.touched(self.spec.name)
 
     def get_position(self) -> Pose:
         return self._odometry.pose
 
+    def _ramp(self) -> None:
+        """Go over to the velocity of the coming tick: as near to what is wanted as the ramps allow."""
+        limits = (self._ramps.acceleration_m_s2 * TICK_S, self._ramps.turn_acceleration_rad_s2 * TICK_S)
+        linear, angular = (
+            now + clip(then - now, limit)
+            for now, then, limit in zip(self._driven, self._wanted, limits, strict=True)
+        )
+        self._driven = (linear, angular)
 
-def ramped(driven: tuple[float, float], wanted: tuple[float, float], ramps: Ramps) -> tuple[float, float]:
-    """The velocity one tick later: as near to what is wanted as the ramps allow."""
-    limits = (ramps.acceleration_m_s2 * TICK_S, ramps.turn_acceleration_rad_s2 * TICK_S)
-    linear, angular = (
-        now + clip(then - now, limit) for now, then, limit in zip(driven, wanted, limits, strict=True)
-    )
-    return linear, angular
+
+class VelocityBody(RampedBody):
+    """Has the velocity it is told, unless something is in the way."""
+
+    def drive(self) -> None:
+        self._ramp()
+        self._scene.drive(self.spec.name, *self._driven)
+
+    def touches(self) -> bool:
+        return self._scene.touched(self.spec.name)
