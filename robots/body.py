@@ -69,6 +69,15 @@ class Sensor(StrEnum):
 
 ALL_SENSORS = frozenset(Sensor)
 
+READS = {
+    Sensor.ULTRASONIC: "ranges_m",
+    Sensor.BUMPER: "bumper",
+    Sensor.INFRA_RED: "sightings",
+    Sensor.GRIPPER: "gripper",
+    Sensor.CAPTURE_HEAD: "capture_head_m",
+}
+"""The name among `Readings` of what each sensor reads."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readings:
@@ -90,13 +99,7 @@ class Readings:
 
     def by_sensor(self) -> dict[Sensor, object]:
         """What the sensors that run have read."""
-        read: dict[Sensor, object] = {
-            Sensor.ULTRASONIC: self.ranges_m,
-            Sensor.BUMPER: self.bumper,
-            Sensor.INFRA_RED: self.sightings,
-            Sensor.GRIPPER: self.gripper,
-            Sensor.CAPTURE_HEAD: self.capture_head_m,
-        }
+        read = {sensor: getattr(self, name) for sensor, name in READS.items()}
         return {sensor: value for sensor, value in read.items() if value is not None}
 
 

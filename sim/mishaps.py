@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from robots.body import RADIUS_M, Body, Pose, Readings, Sensor
+from robots.body import RADIUS_M, READS, Body, Pose, Readings, Sensor
 from robots.geometry import wrap
 from robots.world.walls import clearance_m, panels_of
 from sim.agents import behavioural_agent
@@ -22,21 +22,13 @@ Fault = Callable[[Readings], Readings]
 """What a failing sensor makes of what it would read."""
 WheelFault = Callable[[Pose], Pose]
 
-FIELDS = {
-    Sensor.ULTRASONIC: "ranges_m",
-    Sensor.BUMPER: "bumper",
-    Sensor.INFRA_RED: "sightings",
-    Sensor.GRIPPER: "gripper",
-    Sensor.CAPTURE_HEAD: "capture_head_m",
-}
-"""Which of a body's readings a sensor makes."""
 ROOM_M = RADIUS_M + 0.02
 """A rover is set down no nearer to a wall than this."""
 
 
 def dead(sensor: Sensor) -> Fault:
     """It reads nothing at all."""
-    nothing: dict[str, Any] = {FIELDS[sensor]: None}
+    nothing: dict[str, Any] = {READS[sensor]: None}
     return lambda readings: replace(readings, **nothing)
 
 
@@ -45,10 +37,10 @@ def frozen(sensor: Sensor) -> Fault:
     kept: dict[str, Any] = {}
 
     def fault(readings: Readings) -> Readings:
-        value = getattr(readings, FIELDS[sensor])
+        value = getattr(readings, READS[sensor])
         if value is None:
             return readings
-        kept.setdefault(FIELDS[sensor], value)
+        kept.setdefault(READS[sensor], value)
         return replace(readings, **kept)
 
     return fault
