@@ -22,13 +22,17 @@ class Outlines:
     _table: NDArray[np.float64] | None = None
     _owners: tuple[int, ...] = ()
 
-    def put(self, body: int, group: int, described: Iterable[Sequence[Any]]) -> None:
-        """Account for a body and its collision group.
+    def put(self, body: int, described: Iterable[Sequence[Any]]) -> None:
+        """Account for a body, of no collision group yet.
 
         :param described: as PyBullet's getCollisionShapeData describes its shapes.
         :raises ValueError: for a shape of another kind.
         """
         self._shapes[body] = [_row(shape) for shape in described]
+        self.regroup(body, 0)
+
+    def regroup(self, body: int, group: int) -> None:
+        """The body is of this collision group now."""
         self._groups[body] = group
         self._table = None
 

@@ -266,6 +266,7 @@ class Scene:
     def _add(self, mass_kg: float, shape: int, middle: Point3, heading_rad: float) -> int:
         turn = pybullet.getQuaternionFromEuler([0.0, 0.0, heading_rad])
         body: int = pybullet.createMultiBody(mass_kg, shape, -1, middle, turn, physicsClientId=self._client)
+        self._outlines.put(body, pybullet.getCollisionShapeData(body, -1, physicsClientId=self._client))
         return body
 
     def _tune(self, body: int, **properties: Any) -> None:
@@ -281,8 +282,7 @@ class Scene:
 
     def _collide(self, body: int, group: int, mask: int) -> None:
         pybullet.setCollisionFilterGroupMask(body, -1, group, mask, physicsClientId=self._client)
-        shapes = pybullet.getCollisionShapeData(body, -1, physicsClientId=self._client)
-        self._outlines.put(body, group, shapes)
+        self._outlines.regroup(body, group)
 
     def _place(self, body: int, middle: Point3, heading_rad: float) -> None:
         self._where.place(body, middle, heading_rad)

@@ -20,13 +20,20 @@ def cylinder(client: int, radius_m: float, height_m: float) -> int:
     return shape
 
 
+def front_m(half_width_m: float) -> float:
+    """From a rover's middle to its jaws' front.
+
+    They end short of their grip's middle, so that two rovers' jaws can meet at one sample.
+    """
+    return GRIPPER_REACH_M - half_width_m / 2
+
+
 def rover(client: int, *, height_m: float, jaws_m: float, half_width_m: float) -> int:
     """A round body with its jaws ahead, which pass over standing samples but not through walls.
 
     :param jaws_m: how high the jaws are. :param half_width_m: of the jaws.
     """
-    # NOTE: jaws end short of their grip's middle, so that two rovers' jaws can meet at one sample.
-    inside, tip = RADIUS_M - 0.04, GRIPPER_REACH_M - half_width_m / 2
+    inside, tip = RADIUS_M - 0.04, front_m(half_width_m)
     shape: int = pybullet.createCollisionShapeArray(
         shapeTypes=[pybullet.GEOM_CYLINDER, pybullet.GEOM_BOX],
         radii=[RADIUS_M, 0.0],

@@ -6,15 +6,16 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M, Pose
+from robots.body import RADIUS_M, Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
 from sim.placing import Rock
 from sim.scene import SAMPLE_RADIUS_M
+from sim.shapes import front_m
 
 JAW_M = SAMPLE_RADIUS_M
 """Half the jaws' breadth."""
-FRONT_M = GRIPPER_REACH_M - SAMPLE_RADIUS_M / 2
-"""From the body's middle to the jaws' front, as far as that of the solid bodies."""
+FRONT_M = front_m(JAW_M)
+"""From the body's middle to the jaws' front."""
 
 Points = NDArray[np.float64]
 """Shape (N, 2), metres, world frame; a single point (2,)."""
