@@ -7,21 +7,13 @@ from typing import Any
 
 from robots.body import Pose
 from robots.repertoire import Repertoire
-from robots.wire import (
-    BehaviourPacket,
-    BehaviourScript,
-    Message,
-    PacketReport,
-    Performative,
-    Receipt,
-    Refusal,
-    ScriptReport,
-    ScriptRequest,
-)
+from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptReport
 from robots.world import WorldFile
 from sim.agents import behavioural_agent
+from sim.crew import Crew
 from sim.world import Agent, Fitting, Simulation
 
+SCRIPT = "script"
 Box = tuple[float, float, float, float]
 """West, south, east, north, metres."""
 
@@ -106,13 +98,22 @@ class Trial:
                 return Driven(fitting, other)
             return behavioural_agent(fitting, repertoire)
 
-        self.simulation = Simulation(world, make_agent=agent, seed=seed, jitter_m=jitter_m)
-        self.reports: list[PacketReport] = []
-        self.ended: ScriptReport | None = None
+        self._crew = Crew(world, make_agent=agent, seed=seed, jitter_m=jitter_m)
         self.touched = False
         self.path: list[Pose] = [self.pose]
-        script = BehaviourScript(id="script", mission_id="suite", robot="fred", packets=packets)
-        self._send(ScriptRequest(script=script), Performative.REQUEST)
+        self._crew.send([BehaviourScript(id=SCRIPT, mission_id="suite", robot="fred", packets=packets)])
+
+    @property
+    def simulation(self) -> Simulation:
+        return self._crew.simulation
+
+    @property
+    def reports(self) -> list[PacketReport]:
+        return self._crew.reports
+
+    @property
+    def ended(self) -> ScriptReport | None:
+        return self._crew.ended.get(SCRIPT)
 
     @property
     def pose(self) -> Pose:
@@ -154,19 +155,6 @@ class Trial:
     def _listen(self) -> None:
         self.touched |= self.simulation.bodies["fred"].touches()
         self.path.append(self.pose)
-        for message in self.simulation.link.receive():
-            body = message.body
-            if isinstance(body, PacketReport | ScriptReport):
-                self._send(Receipt(), Performative.CONFIRM, in_reply_to=message.id)
-            if isinstance(body, Refusal):
-                raise Refused(body.reason)
-            if isinstance(body, PacketReport):
-                self.reports.append(body)
-            if isinstance(body, ScriptReport):
-                self.ended = body
-
-    def _send(self, body: Any, performative: Performative, **slots: str) -> None:
-        message = Message(
-            performative=performative, sender="service", receiver="fred", sent_at_s=0.0, body=body, **slots
-        )
-        self.simulation.link.send(message)
+        self._crew.hear()
+        if SCRIPT in self._crew.refused:
+            raise Refused(self._crew.refused[SCRIPT].reason)
