@@ -85,11 +85,7 @@ def guide(percepts: Percepts, place: str) -> Guidance | None:
     Far off it is the clear course to the approach point, close to it straight ahead or back, whichever is
     nearer; at the approach point the robot only faces the beacon.
     """
-    asked = (percepts.time_s, place)
-    if asked not in percepts.courses:
-        percepts.courses[asked] = _guided(percepts, place)
-    found: Guidance | None = percepts.courses[asked]
-    return found
+    return percepts.once(("guide", place), lambda: _guided(percepts, place))
 
 
 def _guided(percepts: Percepts, place: str) -> Guidance | None:

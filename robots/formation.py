@@ -63,6 +63,10 @@ def formation_with(percepts: Percepts, thing: str) -> Formation | None:
 
 def guide_formation(percepts: Percepts, thing: str, place: str) -> Guidance | None:
     """How the whole is to turn and go on to come to stand near a place with the object between place and robots."""
+    return percepts.once(("formation", thing, place), lambda: _guided(percepts, thing, place))
+
+
+def _guided(percepts: Percepts, thing: str, place: str) -> Guidance | None:
     whole = formation_with(percepts, thing)
     point, beacon = percepts.approach_point(place), percepts.locate(place)
     if whole is None or point is None or beacon is None:

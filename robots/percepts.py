@@ -1,7 +1,7 @@
 """What a robot perceives at one instant: readings, pose estimate, and a short memory of what it saw."""
 
 from cmath import phase, rect
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite, pi
@@ -82,8 +82,18 @@ class Percepts:
     degraded: tuple[str, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     progress: Progress = field(default_factory=Progress)
-    courses: dict[tuple[float, str], Any] = field(default_factory=dict, compare=False, repr=False)
-    """Guidance worked out, by time and place: several patterns ask for the same."""
+    _found: dict[Hashable, Any] = field(default_factory=dict, compare=False, repr=False)
+
+    def once(self, asked: Hashable, work: Callable[[], T]) -> T:
+        """What is asked for, worked out for the first who asks: several patterns want the same of one instant.
+
+        :param asked: names it.
+        """
+        key = (self.time_s, asked)
+        if key not in self._found:
+            self._found[key] = work()
+        found: T = self._found[key]
+        return found
 
     @property
     def me(self) -> str:
