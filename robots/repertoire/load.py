@@ -154,16 +154,23 @@ def _shipped_repertoire() -> Repertoire:
 
 
 def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
-    specs: dict[str, PacketSpec] = {}
+    read: dict[str, tuple[str, PacketSpec]] = {}
     for origin, text in texts:
         try:
             spec = PacketSpec.model_validate(yaml.safe_load(text))
-            spec.bind({})
         except (yaml.YAMLError, ValidationError) as error:
             raise RepertoireError(f"{origin} is no packet: {error}") from error
-        if spec.name in specs:
+        if spec.name in read:
             raise RepertoireError(f"{origin} defines {spec.name} a second time")
-        specs[spec.name] = spec
+        read[spec.name] = origin, spec
+    own = {name: spec.patterns for name, (_, spec) in read.items()}
+    specs = {}
+    for name, (origin, spec) in read.items():
+        try:
+            specs[name] = spec.with_patterns_of(own)
+            specs[name].bind({})
+        except ValueError as error:
+            raise RepertoireError(f"{origin} is no packet: {error}") from error
     return Repertoire(specs)
 
 

@@ -2,7 +2,7 @@
 §3).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -17,6 +17,7 @@ from robots.patterns import BehaviourPattern, Level
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
 
 PATTERNS = "patterns"
+PATTERNS_OF = "patterns_of"
 FASTER = 1.1
 """Above its velocity limit by this factor a robot is too fast: odometry errs by some per cent."""
 
@@ -28,7 +29,8 @@ class PacketSpec(Checked):
     `after` are the sensor pre- and post-conditions. Our additions: `waiting`, patterns active until the pre-
     conditions hold; `maintain`, conditions whose loss is a failure; `goal`, the place or thing that measures
     progress, and how often it `retries` without any (None: it need not get anywhere). `long`: it is what its tag
-    stands for when the `object` is a long one, whose handles are "$object@left", "@right" and "@free".
+    stands for when the `object` is a long one, whose handles are "$object@left", "@right" and "@free". In place of a
+    pattern may stand `patterns_of`, all the patterns of another packet, with this packet's arguments.
 
     SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
     an `object` or a way-point `x`, `y`; `events`; how to `avoid` obstacles: by the packet's `patterns`, or by a method
@@ -54,6 +56,25 @@ class PacketSpec(Checked):
     avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None
     retries: int | None = Field(default=RETRIES, ge=0)
+
+    def with_patterns_of(self, packets: Mapping[str, Sequence[Mapping[str, Any]]]) -> "PacketSpec":
+        """The packet with those patterns in it that it has in common with others.
+
+        :param packets: patterns by packet's name.
+        :raises ValueError: if it names one that is not there.
+        """
+
+        def group(patterns: Iterable[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
+            for one in patterns:
+                if one.keys() != {PATTERNS_OF}:
+                    yield one
+                elif one[PATTERNS_OF] in packets:
+                    yield from packets[one[PATTERNS_OF]]
+                else:
+                    raise ValueError(f"patterns of {one[PATTERNS_OF]}, which is no packet here")
+
+        shared = {"waiting": tuple(group(self.waiting)), "patterns": tuple(group(self.patterns))}
+        return self.model_copy(update=shared)
 
     @property
     def name(self) -> str:
