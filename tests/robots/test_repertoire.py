@@ -146,3 +146,16 @@ def test_malformed_contents_are_an_error_that_names_the_text(right: str, wrong: 
 def test_a_tag_defined_twice_is_an_error() -> None:
     with pytest.raises(RepertoireError, match="a second time"):
         load_repertoire([("one", MINIMAL), ("two", MINIMAL)])
+
+
+def test_a_packet_can_have_its_patterns_in_common_with_another() -> None:
+    rest = MINIMAL[MINIMAL.index("  - name: rest") : MINIMAL.index("after:")]
+    borrowing = MINIMAL.replace("tag: WAIT", "tag: STAND").replace(rest, "  - patterns_of: WAIT\n")
+    specs = load_repertoire([("stand", borrowing), ("wait", MINIMAL)]).specs
+    assert specs["STAND"].patterns == specs["WAIT"].patterns
+
+
+def test_patterns_of_a_packet_that_is_not_there_are_an_error_that_names_both() -> None:
+    rest = MINIMAL[MINIMAL.index("  - name: rest") : MINIMAL.index("after:")]
+    with pytest.raises(RepertoireError, match="wait is no packet: patterns of DANCE"):
+        load_repertoire([("wait", MINIMAL.replace(rest, "  - patterns_of: DANCE\n"))])
