@@ -5,10 +5,11 @@ from dataclasses import replace
 from robots.body import Body
 from robots.clock import Clock
 from robots.errors import RepertoireError, SensorFault
-from robots.executive import Executive
+from robots.executive import KEPT_STATES, Executive
 from robots.facts import REPORTED
 from robots.link import Link
 from robots.mailbox import Mailbox
+from robots.memory import RobotMemory
 from robots.patience import FAULT_S
 from robots.perception import Perception
 from robots.percepts import Percepts
@@ -25,10 +26,12 @@ from robots.trace import Trace
 from robots.upkeep import Upkeep
 from robots.wire import (
     Acknowledgement,
+    BehaviourScript,
     Clearance,
     Control,
     Message,
     PacketState,
+    PacketTunings,
     Performative,
     Refusal,
     Retune,
@@ -58,14 +61,16 @@ class BehaviouralAgent:
         link: Link,
         clock: Clock,
         repertoire: Repertoire | None = None,
+        memory: RobotMemory | None = None,
     ) -> None:
+        """:param memory: what it kept before its power failed; None for a robot that is set out."""
         self.profile = profile
         self._body = body
         self._clock = clock
         self._mailbox = Mailbox(profile.name, link)
         self._perception = Perception(profile)
         self._repertoire = repertoire if repertoire is not None else load_repertoire()
-        self._tuning_version = 0
+        self._tuning_version, self._tuning = 0, PacketTunings()
         self._executive = Executive(profile, self._repertoire)
         self._upkeep = Upkeep(profile, load_self_level())
         self._loop = control_loop(profile.architecture, self._executive)
@@ -78,6 +83,35 @@ class BehaviouralAgent:
         self._last_s: float | None = None
         self._fault, self._fault_s = "", 0.0
         self._told_s = float("-inf")
+        if memory is not None:
+            self._recall(memory)
+
+    def memory(self) -> RobotMemory:
+        """What it must not forget; whoever keeps it does so between two ticks."""
+        return RobotMemory(
+            mailbox=self._mailbox.memory(),
+            executive=self._executive.memory(),
+            verdicts=dict(self._verdicts),
+            tuning_version=self._tuning_version,
+            tuning=self._tuning,
+            estimate=self._perception.localiser.memory(),
+            upkeep=self._upkeep.memory(),
+            sensing_used_j=self._meter.used_j,
+            sensing_saved_j=self._meter.saved_j,
+        )
+
+    def _recall(self, memory: RobotMemory) -> None:
+        now_s = self._clock.now_s()
+        self._mailbox.recall(memory.mailbox, now_s)
+        self._verdicts = dict(memory.verdicts)
+        self._tuning_version, self._tuning = memory.tuning_version, memory.tuning
+        self._executive.retune(self._repertoire.tuned(memory.tuning))
+        self._executive.recall(memory.executive, now_s)
+        self._perception.localiser.recall(memory.estimate)
+        self._upkeep.recall(memory.upkeep)
+        self._meter = SensingMeter(
+            load_powers(), used_j=memory.sensing_used_j, saved_j=memory.sensing_saved_j
+        )
 
     @property
     def trace(self) -> Trace:
@@ -155,7 +189,7 @@ class BehaviouralAgent:
         match message.body:
             case ScriptRequest(script=script):
                 if script.id not in self._verdicts:
-                    self._verdicts[script.id] = self._too_weak() or self._executive.accept(script)
+                    self._judge(script)
                 self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
             case Control(script_id=script_id, verb=verb):
                 why_not = self._executive.control(script_id, verb, self._percepts, now_s)
@@ -177,7 +211,7 @@ class BehaviouralAgent:
         if wanted.version >= self._tuning_version:
             try:
                 self._executive.retune(self._repertoire.tuned(wanted.tuning))
-                self._tuning_version = wanted.version
+                self._tuning_version, self._tuning = wanted.version, wanted.tuning
             except RepertoireError as error:
                 performative, reason = Performative.REFUSE, str(error)
         self._mailbox.answer(
@@ -195,6 +229,12 @@ class BehaviouralAgent:
                 tag=own.packets[0].tag, state=PacketState.FAILED, at_s=percepts.time_s, detail=why_not
             )
             self._mailbox.report(Performative.INFORM, failed, percepts.time_s)
+
+    def _judge(self, script: BehaviourScript) -> None:
+        """Take a script on or not, once; of the last ones it is remembered which."""
+        self._verdicts[script.id] = self._too_weak() or self._executive.accept(script)
+        if len(self._verdicts) > KEPT_STATES:
+            del self._verdicts[next(iter(self._verdicts))]
 
     def _too_weak(self) -> str | None:
         run = self._executive.current

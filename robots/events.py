@@ -17,7 +17,8 @@ class EventWatch:
 
     events: Mapping[str, tuple[Condition, ...]]
     raised: frozenset[str] = frozenset()
-    _held_s: dict[str, float] = field(default_factory=dict)
+    held_s: dict[str, float] = field(default_factory=dict)
+    """When, in the packet's time, the conditions of each last held."""
 
     def update(self, percepts: Percepts) -> dict[str, str]:
         """The events raised at this instant, each with what was perceived, in words."""
@@ -27,8 +28,8 @@ class EventWatch:
             if not all(verdict.holds for verdict in verdicts):
                 continue
             now_s = percepts.progress.elapsed_s
-            if now_s - self._held_s.get(name, -FLICKER_S) >= FLICKER_S:
+            if now_s - self.held_s.get(name, -FLICKER_S) >= FLICKER_S:
                 news[name] = "; ".join(verdict.words for verdict in verdicts)
-            self._held_s[name] = now_s
+            self.held_s[name] = now_s
         self.raised |= news.keys()
         return news

@@ -4,11 +4,13 @@ from collections.abc import Iterable, Sequence
 
 from robots.errors import RepertoireError
 from robots.facts import perceived
+from robots.memory import ExecutiveMemory, ScriptMemory
 from robots.packet_run import Outcome, PacketRun
 from robots.patterns import Responses
 from robots.percepts import GRIP, Percepts
 from robots.profile import RobotProfile
 from robots.repertoire import Repertoire, load_self_level
+from robots.reporting import Report, packet_report, script_report
 from robots.sensing.actions import CYCLIC_ACTIONS
 from robots.sensing.machine import BehaviourState, StateMachine, schedule
 from robots.sensing.plans import task_plan
@@ -18,19 +20,15 @@ from robots.wire import (
     BehaviourScript,
     ControlVerb,
     FailureCategory,
-    PacketReport,
     PacketState,
-    ScriptReport,
     ScriptState,
     StatusReport,
     SymbolicFact,
-    UpkeepReport,
 )
 
-Report = PacketReport | ScriptReport | UpkeepReport
 ENDED = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
-TOLD = (PacketState.RUNNING, PacketState.FINISHED, PacketState.FAILED)
-"""Of packets of the robot's own only this is reported."""
+KEPT_STATES = 1024
+"""How a script ended is forgotten after so many others."""
 
 
 class Executive:
@@ -93,21 +91,52 @@ class Executive:
         if self._script is not None and self.active and not self._script.is_own:
             return f"{self._profile.name} is busy with script {self._script.id}"
         try:
-            runs = [
-                PacketRun(p, self._repertoire.bind(p, self._profile), self._profile) for p in script.packets
-            ]
-            machine = schedule(task_plan(script, [run.content for run in runs]), CYCLIC_ACTIONS)
+            runs, machine = self._prepared(script)
         except RepertoireError as error:
             return str(error)
         missing = machine.pre - self._profile.sensors
         if missing:
             return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
         if self._script is not None and self.active:
-            self._states[self._script.id] = ScriptState.CANCELLED
+            self._note(self._script.id, ScriptState.CANCELLED)
         self._script, self._runs, self._index, self._machine = script, runs, 0, machine
         self.task_state = frozenset()
-        self._states[script.id] = ScriptState.ACCEPTED
+        self._note(script.id, ScriptState.ACCEPTED)
         return None
+
+    def _prepared(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
+        """A script's packets as they are run, and their states in order.
+
+        :raises RepertoireError: if one does not fit the repertoire.
+        """
+        profile = self._profile
+        runs = [PacketRun(p, self._repertoire.bind(p, profile), profile) for p in script.packets]
+        return runs, schedule(task_plan(script, [run.content for run in runs]), CYCLIC_ACTIONS)
+
+    def memory(self) -> ExecutiveMemory:
+        script, packets = self._script, tuple(run.memory() for run in self._runs)
+        if script is None:
+            return ExecutiveMemory()
+        place = ScriptMemory(script=script, index=self._index, packets=packets, task_state=self.task_state)
+        return ExecutiveMemory(script=place, states=dict(self._states))
+
+    def recall(self, memory: ExecutiveMemory, now_s: float) -> None:
+        """Go on in the packet that was under way. A script that does not fit the repertoire any more has failed."""
+        self._states = dict(memory.states)
+        if memory.script is None:
+            return
+        self._script, self._index = memory.script.script, memory.script.index
+        self.task_state = memory.script.task_state
+        if not self.active:
+            return
+        try:
+            self._runs, self._machine = self._prepared(self._script)
+        except RepertoireError as error:
+            why = f"cannot go on after a restart: {error}"
+            self._end(ScriptState.FAILED, None, now_s, FailureCategory.ROBOT, why)
+            return
+        for run, packet in zip(self._runs, memory.script.packets, strict=True):
+            run.recall(packet)
 
     def retune(self, repertoire: Repertoire) -> None:
         """Go on with this repertoire from the next packet on.
@@ -150,7 +179,7 @@ class Executive:
         run, behaviour = self.current, self.behaviour
         if run is None or behaviour is None or not percepts.data.holds(behaviour.action.percepts):
             return Motion()
-        self._states[self._under_way.id] = ScriptState.RUNNING
+        self._note(self._under_way.id, ScriptState.RUNNING)
         outcome = run.step(percepts, step_s)
         self.responses = outcome.responses
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
@@ -214,7 +243,8 @@ class Executive:
         if change is None:
             return
         at_s = percepts.time_s if percepts else now_s
-        self._report_packet(run, change.state, percepts, at_s, change.detail, change.events)
+        script = self._under_way
+        self._say(packet_report(script, run, change.state, percepts, at_s, change.detail, change.events))
         if change.state is PacketState.FINISHED:
             self.task_state = self._machine.states[run.action].action.apply(self.task_state)
         if change.state is PacketState.FAILED:
@@ -225,45 +255,13 @@ class Executive:
             self._index += 1
 
     def _pause(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
-        self._states[self._under_way.id] = state
+        self._note(self._under_way.id, state)
         run = self.current
         if run is not None:
-            self._report_packet(run, self.packet_state or run.state, percepts, now_s, "")
+            self._say(packet_report(self._under_way, run, self.packet_state or run.state, percepts, now_s))
 
-    def _report_packet(
-        self,
-        run: PacketRun,
-        state: PacketState,
-        percepts: Percepts | None,
-        at_s: float,
-        detail: str,
-        events: tuple[str, ...] = (),
-    ) -> None:
-        if self._under_way.is_own:
-            self._report_upkeep(run, state, percepts, at_s, detail)
-            return
-        report = PacketReport(
-            script_id=self._under_way.id,
-            packet_id=run.packet.id,
-            state=state,
-            at_s=at_s,
-            perceived=perceived(percepts),
-            events=events,
-            detail=detail,
-        )
-        self._reports.append(report)
-
-    def _report_upkeep(
-        self, run: PacketRun, state: PacketState, percepts: Percepts | None, at_s: float, detail: str
-    ) -> None:
-        """Once it has begun to go somewhere it is not where it was, and perceives no more than that."""
-        if state not in TOLD:
-            return
-        sets_off = state is PacketState.RUNNING and run.content.goal is not None
-        facts = () if sets_off else perceived(percepts)
-        self._reports.append(
-            UpkeepReport(tag=run.packet.tag, state=state, at_s=at_s, perceived=facts, detail=detail)
-        )
+    def _say(self, reports: Iterable[Report]) -> None:
+        self._reports.extend(reports)
 
     def _end(
         self,
@@ -273,17 +271,11 @@ class Executive:
         category: FailureCategory | None = None,
         detail: str = "",
     ) -> None:
-        script = self._under_way
-        self._states[script.id] = state
-        if script.is_own:
-            return
-        report = ScriptReport(
-            script_id=script.id,
-            state=state,
-            at_s=at_s,
-            packet_id=self._runs[self._index].packet.id,
-            category=category,
-            perceived=perceived(percepts),
-            detail=detail,
-        )
-        self._reports.append(report)
+        self._note(self._under_way.id, state)
+        self._say(script_report(self._under_way, self._index, state, percepts, at_s, category, detail))
+
+    def _note(self, script_id: str, state: ScriptState) -> None:
+        """Remember how a script stands, of the last ones."""
+        self._states[script_id] = state
+        if len(self._states) > KEPT_STATES:
+            del self._states[next(iter(self._states))]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robots.body import Pose, Sighting
 from robots.geometry import to_robot, wrap
 from robots.kalman import correct, predict
+from robots.memory import EstimateMemory
 from robots.profile import BeaconSpec
 
 START_SIGMA = (0.15, 0.15, 0.15)
@@ -41,6 +42,21 @@ class Localiser:
         """One standard deviation of x, y (metres) and heading (radians)."""
         x, y, heading = np.sqrt(np.diag(self._covariance))
         return float(x), float(y), float(heading)
+
+    def memory(self) -> EstimateMemory:
+        return EstimateMemory(
+            pose=self.pose,
+            covariance=tuple(self._covariance.ravel().tolist()),
+            odometry=self._odometry,
+            rejected=self._rejected,
+        )
+
+    def recall(self, memory: EstimateMemory) -> None:
+        """Go on from an estimate, and from what odometry read then: it counts on while the robot is off."""
+        pose = memory.pose
+        self._state[:] = pose.x_m, pose.y_m, pose.heading_rad
+        self._covariance[:] = np.reshape(memory.covariance, (3, 3))
+        self._odometry, self._rejected = memory.odometry, memory.rejected
 
     def update(self, odometry: Pose, sightings: Iterable[Sighting]) -> Pose:
         """Predict by the step since the last odometry, then correct by every mapped beacon in view."""

@@ -11,12 +11,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from robots.link import Link, LinkClosed
+from robots.memory import KeptReport, MailboxMemory
 from robots.wire import Body, Message, PacketReport, Performative, Receipt
 
 SERVICE = "service"
 RESEND_S, RESEND_AT_MOST_S = 2.0, 30.0
 KEPT_REPORTS = 256
-KEPT_ANSWERS = 1024
+KEPT_ANSWERS = 256
+"""A request that comes again after so many others is taken for a new one."""
 
 
 @dataclass(slots=True)
@@ -39,6 +41,20 @@ class Mailbox:
     def kept(self) -> int:
         """How many reports wait for their receipt."""
         return len(self._kept)
+
+    def memory(self) -> MailboxMemory:
+        """What to keep. A request that has no answer yet is not: when it comes again it is attended to."""
+        return MailboxMemory(
+            answers=tuple(answer for answer in self._answers.values() if answer is not None),
+            reports=tuple(KeptReport(message=k.message, pause_s=k.pause_s) for k in self._kept.values()),
+        )
+
+    def recall(self, memory: MailboxMemory, now_s: float) -> None:
+        """Answer as before, and send at once what has no receipt: it may never have left."""
+        for answer in memory.answers:
+            self._note(answer.in_reply_to or "", answer)
+        for one in memory.reports:
+            self._kept[one.message.id] = _Kept(one.message, now_s, one.pause_s)
 
     def collect(self) -> Sequence[Message]:
         """New messages for this robot. A repeated one gets its earlier answer again and is not handed on."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from robots.avoidance import Filter, Velocity
 from robots.conditions import Verdict, in_words, unmet
 from robots.events import TIMEOUT, TOO_FAR, EventWatch
+from robots.memory import PacketMemory
 from robots.patience import LOST_S, UNSEEN_S
 from robots.patterns import BehaviourPattern, Responses, respond
 from robots.percepts import Percepts
@@ -91,6 +92,29 @@ class PacketRun:
         fresh = PacketRun(self.packet, content, self._profile)
         fresh._uncleared &= self._uncleared
         return fresh
+
+    def memory(self) -> PacketMemory:
+        return PacketMemory(
+            state=self.state,
+            uncleared=frozenset(self._uncleared),
+            waited_s=self._waited_s,
+            lost_s=self._lost_s,
+            unseen_s=self._unseen_s,
+            told=frozenset(self._told),
+            stall=self._guard.memory(),
+            way=self._odometer.memory(),
+            raised=self._watch.raised,
+            held_s=dict(self._watch.held_s),
+        )
+
+    def recall(self, memory: PacketMemory) -> None:
+        """Go on where a run of the same packet stood; what is around it is sensed anew."""
+        self.state, self._uncleared = memory.state, set(memory.uncleared)
+        self._waited_s, self._lost_s, self._unseen_s = memory.waited_s, memory.lost_s, memory.unseen_s
+        self._told = set(memory.told)
+        self._guard.recall(memory.stall)
+        self._odometer.recall(memory.way)
+        self._watch.raised, self._watch.held_s = memory.raised, dict(memory.held_s)
 
     def step(self, percepts: Percepts, step_s: float) -> Outcome:
         """Advance by one tick."""

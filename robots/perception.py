@@ -49,7 +49,7 @@ class Perception:
 
     def __init__(self, profile: RobotProfile) -> None:
         self._profile = profile
-        self._localiser = Localiser(profile.start, profile.beacons)
+        self.localiser = Localiser(profile.start, profile.beacons)
         self._tracking = ObjectTracking()
         self._bump: Bump | None = None
         self._last_seen: dict[str, tuple[float, float]] = {}
@@ -70,7 +70,7 @@ class Perception:
         """
         check(data, odometry, battery)
         sightings: tuple[Sighting, ...] | None = data.values.get(Sensor.INFRA_RED)
-        pose = self._localiser.update(odometry, sightings or ())
+        pose = self.localiser.update(odometry, sightings or ())
         self._last_seen.update((one.identity, (now_s, one.range_m)) for one in sightings or ())
         if data.values.get(Sensor.BUMPER):
             self._bump = self._felt(pose, now_s)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from robots.body import Pose
 from robots.geometry import to_robot, wrap
+from robots.memory import WayMemory
 
 WINDOW = 5
 """Ticks over which speed and turn rate are taken: one tick's odometry is too coarse."""
@@ -34,6 +35,19 @@ class Odometer:
         self._last: Pose | None = None
         self._elapsed_s = self._travelled_m = self._advanced_m = self._turned_rad = 0.0
         self._window: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)
+
+    def memory(self) -> WayMemory:
+        return WayMemory(
+            elapsed_s=self._elapsed_s,
+            travelled_m=self._travelled_m,
+            advanced_m=self._advanced_m,
+            turned_rad=self._turned_rad,
+        )
+
+    def recall(self, memory: WayMemory) -> None:
+        """Go on adding; the first update to come counts nothing."""
+        self._elapsed_s, self._travelled_m = memory.elapsed_s, memory.travelled_m
+        self._advanced_m, self._turned_rad = memory.advanced_m, memory.turned_rad
 
     def update(self, odometry: Pose, step_s: float, raised: frozenset[str] = frozenset()) -> Progress:
         """Account for one tick; the first is the start and counts nothing."""

@@ -3,8 +3,9 @@ choice.
 """
 
 from cmath import phase
-from math import pi
+from math import inf, isfinite, pi
 
+from robots.memory import StallMemory
 from robots.patience import RETRIES, STALLED_S
 from robots.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.synthesis import Motion
@@ -26,11 +27,24 @@ class StallGuard:
     def __init__(self, goal: str | None, retries: int = RETRIES) -> None:
         self._goal = goal
         self.allowed = retries
-        self._best_m = float("inf")
+        self._best_m = inf
         self._mark: tuple[complex, float, str | None] | None = None
         self._idle_s = 0.0
         self._manoeuvre_s: float | None = None
         self.retries = 0
+
+    def memory(self) -> StallMemory:
+        """What to go on with after a power failure; where it was last seen to move it finds out anew."""
+        return StallMemory(
+            retries=self.retries,
+            idle_s=self._idle_s,
+            manoeuvre_s=self._manoeuvre_s,
+            best_m=self._best_m if isfinite(self._best_m) else None,
+        )
+
+    def recall(self, memory: StallMemory) -> None:
+        self.retries, self._idle_s, self._manoeuvre_s = memory.retries, memory.idle_s, memory.manoeuvre_s
+        self._best_m = inf if memory.best_m is None else memory.best_m
 
     @property
     def stalled(self) -> bool:
@@ -54,7 +68,7 @@ class StallGuard:
         self.retries += 1
         self._manoeuvre_s = 0.0
         self._idle_s = 0.0
-        self._best_m = float("inf")
+        self._best_m = inf
 
     def manoeuvre(
         self, percepts: Percepts, step_s: float, speed_m_s: float, turn_rad_s: float

@@ -2,6 +2,7 @@
 drives home and is charged. It does so by a script of packets like any other, which gives way to what the service asks.
 """
 
+from robots.memory import UpkeepMemory
 from robots.percepts import Percepts
 from robots.profile import RobotProfile
 from robots.repertoire import SelfLevel
@@ -22,6 +23,13 @@ class Upkeep:
         self._profile, self._levels = profile, levels
         self._began_s = float("-inf")
         self._count = 0
+
+    def memory(self) -> UpkeepMemory:
+        return UpkeepMemory(count=self._count, began_s=self._began_s if self._count else None)
+
+    def recall(self, memory: UpkeepMemory) -> None:
+        self._count = memory.count
+        self._began_s = float("-inf") if memory.began_s is None else memory.began_s
 
     def script(self, percepts: Percepts) -> BehaviourScript | None:
         """What to do with nothing else to do; None if there is no need, or no home to go to."""

@@ -53,11 +53,11 @@ def load_powers() -> Powers:
 class SensingMeter:
     """Adds up the energy of the sensors that run, and of those that might have run beside them; joules."""
 
-    def __init__(self, powers: Powers) -> None:
+    def __init__(self, powers: Powers, *, used_j: float = 0.0, saved_j: float = 0.0) -> None:
+        """:param used_j, saved_j: what has been added up before."""
         self._powers = powers
         self._all_w = powers.sensing_w(ALL_SENSORS)
-        self.used_j = 0.0
-        self.saved_j = 0.0
+        self.used_j, self.saved_j = used_j, saved_j
 
     def count(self, running: frozenset[Sensor], step_s: float) -> None:
         used_j = self._powers.sensing_w(running) * step_s

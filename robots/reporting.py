@@ -1,0 +1,79 @@
+"""What the executive says of a script and its packets, as reports for the service."""
+
+from robots.facts import perceived
+from robots.packet_run import PacketRun
+from robots.percepts import Percepts
+from robots.wire import (
+    BehaviourScript,
+    FailureCategory,
+    PacketReport,
+    PacketState,
+    ScriptReport,
+    ScriptState,
+    UpkeepReport,
+)
+
+Report = PacketReport | ScriptReport | UpkeepReport
+TOLD = (PacketState.RUNNING, PacketState.FINISHED, PacketState.FAILED)
+"""Of packets of the robot's own only this is reported."""
+
+
+def packet_report(
+    script: BehaviourScript,
+    run: PacketRun,
+    state: PacketState,
+    percepts: Percepts | None,
+    at_s: float,
+    detail: str = "",
+    events: tuple[str, ...] = (),
+) -> list[Report]:
+    """What to say of a packet's state or news: one report, or none."""
+    if script.is_own:
+        return _upkeep_report(run, state, percepts, at_s, detail)
+    return [
+        PacketReport(
+            script_id=script.id,
+            packet_id=run.packet.id,
+            state=state,
+            at_s=at_s,
+            perceived=perceived(percepts),
+            events=events,
+            detail=detail,
+        )
+    ]
+
+
+def _upkeep_report(
+    run: PacketRun, state: PacketState, percepts: Percepts | None, at_s: float, detail: str
+) -> list[Report]:
+    """Once it has begun to go somewhere it is not where it was, and perceives no more than that."""
+    if state not in TOLD:
+        return []
+    sets_off = state is PacketState.RUNNING and run.content.goal is not None
+    facts = () if sets_off else perceived(percepts)
+    return [UpkeepReport(tag=run.packet.tag, state=state, at_s=at_s, perceived=facts, detail=detail)]
+
+
+def script_report(
+    script: BehaviourScript,
+    index: int,
+    state: ScriptState,
+    percepts: Percepts | None,
+    at_s: float,
+    category: FailureCategory | None = None,
+    detail: str = "",
+) -> list[Report]:
+    """How a script ended, at the packet of an index; of the robot's own nothing is said."""
+    if script.is_own:
+        return []
+    return [
+        ScriptReport(
+            script_id=script.id,
+            state=state,
+            at_s=at_s,
+            packet_id=script.packets[index].id,
+            category=category,
+            perceived=perceived(percepts),
+            detail=detail,
+        )
+    ]
