@@ -1,10 +1,14 @@
-"""One link of many robots, sorted by receiver to each robot's own end. Telemetry alone is thinned."""
+"""One link of many robots, sorted by receiver to each robot's own end, through its radio. Telemetry is thinned."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from robots.link import Link
 from robots.wire import Message, Telemetry
+from sim.radio import Radio, Way
+
+WAITING_AT_MOST = 10_000
+"""Letters that wait for room in the channel. Of more the newest are dropped: robots keep what matters."""
 
 
 class RobotLink:
@@ -35,6 +39,8 @@ class Hub:
     A world that runs faster than real time makes more telemetry than anybody reads: of each robot's telemetry
     the newest is sent, at most once in `telemetry_gap_s` of the wall clock. What the channel has no room for
     waits here.
+
+    :param radios: by robot, what its messages pass through both ways; perfect unless given.
     """
 
     def __init__(
@@ -45,9 +51,12 @@ class Hub:
         telemetry_gap_s: float = 0.0,
         wall_s: Callable[[], float] = lambda: 0.0,
         has_room: Callable[[], bool] = lambda: True,
+        radios: Mapping[str, Radio] | None = None,
     ) -> None:
         self._link, self._gap_s, self._wall_s, self._has_room = link, telemetry_gap_s, wall_s, has_room
         self._ends = {robot: RobotLink(self._take) for robot in robots}
+        self._radios = {robot: (radios or {}).get(robot) or Radio() for robot in self._ends}
+        self._letters: list[Message] = []
         self._waiting: deque[Message] = deque()
         self._newest: dict[str, Message] = {}
         self._sent_at_s: dict[str, float] = {}
@@ -55,32 +64,48 @@ class Hub:
     def end_of(self, robot: str) -> RobotLink:
         return self._ends[robot]
 
-    def fetch(self) -> None:
+    def fetch(self, now_s: float) -> None:
         """Sort what has arrived to its receivers; a message to nobody here is dropped, as radio would.
 
+        :param now_s: the world's time.
         :raises LinkClosed: if the other end is gone.
         """
         for message in self._link.receive():
-            if message.receiver in self._ends:
-                self._ends[message.receiver].deliver(message)
+            if message.receiver in self._radios:
+                self._radios[message.receiver].send(Way.DOWN, message, now_s)
+        for robot, radio in self._radios.items():
+            for message in radio.arrived(Way.DOWN, now_s):
+                self._ends[robot].deliver(message)
 
-    def flush(self) -> None:
-        """Send what waits, in order, as far as there is room; then the telemetry that is due.
+    def flush(self, now_s: float) -> None:
+        """Let the robots' letters leave, and the telemetry that is due; hand on what has come through, in order, as far
+        as there is room.
 
         :raises LinkClosed: if the other end is gone.
         """
+        letters, self._letters = self._letters, []
+        self._transmit(letters, now_s)
+        self._transmit(self._due_telemetry(), now_s)
+
+    def _transmit(self, messages: Sequence[Message], now_s: float) -> None:
+        for message in messages:
+            self._radios[message.sender].send(Way.UP, message, now_s)
+        for radio in self._radios.values():
+            self._waiting.extend(radio.arrived(Way.UP, now_s)[: WAITING_AT_MOST - len(self._waiting)])
         while self._waiting and self._has_room():
             self._link.send(self._waiting.popleft())
+
+    def _due_telemetry(self) -> list[Message]:
+        """None while letters wait for room, or there is none for it."""
+        if not self._newest or self._waiting or not self._has_room():
+            return []
         now_s = self._wall_s()
         due = [r for r in self._newest if now_s - self._sent_at_s.get(r, -self._gap_s) >= self._gap_s]
-        for robot in due:
-            if self._waiting or not self._has_room():
-                return
-            self._link.send(self._newest.pop(robot))
-            self._sent_at_s[robot] = now_s
+        self._sent_at_s |= dict.fromkeys(due, now_s)
+        return [self._newest.pop(robot) for robot in due]
 
     def _take(self, message: Message) -> None:
         if isinstance(message.body, Telemetry):
             self._newest[message.sender] = message
         else:
-            self._waiting.append(message)
+            self._letters.append(message)

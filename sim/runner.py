@@ -14,6 +14,7 @@ from robots.world import WorldFile
 from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, SetSpeed, Stop
 from sim.hub import Hub
 from sim.pacing import Pacer
+from sim.radio import radios_of
 
 TELEMETRY_GAP_S = 0.05  # of the wall clock
 LOOK_S = 0.02
@@ -68,6 +69,7 @@ class WorldLoop:
             telemetry_gap_s=TELEMETRY_GAP_S,
             wall_s=time.monotonic,
             has_room=lambda: bool(select.select([], [link], [], 0)[1]),
+            radios=radios_of(order.world, order.seed),
         )
         self._simulation = Simulation(
             order.world, make_agent=behavioural_agent, seed=order.seed, jitter_m=order.jitter_m, hub=hub
@@ -87,7 +89,7 @@ class WorldLoop:
             self._factor.value = self._pacer.real_time_factor
             if wait_s is None:  # a world that stands still must not let the service's messages fill the pipe
                 wait([self._control, self._link])
-                self._simulation.hub.fetch()
+                self._simulation.hub.fetch(self._simulation.clock.now_s())
             if self._control.poll(wait_s or 0.0):
                 self._answer(self._control.recv())
 

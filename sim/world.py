@@ -16,6 +16,7 @@ from sim.bodies import FloorMap, make_bodies
 from sim.hub import Hub
 from sim.jaws import Jaws
 from sim.placing import StartPlaces, placed_samples, rocks_of, told_pose
+from sim.radio import radios_of
 from sim.scene import TICK_S, Scene
 from sim.sensing import Beacon, InfraRed, Whiskers
 from sim.truth import SampleTruth, Truth
@@ -81,7 +82,7 @@ class Simulation:
         ]
         self.world, self.clock = world, WorldClock()
         self.link, robots_end = InMemoryLink.pair()
-        self.hub = hub or Hub(robots_end, [spec.name for spec in world.robots])
+        self.hub = hub or Hub(robots_end, [spec.name for spec in world.robots], radios=radios_of(world, seed))
         self._rngs = {spec.name: rng for spec, rng in zip(world.robots, streams, strict=True)}
         panels = panels_of(world.walls)
         rocks = rocks_of(world, placing)
@@ -114,12 +115,12 @@ class Simulation:
         :raises LinkClosed: if the service is gone.
         """
         if self.clock.ticks % TICKS_A_CONTROL == 0:
-            self.hub.fetch()
+            self.hub.fetch(self.clock.now_s())
             self._spend()
             self._sense()
             for agent in self.agents.values():
                 agent.tick()
-            self.hub.flush()
+            self.hub.flush(self.clock.now_s())
         for body in self.bodies.values():
             body.drive()
         self.scene.step()

@@ -7,7 +7,7 @@ from itertools import chain, combinations
 from math import dist
 from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from robots.world.berths import lay_out
 from robots.world.part import Part
@@ -22,6 +22,7 @@ from robots.world.parts import (
     Wall,
     WorldFact,
 )
+from robots.world.radio import LinkSpec
 from robots.world.walls import panels_of
 
 ROBOT_WIDTH_M = 0.44
@@ -39,6 +40,7 @@ class WorldFile(Part):
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
     facts: tuple[WorldFact, ...] = ()
+    link: LinkSpec = LinkSpec()
 
     @cached_property
     def rows(self) -> Mapping[str, tuple[Location, ...]]:
@@ -89,6 +91,10 @@ class WorldFile(Part):
 
     def robot(self, name: str) -> RobotSpec:
         return next(robot for robot in self.robots if robot.name == name)
+
+    def link_of(self, robot: RobotSpec) -> LinkSpec:
+        """The robot's radio: its own, and where that says nothing the world's."""
+        return self.link if robot.link is None else robot.link.over(self.link)
 
     def area_of(self, robot: RobotSpec) -> Aisle:
         """The robot's allocated area: its aisle, else its whole compartment."""
@@ -171,6 +177,12 @@ class WorldFile(Part):
             _known("location", robot.home, locations, f"robots.{robot.name}.home")
             if locations[robot.home].capacity > 1:
                 raise ValueError(f"robots.{robot.name}.home: {robot.home} has berths, a home has none")
+        try:
+            self.link_of(robot)
+        except ValidationError as error:
+            raise ValueError(
+                f"robots.{robot.name}.link with the world's: {error.errors()[0]['msg']}"
+            ) from error
         area = self.area_of(robot)
         if not area.contains(robot.start[:2]):
             raise ValueError(f"robots.{robot.name} starts at {robot.start[:2]}, outside its area {area.name}")

@@ -11,6 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from robots.world.bodies import BodySpec, VelocityBodySpec, WheeledBodySpec
 from robots.world.part import Part
+from robots.world.radio import LinkSpec
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Point = tuple[float, float]
@@ -94,6 +95,7 @@ class RobotSpec(Part):
     `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
     `sonar`: what it hears by, one after the other: its whiskers, and a virtual sonar that hears avatars.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
+    `link`: its radio; what is left out is as the world's `link` says.
     """
 
     name: Name
@@ -112,6 +114,7 @@ class RobotSpec(Part):
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
     sonar: tuple[Literal["real", "virtual"], ...] = Field(default=("real", "virtual"), min_length=1)
     tuning: dict[str, dict[str, dict[str, float]]] = Field(default_factory=dict)
+    link: LinkSpec | None = None
 
     @model_validator(mode="after")
     def _wheels_are_fast_enough(self) -> Self:

@@ -38,7 +38,7 @@ class Channel:
         )
 
     def arrived(self) -> list[tuple[str, str, float]]:
-        self.hub.flush()
+        self.hub.flush(0.0)
         return [(m.body.kind, m.sender, m.sent_at_s) for m in self.service.receive()]
 
 
@@ -46,7 +46,7 @@ def test_a_message_reaches_its_receiver_alone() -> None:
     channel = Channel()
     channel.service.send(receipt("ginger"))
     channel.service.send(receipt("nobody"))
-    channel.hub.fetch()
+    channel.hub.fetch(0.0)
     assert channel.hub.end_of("fred").receive() == ()
     assert [m.receiver for m in channel.hub.end_of("ginger").receive()] == ["ginger"]
     assert channel.hub.end_of("ginger").receive() == ()

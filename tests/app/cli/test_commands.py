@@ -181,7 +181,7 @@ def test_validate_accepts_the_shipped_world_and_a_copy(tmp_path: Path) -> None:
     [
         ({"samples": [{"name": "sample_1", "at": "bay_99"}]}, "bay_99"),
         ({"facts": [{"predicate": "flies", "args": ["yard_1"]}]}, "flies"),
-        ({"link": {"loss": 0.5}}, "link"),
+        ({"link": {"loss": 1.5}}, "link.loss"),
         ({"weather": "dusty"}, "weather"),
     ],
 )

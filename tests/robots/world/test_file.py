@@ -41,10 +41,6 @@ def test_a_small_world_is_valid(tmp_path: Path) -> None:
     assert load_world(file).name == "room"
 
 
-def test_a_radio_that_is_not_built_cannot_be_asked_for(tmp_path: Path) -> None:
-    assert "link: Extra inputs are not permitted" in refusal(tmp_path, link={"loss": 0.1, "delay_s": 1.0})
-
-
 @pytest.mark.parametrize(
     ("predicate", "args"), [("in", ["sample_1", "bay_2"]), ("vacant", ["bay_1"])], ids=["elsewhere", "vacant"]
 )

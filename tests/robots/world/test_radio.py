@@ -1,0 +1,124 @@
+"""The radio in a world file: what it may say, what a robot's own overrides, and how long an answer may then take."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from pydantic import ValidationError
+
+from robots.world import Contact, LinkSpec, Outage, WorldFile, load_world
+from tests.robots.world.test_file import refusal, small
+
+WINDOWS = (Contact(start_s=5, for_s=10, every_s=120),)
+
+
+def world(link: dict[str, Any], own: dict[str, Any] | None = None) -> WorldFile:
+    robots = small()["robots"]
+    if own is not None:
+        robots[0]["link"] = own
+    return WorldFile.model_validate(small(link=link, robots=robots))
+
+
+def test_without_a_word_the_radio_is_perfect() -> None:
+    quiet = WorldFile.model_validate(small())
+    link = quiet.link_of(quiet.robot("left"))
+    assert (link.loss, link.round_trip_s, link.silence_s, link.answer_s) == (0.0, 0.0, 0.0, 0.0)
+    assert link.in_contact(0.0)
+
+
+def test_a_robots_own_radio_overrides_only_what_it_says() -> None:
+    here = world({"loss": 0.5, "delay_s": 2.0}, {"loss": 0.0})
+    assert (here.link_of(here.robot("left")).loss, here.link_of(here.robot("left")).delay_s) == (0.0, 2.0)
+    assert here.link_of(here.robot("right")).loss == 0.5
+
+
+def test_what_a_robot_leaves_to_the_world_is_still_left_to_it_after_being_written_and_read() -> None:
+    here = world({"delay_s": 2.0}, {"loss": 0.25})
+    again = WorldFile.model_validate_json(here.model_dump_json())
+    assert again == here
+    assert again.link_of(again.robot("left")).delay_s == 2.0
+
+
+@pytest.mark.parametrize(
+    ("link", "said"),
+    [
+        ({"loss": 1.0}, "link.loss: Input should be less than or equal to 0.95"),
+        ({"delay_s": -1.0}, "link.delay_s: Input should be greater than or equal to 0"),
+        ({"losses": 0.1}, "link.losses: Extra inputs are not permitted"),
+        ({"outages": [{"start_s": 5, "end_s": 5}]}, "an outage ends after it starts: end_s 5, start_s 5"),
+        ({"outages": [{"start_s": 0, "end_s": 9, "every_s": 9}]}, "an outage of 9 s every 9 s never ends"),
+        (
+            {"contacts": [{"for_s": 20, "every_s": 20}]},
+            "a contact of 20 s every 20 s has no end: leave it out",
+        ),
+        (
+            {"light_time_s": 12, "contacts": [{"for_s": 10, "every_s": 60}]},
+            "a contact of 10 s is over before a message has arrived, which takes up to 12 s",
+        ),
+    ],
+)
+def test_an_impossible_radio_is_refused_by_slot(tmp_path: Path, link: dict[str, Any], said: str) -> None:
+    assert said in refusal(tmp_path, link=link)
+
+
+def test_a_robots_radio_that_does_not_go_with_the_worlds_is_refused(tmp_path: Path) -> None:
+    robots = small()["robots"]
+    robots[0]["link"] = {"light_time_s": 12}
+    said = refusal(tmp_path, link={"contacts": [{"for_s": 10, "every_s": 60}]}, robots=robots)
+    assert "robots.left.link with the world's:" in said
+
+
+@pytest.mark.parametrize(
+    ("at_s", "contact"), [(4.9, False), (5, True), (14.9, True), (15, False), (124.9, False), (125, True)]
+)
+def test_there_is_contact_in_its_windows_alone(at_s: float, contact: bool) -> None:
+    assert LinkSpec(contacts=WINDOWS).in_contact(at_s) is contact
+
+
+@pytest.mark.parametrize(
+    ("every_s", "at_s", "contact"),
+    [
+        (None, 9, True),
+        (None, 10, False),
+        (None, 30, True),
+        (100, 30, True),
+        (100, 115, False),
+        (100, 9, True),
+    ],
+)
+def test_there_is_no_contact_in_an_outage(every_s: float | None, at_s: float, contact: bool) -> None:
+    assert LinkSpec(outages=(Outage(start_s=10, end_s=30, every_s=every_s),)).in_contact(at_s) is contact
+
+
+def test_an_answer_may_take_longer_the_poorer_the_radio() -> None:
+    far = LinkSpec(light_time_s=4.0)
+    assert far.answer_s == far.round_trip_s == 8.0
+    assert LinkSpec(loss=0.5).answer_s == 24.0  # 25 tries, one a second: (1 - 0.25)^25 < 0.001
+    assert LinkSpec(contacts=WINDOWS).answer_s == 110.0
+    poor = LinkSpec(loss=0.5, contacts=WINDOWS)
+    assert poor.answer_s > LinkSpec(contacts=WINDOWS).answer_s + LinkSpec(loss=0.5).answer_s
+
+
+def test_of_several_contacts_the_one_that_comes_oftenest_ends_the_silence() -> None:
+    link = LinkSpec(contacts=(*WINDOWS, Contact(for_s=5, every_s=30)))
+    assert link.silence_s == 25.0
+
+
+def test_an_example_world_has_a_poor_radio() -> None:
+    poor = load_world("sample_store_radio")
+    assert poor.link.loss > 0
+    assert any(robot.link is not None for robot in poor.robots)
+    same = load_world("sample_store")
+    assert (poor.walls, poor.locations, poor.samples) == (same.walls, same.locations, same.samples)
+
+
+def test_a_radio_is_read_from_yaml(tmp_path: Path) -> None:
+    file = tmp_path / "room.yaml"
+    file.write_text(yaml.safe_dump(small(link={"contacts": [{"start_s": 5, "for_s": 10, "every_s": 120}]})))
+    assert load_world(file).link.contacts == WINDOWS
+
+
+def test_a_link_cannot_lose_everything() -> None:
+    with pytest.raises(ValidationError):
+        LinkSpec(loss=0.99)
