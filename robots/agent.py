@@ -20,6 +20,7 @@ from robots.sensing.controller import SensoryController
 from robots.sensing.energy import SensingMeter, load_powers
 from robots.sensing.health import SensorHealth
 from robots.sensing.loops import control_loop
+from robots.stale import StaleScripts, supersedes
 from robots.synthesis import Motion
 from robots.telemetry import telemetry
 from robots.trace import Trace
@@ -29,6 +30,7 @@ from robots.wire import (
     BehaviourScript,
     Clearance,
     Control,
+    ControlVerb,
     Message,
     PacketState,
     PacketTunings,
@@ -78,6 +80,7 @@ class BehaviouralAgent:
         self._health = SensorHealth(profile.whisker_least_m)
         self._meter = SensingMeter(load_powers())
         self._verdicts: dict[str, str | None] = {}
+        self._stale = StaleScripts()
         self._percepts: Percepts | None = None
         self._unanswered: list[Message] = []
         self._last_s: float | None = None
@@ -92,6 +95,7 @@ class BehaviouralAgent:
             mailbox=self._mailbox.memory(),
             executive=self._executive.memory(),
             verdicts=dict(self._verdicts),
+            stale=self._stale.memory(),
             tuning_version=self._tuning_version,
             tuning=self._tuning,
             estimate=self._perception.localiser.memory(),
@@ -104,6 +108,7 @@ class BehaviouralAgent:
         now_s = self._clock.now_s()
         self._mailbox.recall(memory.mailbox, now_s)
         self._verdicts = dict(memory.verdicts)
+        self._stale.recall(memory.stale)
         self._tuning_version, self._tuning = memory.tuning_version, memory.tuning
         self._executive.retune(self._repertoire.tuned(memory.tuning))
         self._executive.recall(memory.executive, now_s)
@@ -174,11 +179,17 @@ class BehaviouralAgent:
             self._attend(message, now_s)
         for message in self._mailbox.collect():
             blind = self._percepts is None or not self._percepts.data.holds(REPORTED)
-            if blind and isinstance(message.body, Control | StatusQuery):
+            if blind and self._tells_what_it_perceives(message):
                 self._unanswered.append(message)
             else:
                 self._attend(message, now_s)
         return LOOK_ROUND if self._unanswered else ()
+
+    def _tells_what_it_perceives(self, message: Message) -> bool:
+        """True if the answer will be, or will bring about, a report of what it perceives."""
+        if isinstance(message.body, ScriptRequest):
+            return supersedes(message.body.script, self._executive.script)
+        return isinstance(message.body, Control | StatusQuery)
 
     def _command(self, motion: Motion) -> None:
         self._body.set_velocity(motion.linear_m_s, motion.angular_rad_s)
@@ -189,10 +200,10 @@ class BehaviouralAgent:
         match message.body:
             case ScriptRequest(script=script):
                 if script.id not in self._verdicts:
-                    self._judge(script)
+                    self._judge(script, now_s)
                 self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
             case Control(script_id=script_id, verb=verb):
-                why_not = self._executive.control(script_id, verb, self._percepts, now_s)
+                why_not = self._control(script_id, verb, now_s)
                 self._agree_or_refuse(message, script_id, why_not, now_s)
             case Clearance(script_id=script_id, ended=ended):
                 why_not = self._executive.clear(script_id, ended)
@@ -204,6 +215,24 @@ class BehaviouralAgent:
                 self._mailbox.tell(message, self.trace.report(now_s, seconds), now_s)
             case Retune() as wanted:
                 self._retune(message, wanted, now_s)
+
+    def _take_on(self, script: BehaviourScript, now_s: float) -> str | None:
+        """Accept a script in place of what it supersedes, or say why not."""
+        if (stale := self._stale.refusal(script)) is not None:
+            return stale
+        under_way = self._executive.script
+        if under_way is not None and supersedes(script, under_way):
+            why = f"superseded by revision {script.revision} of its mission"
+            self._executive.control(under_way.id, ControlVerb.CANCEL, self._percepts, now_s, why)
+        return self._too_weak() or self._executive.accept(script)
+
+    def _control(self, script_id: str, verb: ControlVerb, now_s: float) -> str | None:
+        """Follow an order on a script, or say why not. A cancel that overtook its script holds when that comes."""
+        overtook = verb is ControlVerb.CANCEL and script_id not in self._verdicts
+        if overtook and self._executive.forgo(script_id, self._percepts, now_s):
+            self._stale.cancel(script_id)
+            return None
+        return self._executive.control(script_id, verb, self._percepts, now_s)
 
     def _retune(self, message: Message, wanted: Retune, now_s: float) -> None:
         """Tune the packets to come; what is older than what is in use changes nothing."""
@@ -230,9 +259,9 @@ class BehaviouralAgent:
             )
             self._mailbox.report(Performative.INFORM, failed, percepts.time_s)
 
-    def _judge(self, script: BehaviourScript) -> None:
+    def _judge(self, script: BehaviourScript, now_s: float) -> None:
         """Take a script on or not, once; of the last ones it is remembered which."""
-        self._verdicts[script.id] = self._too_weak() or self._executive.accept(script)
+        self._verdicts[script.id] = self._take_on(script, now_s)
         if len(self._verdicts) > KEPT_STATES:
             del self._verdicts[next(iter(self._verdicts))]
 

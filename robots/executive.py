@@ -10,7 +10,7 @@ from robots.patterns import Responses
 from robots.percepts import GRIP, Percepts
 from robots.profile import RobotProfile
 from robots.repertoire import Repertoire, load_self_level
-from robots.reporting import Report, packet_report, script_report
+from robots.reporting import Report, forgone_report, packet_report, script_report
 from robots.sensing.actions import CYCLIC_ACTIONS
 from robots.sensing.machine import BehaviourState, StateMachine, schedule
 from robots.sensing.plans import task_plan
@@ -57,12 +57,16 @@ class Executive:
         return self._script.id if self._script else None
 
     @property
+    def script(self) -> BehaviourScript | None:
+        """The script under way."""
+        return self._script if self.active else None
+
+    @property
     def state(self) -> ScriptState | None:
         return self._states[self._script.id] if self._script else None
 
     @property
     def _under_way(self) -> BehaviourScript:
-        """Only asked for where there is one."""
         assert self._script is not None
         return self._script
 
@@ -88,8 +92,8 @@ class Executive:
         """
         if script.robot != self._profile.name:
             return f"script {script.id} is for {script.robot}, this is {self._profile.name}"
-        if self._script is not None and self.active and not self._script.is_own:
-            return f"{self._profile.name} is busy with script {self._script.id}"
+        if self.script is not None and not self.script.is_own:
+            return f"{self._profile.name} is busy with script {self.script.id}"
         try:
             runs, machine = self._prepared(script)
         except RepertoireError as error:
@@ -97,8 +101,8 @@ class Executive:
         missing = machine.pre - self._profile.sensors
         if missing:
             return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
-        if self._script is not None and self.active:
-            self._note(self._script.id, ScriptState.CANCELLED)
+        if self.script is not None:
+            self._note(self.script.id, ScriptState.CANCELLED)
         self._script, self._runs, self._index, self._machine = script, runs, 0, machine
         self.task_state = frozenset()
         self._note(script.id, ScriptState.ACCEPTED)
@@ -149,20 +153,31 @@ class Executive:
         self._runs[begun:] = later
 
     def control(
-        self, script_id: str, verb: ControlVerb, percepts: Percepts | None, now_s: float
+        self,
+        script_id: str,
+        verb: ControlVerb,
+        percepts: Percepts | None,
+        now_s: float,
+        why: str = "cancelled on request",
     ) -> str | None:
         """Cancel, pause or resume the script under way, or say why not. The gripper stays as it is."""
         if (stale := self._stale(script_id)) is not None:
             return stale
         if verb is ControlVerb.CANCEL:
-            self._end(
-                ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, "cancelled on request"
-            )
+            self._end(ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, why)
         elif verb is ControlVerb.PAUSE and self.state is not ScriptState.PAUSED:
             self._pause(ScriptState.PAUSED, percepts, now_s)
         elif verb is ControlVerb.RESUME and self.state is ScriptState.PAUSED:
             self._pause(ScriptState.RUNNING, percepts, now_s)
         return None
+
+    def forgo(self, script_id: str, percepts: Percepts | None, now_s: float) -> bool:
+        """Report a script that has not come as cancelled; False if it is known here."""
+        if script_id in self._states:
+            return False
+        self._note(script_id, ScriptState.CANCELLED)
+        self._say(forgone_report(script_id, percepts, now_s))
+        return True
 
     def clear(self, script_id: str, ended: Iterable[str]) -> str | None:
         """Note that actions have ended which packets of the script under way come after, or say why not."""
@@ -219,8 +234,7 @@ class Executive:
 
     @property
     def packet_state(self) -> PacketState | None:
-        run = self.current
-        if run is None:
+        if (run := self.current) is None:
             return None
         return PacketState.PAUSED if self.state is ScriptState.PAUSED else run.state
 
@@ -239,8 +253,7 @@ class Executive:
     def _follow(
         self, run: PacketRun, outcome: Outcome, percepts: Percepts | None, now_s: float = 0.0
     ) -> None:
-        change = outcome.change
-        if change is None:
+        if (change := outcome.change) is None:
             return
         at_s = percepts.time_s if percepts else now_s
         script = self._under_way

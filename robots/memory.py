@@ -92,12 +92,20 @@ class UpkeepMemory(Wire):
     began_s: float | None = None
 
 
+class StaleMemory(Wire):
+    """Scripts that were cancelled before they came, and the newest revision heard of missions; oldest first."""
+
+    cancelled: tuple[str, ...] = ()
+    revisions: dict[str, int] = Field(default_factory=dict)
+
+
 class RobotMemory(Wire):
     """Everything. `verdicts`: why a script was refused, None for one that was agreed to, by its id."""
 
     mailbox: MailboxMemory
     executive: ExecutiveMemory
     verdicts: dict[str, str | None]
+    stale: StaleMemory
     tuning_version: int
     tuning: PacketTunings
     estimate: EstimateMemory

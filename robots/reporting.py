@@ -77,3 +77,17 @@ def script_report(
             detail=detail,
         )
     ]
+
+
+def forgone_report(script_id: str, percepts: Percepts | None, at_s: float) -> list[Report]:
+    """A script was cancelled before it arrived."""
+    return [
+        ScriptReport(
+            script_id=script_id,
+            state=ScriptState.CANCELLED,
+            at_s=at_s,
+            category=FailureCategory.CANCELLED,
+            perceived=perceived(percepts),
+            detail="cancelled before it arrived",
+        )
+    ]

@@ -125,7 +125,7 @@ class AgentModels:
             self._repeat(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
         for script in self._open_scripts():
             body = BehaviourScript.model_validate(script.body)
-            if script.delivery == "pending":
+            if script.delivery == "pending" and not script.stopping:
                 self._repeat(
                     script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body)
                 )
@@ -162,7 +162,11 @@ class AgentModels:
         )
         with self._database.read() as session:
             found = session.execute(query).all()
-        return [row for row, state in found if state != MissionState.PAUSED or row.delivery != "pending"]
+        return [
+            row
+            for row, state in found
+            if state != MissionState.PAUSED or row.delivery != "pending" or row.stopping
+        ]
 
     def _repeat(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
         now = time.monotonic()

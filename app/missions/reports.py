@@ -86,7 +86,10 @@ class ReportBook:
         """The robot agreed to or refused a request: of a script, of a control, or a clearance."""
         reason = message.body.reason if isinstance(message.body, Refusal) else ""
         if message.in_reply_to == f"{script.id}:request":
-            if script.delivery == "pending":
+            if script.delivery == "pending" and script.stopping and delivery == "refused":
+                # It was told to drop the script before that came.
+                script.delivery, script.state = "withdrawn", ScriptState.CANCELLED
+            elif script.delivery == "pending":
                 script.delivery, script.detail = delivery, reason
                 if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
                     # It was on its way when the operator paused the mission.
@@ -171,6 +174,8 @@ class ReportBook:
         script.category = report.category
         script.perceived = [fact.model_dump(mode="json") for fact in report.perceived]
         script.control = script.question = script.clearance = None
+        if script.delivery == "pending":
+            script.delivery = "withdrawn" if script.stopping else "acknowledged"
         if report.state is ScriptState.FINISHED:
             renew_clearances(session, self._events, mission)
         else:

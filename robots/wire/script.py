@@ -91,11 +91,12 @@ OWN = "own"
 
 
 class BehaviourScript(Wire):
-    """What one robot is to do for one mission, in order."""
+    """What one robot is to do for one mission, in order; a script of a later revision of the mission supersedes it."""
 
     id: str
     mission_id: str
     robot: str
+    revision: int = Field(default=0, ge=0)
     packets: tuple[BehaviourPacket, ...] = Field(min_length=1)
 
     @property

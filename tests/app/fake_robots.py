@@ -54,6 +54,7 @@ class FakeRobot:
     seen: set[str] = field(default_factory=set)
     answers: dict[str, Message] = field(default_factory=dict)
     tunings: list[PacketTunings] = field(default_factory=list)
+    forgone: set[str] = field(default_factory=set)
 
 
 @dataclass
@@ -161,6 +162,9 @@ class FakeTeam:
             case ScriptRequest(script=script) if name in self.faults.refuses:
                 refusal = Refusal(script_id=script.id, reason=f"{name} is not willing")
                 return self._message(name, Performative.REFUSE, refusal, message.id)
+            case ScriptRequest(script=script) if script.id in robot.forgone:
+                refusal = Refusal(script_id=script.id, reason="stale: cancelled before it arrived")
+                return self._message(name, Performative.REFUSE, refusal, message.id)
             case ScriptRequest(script=script):
                 robot.script, robot.state, robot.packet, robot.started = (
                     script,
@@ -178,7 +182,7 @@ class FakeTeam:
                     name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
                 )
             case Control(script_id=script_id, verb=verb):
-                self._control(name, robot, verb)
+                self._control(name, robot, script_id, verb)
                 return self._message(
                     name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
                 )
@@ -196,8 +200,15 @@ class FakeTeam:
                 return self._message(name, Performative.INFORM, status, message.id)
         raise AssertionError(f"a robot is not sent {message.body.kind}")
 
-    def _control(self, name: str, robot: FakeRobot, verb: ControlVerb) -> None:
-        if verb is ControlVerb.PAUSE:
+    def _control(self, name: str, robot: FakeRobot, script_id: str, verb: ControlVerb) -> None:
+        if robot.script is None or robot.script.id != script_id:
+            if verb is ControlVerb.CANCEL:
+                robot.forgone.add(script_id)
+                forgone = ScriptReport(
+                    script_id=script_id, state=ScriptState.CANCELLED, at_s=self.clock.now_s()
+                )
+                self._say(self._message(name, Performative.FAILURE, forgone))
+        elif verb is ControlVerb.PAUSE:
             robot.state = ScriptState.PAUSED
         elif verb is ControlVerb.RESUME:
             robot.state = ScriptState.RUNNING

@@ -115,6 +115,23 @@ def test_a_cancelled_mission_stops_every_robot(
     assert api.post(f"{mission}:pause", json={}).status_code == 409
 
 
+def test_a_cancel_reaches_a_robot_that_never_got_its_script(
+    start: Callable[[], str], follow: Follow, team: FakeTeam, api: TestClient
+) -> None:
+    team.faults.silent.add("store_2")
+    mission = start()
+    follow(mission, "running")
+    api.post(f"{mission}:cancel", json={})
+    unknown = follow(mission, *ENDED)
+    assert unknown["state"] == "unknown"
+    assert "no answer from store_2" in unknown["reason"]
+    team.faults.silent.clear()
+    assert follow(mission, "cancelled", "failed")["state"] == "cancelled"
+    (script,) = [one for one in api.get(mission).json()["progress"] if one["robot"] == "store_2"]
+    assert (script["state"], script["delivery"]) == ("cancelled", "withdrawn")
+    assert team.robots["store_2"].executed == []
+
+
 def test_a_paused_mission_waits_and_goes_on_when_resumed(
     start: Callable[[], str], follow: Follow, team: FakeTeam, api: TestClient
 ) -> None:
