@@ -38,4 +38,5 @@ def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) ->
         link=fitting.link,
         clock=fitting.clock,
         repertoire=(repertoire or load_repertoire()).tuned(fitting.spec.tuning),
+        memory=fitting.memory,
     )

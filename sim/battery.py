@@ -25,6 +25,14 @@ class Battery:
         """The share that is left, 0 to 1."""
         return self._left_j / self._full_j
 
+    @property
+    def left_j(self) -> float:
+        return self._left_j
+
+    def recall(self, left_j: float, *, charging: bool) -> None:
+        """Go on with what was left."""
+        self._left_j, self.charging = left_j, charging
+
     def pass_time(
         self, step_s: float, *, running: frozenset[Sensor], driven: tuple[float, float], at_home: bool
     ) -> None:

@@ -12,6 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import remainder, tau
 
+from sim.snapshot import BeamState, GripState
+
 STIFFNESS_N_M = 200.0
 DAMPING_N_S_M = 20.0
 TRAVEL_M = 0.06
@@ -64,6 +66,32 @@ class Beam:
         self._mass_kg = DENSITY_KG_M * length_m
         self._inertia = self._mass_kg * length_m**2 / 12
         self._grips: dict[str, Grip] = {}
+
+    def state(self) -> BeamState:
+        return BeamState(
+            middle=_pair(self.middle),
+            heading_rad=self.heading_rad,
+            velocity=_pair(self._velocity),
+            turn_rate=self._turn_rate,
+            grips={
+                rover: GripState(
+                    end=grip.end,
+                    middle=_pair(grip.jaws.middle),
+                    heading_rad=grip.jaws.heading_rad,
+                    square_rad=grip.square_rad,
+                )
+                for rover, grip in self._grips.items()
+            },
+        )
+
+    def recall(self, state: BeamState) -> None:
+        """Go on moving in the heads that have it."""
+        self.middle, self.heading_rad = complex(*state.middle), state.heading_rad
+        self._velocity, self._turn_rate = complex(*state.velocity), state.turn_rate
+        self._grips = {
+            rover: Grip(one.end, JawsPose(complex(*one.middle), one.heading_rad), one.square_rad)
+            for rover, one in state.grips.items()
+        }
 
     def handle(self, end: int) -> complex:
         """Where the handle at an end is."""
@@ -150,6 +178,10 @@ def _on_the_way(before: JawsPose, now: JawsPose, share: float) -> JawsPose:
 def _rate(before: JawsPose, now: JawsPose, step_s: float) -> tuple[complex, float]:
     turned = remainder(now.heading_rad - before.heading_rad, tau)
     return (now.middle - before.middle) / step_s, turned / step_s
+
+
+def _pair(point: complex) -> tuple[float, float]:
+    return (point.real, point.imag)
 
 
 def _cross(one: complex, other: complex) -> float:

@@ -17,6 +17,7 @@ from robots.wire import (
 )
 from robots.world import WorldFile
 from sim.agents import behavioural_agent
+from sim.snapshot import WorldSnapshot
 from sim.world import AgentMaker, Simulation
 
 
@@ -35,6 +36,7 @@ class Crew:
         make_agent: AgentMaker = behavioural_agent,
     ) -> None:
         self.world = world
+        self._make_agent = make_agent
         self.simulation = Simulation(world, make_agent=make_agent, seed=seed, jitter_m=jitter_m)
         self.scripts: list[BehaviourScript] = []
         self.reports: list[PacketReport] = []
@@ -48,6 +50,13 @@ class Crew:
 
     def __exit__(self, *_: object) -> None:
         self.simulation.close()
+
+    def restart(self) -> None:
+        """The world ends and goes on from its snapshot; what is in the air between robots and crew is lost."""
+        data = self.simulation.snapshot().model_dump_json()
+        self.simulation.close()
+        snapshot = WorldSnapshot.model_validate_json(data)
+        self.simulation = Simulation(self.world, make_agent=self._make_agent, snapshot=snapshot)
 
     def send(self, scripts: Sequence[BehaviourScript]) -> None:
         """Hand out scripts."""

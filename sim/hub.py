@@ -38,7 +38,7 @@ class Hub:
 
     A world that runs faster than real time makes more telemetry than anybody reads: of each robot's telemetry
     the newest is sent, at most once in `telemetry_gap_s` of the wall clock. What the channel has no room for
-    waits here.
+    waits here. With `holds`, nothing but telemetry leaves before `release`.
 
     :param radios: by robot, what its messages pass through both ways; perfect unless given.
     """
@@ -52,17 +52,30 @@ class Hub:
         wall_s: Callable[[], float] = lambda: 0.0,
         has_room: Callable[[], bool] = lambda: True,
         radios: Mapping[str, Radio] | None = None,
+        holds: bool = False,
     ) -> None:
         self._link, self._gap_s, self._wall_s, self._has_room = link, telemetry_gap_s, wall_s, has_room
         self._ends = {robot: RobotLink(self._take) for robot in robots}
         self._radios = {robot: (radios or {}).get(robot) or Radio() for robot in self._ends}
         self._letters: list[Message] = []
         self._waiting: deque[Message] = deque()
+        self._holds = holds
+        self._held: list[Message] = []
         self._newest: dict[str, Message] = {}
         self._sent_at_s: dict[str, float] = {}
 
     def end_of(self, robot: str) -> RobotLink:
         return self._ends[robot]
+
+    @property
+    def holding(self) -> bool:
+        """True while robots have said something that may not leave yet."""
+        return bool(self._held)
+
+    def release(self) -> None:
+        """What was said so far may leave when the hub is flushed."""
+        self._letters.extend(self._held)
+        self._held.clear()
 
     def fetch(self, now_s: float) -> None:
         """Sort what has arrived to its receivers; a message to nobody here is dropped, as radio would.
@@ -107,5 +120,7 @@ class Hub:
     def _take(self, message: Message) -> None:
         if isinstance(message.body, Telemetry):
             self._newest[message.sender] = message
+        elif self._holds:
+            self._held.append(message)
         else:
             self._letters.append(message)

@@ -12,6 +12,7 @@ from math import cos, hypot, sin
 from robots.body import GRIPPER_REACH_M, Gripper, Pose
 from sim.beam import Beam, JawsPose, Press
 from sim.scene import TICK_S, Placed, Scene
+from sim.snapshot import JawsState
 
 BARRIER_M = 0.07
 """The light barrier meets a sample whose middle is this near to the jaws' middle."""
@@ -38,6 +39,26 @@ class Jaws:
         self._beams: dict[str, Beam] = {}
         self.slipped = 0
         """How often a handle has slipped out of a capture head."""
+
+    def snapshot(self) -> JawsState:
+        return JawsState(
+            closed=dict(self._closed),
+            holders={sample: tuple(holders) for sample, holders in self._holders.items()},
+            beams={sample: beam.state() for sample, beam in self._beams.items()},
+            slipped=self.slipped,
+        )
+
+    def recall(self, state: JawsState) -> None:
+        """Hold again what was held, where the scene has it: it is lifted, and nothing moves."""
+        self._closed, self.slipped = dict(state.closed), state.slipped
+        self._holders = {sample: list(holders) for sample, holders in state.holders.items()}
+        for sample in (sample for sample, holders in self._holders.items() if holders):
+            point, heading_rad = self._scene.sample_point(sample)[:2], self._scene.sample_heading(sample)
+            self._scene.lift(sample)
+            self._scene.carry(sample, point, heading_rad)
+            if sample in state.beams:
+                self._beams[sample] = self._beam(sample)
+                self._beams[sample].recall(state.beams[sample])
 
     def holders(self, sample: str) -> tuple[str, ...]:
         """The rovers that hold a sample, the one that carries it first."""

@@ -1,6 +1,6 @@
 """Start poses: where a seed puts the rovers, and what they are told about it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, dist, hypot, radians, remainder, sin, sqrt, tau
 
@@ -10,6 +10,7 @@ from robots.body import RADIUS_M, Pose
 from robots.world import RobotSpec, WorldFile
 from robots.world.walls import Panel, clearance_m
 from sim.scene import Placed
+from sim.snapshot import WorldSnapshot
 
 WALL_CLEARANCE_M = RADIUS_M + 0.2  # room to turn with the jaws ahead
 BODY_CLEARANCE_M = 2 * RADIUS_M + 0.2
@@ -26,6 +27,41 @@ class Rock:
 
     point: tuple[float, float]
     radius_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Places:
+    """Where everything is that the world file does not fix, and what each rover was told of its start."""
+
+    rocks: tuple[Rock, ...]
+    rovers: Mapping[str, Pose]
+    samples: Mapping[str, Placed]
+    told: Mapping[str, Pose]
+
+    @classmethod
+    def drawn(
+        cls, world: WorldFile, panels: Sequence[Panel], rng: np.random.Generator, jitter_m: float
+    ) -> "Places":
+        """As a seed has it."""
+        rocks = rocks_of(world, rng)
+        starts = StartPlaces(world=world, panels=panels, rocks=rocks, rng=rng, jitter_m=jitter_m).poses()
+        samples = placed_samples(world, rng)
+        told = {name: told_pose(pose, rng) for name, pose in starts.items()}
+        return cls(rocks=rocks, rovers=starts, samples=samples, told=told)
+
+    @classmethod
+    def kept(cls, world: WorldFile, snapshot: WorldSnapshot) -> "Places":
+        """As a snapshot has it."""
+        lying = {one.name: snapshot.samples[one.name] for one in world.samples}
+        return cls(
+            rocks=tuple(Rock(rock.point, rock.radius_m) for rock in snapshot.rocks),
+            rovers={spec.name: snapshot.rovers[spec.name] for spec in world.robots},
+            samples={
+                one.name: Placed(lying[one.name].point, one.length_m, lying[one.name].heading_rad)
+                for one in world.samples
+            },
+            told=snapshot.told,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

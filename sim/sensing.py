@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.body import RADIUS_M, Pose, Sighting
-from robots.world import RobotSpec, Sample
+from robots.world import RobotSpec, Sample, WorldFile
 from sim.rays import FREE, free_shares, in_sight
 from sim.scene import AUDIBLE, WALLS, Scene
 
@@ -67,6 +67,19 @@ class Beacon:
     x_m: float
     y_m: float
     axes_rad: tuple[float, ...] = ()
+
+
+def beacons_of(world: WorldFile) -> tuple[Beacon, ...]:
+    """One at each place."""
+    return tuple(
+        Beacon(
+            identity=place.name,
+            x_m=place.at[0],
+            y_m=place.at[1],
+            axes_rad=tuple(radians(axis) for axis in place.approach_deg),
+        )
+        for place in world.places
+    )
 
 
 class InfraRed:

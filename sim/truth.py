@@ -2,8 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import hypot
 
 from robots.body import Pose
+from robots.world import WorldFile
+
+LIES_IN_M = 0.25
+"""A sample lies in a location when it is this near to it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,3 +42,14 @@ class Truth:
     samples: Mapping[str, SampleTruth]
     deflections_m: Mapping[str, float] = field(default_factory=dict)
     slipped: int = 0
+
+
+def place_at(world: WorldFile, point: tuple[float, float]) -> str | None:
+    """The location that something at a point lies in, None if in none."""
+    near = [
+        (hypot(point[0] - place.at[0], point[1] - place.at[1]), place.name)
+        for place in world.places
+        if place.capacity
+    ]
+    distance_m, name = min(near, default=(float("inf"), ""))
+    return name if distance_m <= LIES_IN_M else None

@@ -1,31 +1,34 @@
-"""A simulated world: scene, bodies, agents, clock. Bit-identical for the same file, seed and messages."""
+"""A simulated world: scene, bodies, agents, clock. Bit-identical for the same file, seed and messages, and for the same
+snapshot and messages.
+"""
 
+import uuid
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import dist, hypot, radians
-from typing import Protocol
+from math import dist, hypot
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from robots.body import Body, Pose, Readings, Sensor
 from robots.clock import Clock
 from robots.link import InMemoryLink, Link
+from robots.memory import RobotMemory
 from robots.world import Location, RobotSpec, WorldFile
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, make_bodies
 from sim.hub import Hub
 from sim.jaws import Jaws
-from sim.placing import StartPlaces, placed_samples, rocks_of, told_pose
+from sim.placing import Places
 from sim.radio import radios_of
 from sim.scene import TICK_S, Scene
-from sim.sensing import Beacon, InfraRed, Whiskers
-from sim.truth import SampleTruth, Truth
+from sim.sensing import InfraRed, Whiskers, beacons_of
+from sim.snapshot import RockState, SampleState, StreamState, WorldSnapshot, digest_of
+from sim.truth import SampleTruth, Truth, place_at
 
 TICKS_A_CONTROL = 3  # agents sense and act at 20 Hz
 CHARGES_M = 1.1
 """A rover that stands this near to its home's beacon can be charged: by its approach point."""
-LIES_IN_M = 0.25
-"""A sample lies in a location when it is this near to it."""
 
 
 class Agent(Protocol):
@@ -34,9 +37,18 @@ class Agent(Protocol):
     def tick(self) -> None: ...
 
 
+@runtime_checkable
+class Remembering(Protocol):
+    """An agent that can go on after a restart."""
+
+    def memory(self) -> RobotMemory: ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitting:
-    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its seams."""
+    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its seams, and
+    what it remembers.
+    """
 
     spec: RobotSpec
     reach: tuple[Location, ...]
@@ -46,6 +58,7 @@ class Fitting:
     body: Body
     link: Link
     clock: Clock
+    memory: RobotMemory | None = None
 
 
 AgentMaker = Callable[[Fitting], Agent]
@@ -62,10 +75,12 @@ class WorldClock:
 
 
 class Simulation:
-    """A world in this process. `step` advances it by 1/60 s.
+    """A world in this process. `step` advances it by 1/60 s. `run` names it from its building on, however often it is
+    resumed.
 
     :param hub: sorts the service's messages; without one, `link` is the service's end of an in-memory link.
     :param jitter_m: how far start places may be from the world file's; headings are then random, too.
+    :param snapshot: what to go on from; then `seed` and `jitter_m` do not count. Its run, its places, its clock.
     """
 
     def __init__(
@@ -76,38 +91,77 @@ class Simulation:
         seed: int = 0,
         jitter_m: float = 0.4,
         hub: Hub | None = None,
+        snapshot: WorldSnapshot | None = None,
     ) -> None:
+        self.run, self._seed = (snapshot.run, snapshot.seed) if snapshot else (uuid.uuid4().hex, seed)
         placing, *streams = [
-            np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(len(world.robots) + 1)
+            np.random.default_rng(s) for s in np.random.SeedSequence(self._seed).spawn(len(world.robots) + 1)
         ]
-        self.world, self.clock = world, WorldClock()
+        self.world, self.clock, self._digest = world, WorldClock(), digest_of(world)
         self.link, robots_end = InMemoryLink.pair()
-        self.hub = hub or Hub(robots_end, [spec.name for spec in world.robots], radios=radios_of(world, seed))
+        self.hub = hub or Hub(
+            robots_end, [spec.name for spec in world.robots], radios=radios_of(world, self._seed)
+        )
         self._rngs = {spec.name: rng for spec, rng in zip(world.robots, streams, strict=True)}
         panels = panels_of(world.walls)
-        rocks = rocks_of(world, placing)
-        starts = StartPlaces(world=world, panels=panels, rocks=rocks, rng=placing, jitter_m=jitter_m).poses()
-        samples = placed_samples(world, placing)
-        self.scene = Scene(panels, starts, samples)
-        for rock in rocks:
+        places = Places.kept(world, snapshot) if snapshot else Places.drawn(world, panels, placing, jitter_m)
+        self._places = places
+        self.scene = Scene(panels, places.rovers, places.samples)
+        for rock in places.rocks:
             self.scene.put_rock(rock.point, radius_m=rock.radius_m)
-        self._jaws = Jaws(self.scene, list(starts), samples)
+        self._jaws = Jaws(self.scene, list(places.rovers), places.samples)
         self._whiskers = Whiskers(world.robots)
         reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.robots}
-        self._infra_red = InfraRed(_beacons(world), reach, world.samples)
-        told = {name: told_pose(pose, placing) for name, pose in starts.items()}
+        self._infra_red = InfraRed(beacons_of(world), reach, world.samples)
         self.bodies = make_bodies(
             world.robots,
             scene=self.scene,
-            floor=FloorMap(panels, rocks),
+            floor=FloorMap(panels, places.rocks),
             jaws=self._jaws,
-            told=told,
+            told=places.told,
             rngs=self._rngs,
         )
         self._homes = {spec.name: world.location(spec.home) for spec in world.robots if spec.home}
         self._touched: set[str] = set()
+        if snapshot is not None:
+            self._recall(snapshot)
         self._sense()
-        self.agents = {spec.name: make_agent(self._fitting(spec, told[spec.name])) for spec in world.robots}
+        memories = snapshot.robots if snapshot else {}
+        self.agents = {
+            spec.name: make_agent(self._fitting(spec, memories.get(spec.name))) for spec in world.robots
+        }
+
+    def snapshot(self) -> WorldSnapshot:
+        """All it takes to go on from here; to be taken between two steps."""
+        return WorldSnapshot(
+            run=self.run,
+            digest=self._digest,
+            seed=self._seed,
+            ticks=self.clock.ticks,
+            rovers=self._poses(),
+            told=dict(self._places.told),
+            samples={
+                one.name: SampleState(
+                    point=self.scene.sample_point(one.name)[:2],
+                    heading_rad=self.scene.sample_heading(one.name),
+                )
+                for one in self.world.samples
+            },
+            rocks=tuple(RockState(point=rock.point, radius_m=rock.radius_m) for rock in self._places.rocks),
+            jaws=self._jaws.snapshot(),
+            bodies={name: body.state() for name, body in self.bodies.items()},
+            streams={name: StreamState.of(rng) for name, rng in self._rngs.items()},
+            touched=frozenset(self._touched),
+            robots={n: agent.memory() for n, agent in self.agents.items() if isinstance(agent, Remembering)},
+        )
+
+    def _recall(self, snapshot: WorldSnapshot) -> None:
+        """What the places do not tell: time, grips, bodies, random streams."""
+        self.clock.ticks, self._touched = snapshot.ticks, set(snapshot.touched)
+        self._jaws.recall(snapshot.jaws)
+        for name, body in self.bodies.items():
+            body.recall(snapshot.bodies[name])
+            snapshot.streams[name].restore(self._rngs[name])
 
     def step(self) -> None:
         """One tick of 1/60 s; every third begins with the agents' sensing and acting.
@@ -155,16 +209,17 @@ class Simulation:
     def close(self) -> None:
         self.scene.close()
 
-    def _fitting(self, spec: RobotSpec, told: Pose) -> Fitting:
+    def _fitting(self, spec: RobotSpec, memory: RobotMemory | None) -> Fitting:
         return Fitting(
             spec=spec,
             reach=self.world.reach_of(spec),
             others=tuple(other for other in self.bodies if other != spec.name),
             lengths_m={one.name: one.length_m for one in self.world.samples if one.length_m},
-            told=told,
+            told=self._places.told[spec.name],
             body=self.bodies[spec.name],
             link=self.hub.end_of(spec.name),
             clock=self.clock,
+            memory=memory,
         )
 
     def _spend(self) -> None:
@@ -217,31 +272,9 @@ class Simulation:
         for sample in self.world.samples:
             x, y, _ = self.scene.sample_point(sample.name)
             holders = self._jaws.holders(sample.name)
-            place = None if holders else _place_at(self.world, (x, y))
+            place = None if holders else place_at(self.world, (x, y))
             heading_rad = self.scene.sample_heading(sample.name) if sample.length_m else 0.0
             found[sample.name] = SampleTruth(
                 x_m=x, y_m=y, heading_rad=heading_rad, place=place, holders=holders
             )
         return found
-
-
-def _beacons(world: WorldFile) -> tuple[Beacon, ...]:
-    return tuple(
-        Beacon(
-            identity=place.name,
-            x_m=place.at[0],
-            y_m=place.at[1],
-            axes_rad=tuple(radians(axis) for axis in place.approach_deg),
-        )
-        for place in world.places
-    )
-
-
-def _place_at(world: WorldFile, point: tuple[float, float]) -> str | None:
-    near = [
-        (hypot(point[0] - place.at[0], point[1] - place.at[1]), place.name)
-        for place in world.places
-        if place.capacity
-    ]
-    distance_m, name = min(near, default=(float("inf"), ""))
-    return name if distance_m <= LIES_IN_M else None

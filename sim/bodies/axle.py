@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from robots.world.bodies import WheeledBodySpec
 from sim.scene import ROVER_INERTIA_KG_M2, ROVER_MASS_KG, TICK_S
+from sim.snapshot import AxleState
 
 GRAVITY_M_S2 = 9.81
 ON_WHEELS = 0.8
@@ -49,6 +50,15 @@ class Axle:
         load_n = ROVER_MASS_KG * GRAVITY_M_S2 * ON_WHEELS
         self._torque_n_s = spec.torque_n_m / spec.radius_m * TICK_S
         self._traction_n_s = spec.traction * load_n / 2 * TICK_S
+
+    def state(self) -> AxleState:
+        return AxleState(rims_m_s=self.rims_m_s, set_m_s=self._set, slip=self._slip, pulled_n_s=self._pulled)
+
+    def recall(self, state: AxleState, grip: Pair) -> None:
+        """:param grip: the wheels' radii, as they were drawn."""
+        self._grip = grip
+        self.rims_m_s, self._set = state.rims_m_s, state.set_m_s
+        self._slip, self._pulled = state.slip, state.pulled_n_s
 
     def follow(self, now: Velocity) -> Velocity:
         """Let the wheels go with the chassis where something has stopped or pushed it, as far as they do not slip.

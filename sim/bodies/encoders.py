@@ -7,6 +7,7 @@ import numpy as np
 from robots.body import Pose
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.odometry import SCALE_SIGMA, TURN_SCALE_SIGMA, reckoned
+from sim.snapshot import EncoderState
 
 UNEVEN_SIGMA = 0.001
 """How much the radius of one wheel is off the other's, as a share."""
@@ -29,6 +30,19 @@ class Encoders:
         self._rolled_m = [0.0, 0.0]
         self._counted = (0, 0)
         self.pose = told
+
+    def state(self) -> EncoderState:
+        return EncoderState(
+            grip=self.grip,
+            believed_base_m=self._believed_base_m,
+            rolled_m=(self._rolled_m[0], self._rolled_m[1]),
+            counted=self._counted,
+            pose=self.pose,
+        )
+
+    def recall(self, state: EncoderState) -> None:
+        self.grip, self._believed_base_m = state.grip, state.believed_base_m
+        self._rolled_m, self._counted, self.pose = list(state.rolled_m), state.counted, state.pose
 
     def roll(self, rims_m_s: tuple[float, float], step_s: float) -> None:
         """The wheels' turns of one step."""

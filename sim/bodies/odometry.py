@@ -5,6 +5,7 @@ from math import cos, remainder, sin, tau
 import numpy as np
 
 from robots.body import Pose
+from sim.snapshot import OdometryState
 
 SCALE_SIGMA = 0.01  # error of the wheels' radius, a constant of the robot
 TURN_SCALE_SIGMA = 0.01
@@ -24,6 +25,15 @@ class Odometry:
     @property
     def pose(self) -> Pose:
         return self._estimate
+
+    def state(self) -> OdometryState:
+        return OdometryState(
+            estimate=self._estimate, last=self._last, scale=self._scale, turn_scale=self._turn_scale
+        )
+
+    def recall(self, state: OdometryState) -> None:
+        self._estimate, self._last = state.estimate, state.last
+        self._scale, self._turn_scale = state.scale, state.turn_scale
 
     def update(self, true: Pose) -> None:
         """Account for the motion since the last update."""

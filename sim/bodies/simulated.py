@@ -9,6 +9,7 @@ from robots.sensing.energy import load_powers
 from robots.world import RobotSpec
 from sim.battery import Battery
 from sim.jaws import Jaws
+from sim.snapshot import BodyState, RampedState, WheeledState
 
 
 class SimulatedBody(ABC):
@@ -42,6 +43,32 @@ class SimulatedBody(ABC):
 
     @abstractmethod
     def get_position(self) -> Pose: ...
+
+    @abstractmethod
+    def drive_state(self) -> RampedState | WheeledState:
+        """What to go on with of its drive and odometry."""
+
+    @abstractmethod
+    def recall_drive(self, state: RampedState | WheeledState) -> None:
+        """:raises ValueError: if it is another kind's."""
+
+    def state(self) -> BodyState:
+        return BodyState(
+            wanted=self._wanted,
+            running=self.running,
+            left_j=self.battery.left_j,
+            charging=self.battery.charging,
+            drive=self.drive_state(),
+        )
+
+    def recall(self, state: BodyState) -> None:
+        """Go on as the body of a snapshot.
+
+        :raises ValueError: if it is of another kind.
+        """
+        self._wanted, self.running = state.wanted, state.running
+        self.battery.recall(state.left_j, charging=state.charging)
+        self.recall_drive(state.drive)
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
         """Take a command, and hold it until the next; with an empty battery it is to stop."""

@@ -10,6 +10,7 @@ from sim.bodies.odometry import Odometry
 from sim.bodies.simulated import SimulatedBody, clip
 from sim.jaws import Jaws
 from sim.scene import TICK_S, Scene
+from sim.snapshot import RampedState, WheeledState
 
 
 class RampedBody(SimulatedBody):
@@ -29,6 +30,15 @@ class RampedBody(SimulatedBody):
 
     def get_position(self) -> Pose:
         return self._odometry.pose
+
+    def drive_state(self) -> RampedState:
+        return RampedState(driven=self._driven, odometry=self._odometry.state())
+
+    def recall_drive(self, state: RampedState | WheeledState) -> None:
+        if not isinstance(state, RampedState):
+            raise ValueError(f"{self.spec.name} has no wheels, but its snapshot has")
+        self._driven = state.driven
+        self._odometry.recall(state.odometry)
 
     def _ramp(self) -> None:
         """Go over to the velocity of the coming tick: as near to what is wanted as the ramps allow."""

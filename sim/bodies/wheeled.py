@@ -12,6 +12,7 @@ from sim.bodies.encoders import Encoders
 from sim.bodies.simulated import SimulatedBody
 from sim.jaws import Jaws
 from sim.scene import TICK_S, Scene
+from sim.snapshot import RampedState, StreamState, WheeledState
 
 LIFTED_M_S, LIFTED_RAD_S = 5.0, 30.0
 """What seems to have moved faster than this was lifted and set down: it stands."""
@@ -51,6 +52,22 @@ class WheeledBody(SimulatedBody):
 
     def count_way(self, true: Pose) -> None:
         self._encoders.read()
+
+    def drive_state(self) -> WheeledState:
+        return WheeledState(
+            encoders=self._encoders.state(),
+            axle=self._axle.state(),
+            last=self._last,
+            floor=StreamState.of(self._rng),
+        )
+
+    def recall_drive(self, state: RampedState | WheeledState) -> None:
+        if not isinstance(state, WheeledState):
+            raise ValueError(f"{self.spec.name} has wheels, but its snapshot has none")
+        self._encoders.recall(state.encoders)
+        self._axle.recall(state.axle, self._encoders.grip)
+        self._last = state.last
+        state.floor.restore(self._rng)
 
     def touches(self) -> bool:
         return self._scene.touched(self.spec.name)

@@ -90,3 +90,19 @@ def test_reports_wait_in_order_while_the_pipe_is_full_and_go_before_telemetry() 
     assert channel.arrived() == []
     channel.room = True
     assert [sent for _, _, sent in channel.arrived()] == [1, 3, 2]
+
+
+def test_what_robots_say_waits_for_its_release_and_telemetry_does_not() -> None:
+    service, robots_end = InMemoryLink.pair()
+    hub = Hub(robots_end, ["fred"], holds=True)
+    fred = hub.end_of("fred")
+    fred.send(report("fred", 1))
+    fred.send(telemetry("fred", 2))
+    hub.flush(2.0)
+    assert hub.holding
+    assert [m.body.kind for m in service.receive()] == ["telemetry"]
+    hub.release()
+    fred.send(report("fred", 3))
+    hub.flush(2.0)
+    assert [m.sent_at_s for m in service.receive()] == [1]
+    assert hub.holding
