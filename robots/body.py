@@ -11,6 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.sightings import Sightings
+
 RADIUS_M = 0.22
 """Radius of a rover's round body."""
 GRIPPER_REACH_M = 0.34
@@ -24,20 +26,6 @@ class Pose:
     x_m: float
     y_m: float
     heading_rad: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sighting:
-    """One infra-red beacon in view: a fixed beacon, another robot's beacon, or the tag of a sample (MACTA §5).
-
-    `aspect_rad` is how far the observer stands off the beacon's nearest emitting axis (0: straight in front of it),
-    positive when the observer is counter-clockwise of the axis seen from the beacon; 0 for a beacon without an axis.
-    """
-
-    identity: str
-    range_m: float
-    bearing_rad: float
-    aspect_rad: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +79,7 @@ class Readings:
     time_s: float
     ranges_m: NDArray[np.float64] | None
     bumper: bool | None
-    sightings: tuple[Sighting, ...] | None
+    sightings: Sightings | None
     gripper: Gripper | None
     capture_head_m: tuple[float, float] | None = (0.0, 0.0)
     battery: float = 1.0

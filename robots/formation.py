@@ -6,19 +6,24 @@ is our choice.
 """
 
 from cmath import rect
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import pi
+from typing import TypeVar
+
+import numpy as np
 
 from robots.body import GRIPPER_REACH_M, RADIUS_M
 from robots.course import Guidance, guidance
 from robots.geometry import wrap
-from robots.percepts import Obstacle, Percepts
+from robots.obstacles import Obstacles, Points
+from robots.percepts import Percepts
 
 BEHIND_RAD = 2.4
 """To what lies farther round than this both turn by the left."""
 BESIDE_M = 0.35
 """What is met this near to where the partner stands is the partner."""
+
+PointOrPoints = TypeVar("PointOrPoints", complex, Points)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,8 +52,8 @@ class Formation:
         """Where the other robot stands; robot's frame."""
         return 2 * self.middle
 
-    def to_formation(self, point: complex) -> complex:
-        """A point of the robot's frame, as from the middle: x ahead of the whole, y to its left."""
+    def to_formation(self, point: PointOrPoints) -> PointOrPoints:
+        """A point of the robot's frame, or several, as from the middle: x ahead of the whole, y to its left."""
         return (point - self.middle) * rect(1.0, -self.heading_rad)
 
 
@@ -71,15 +76,15 @@ def _guided(percepts: Percepts, thing: str, place: str) -> Guidance | None:
     point, beacon = percepts.approach_point(place), percepts.locate(place)
     if whole is None or point is None or beacon is None:
         return None
-    in_the_way = tuple(_obstacles(percepts, whole))
+    in_the_way = _obstacles(percepts, whole)
     found = guidance(whole.to_formation(point), whole.to_formation(beacon), in_the_way)
     # NOTE: what lies behind is as far to the left as to the right: by noise each would take another way round.
     return replace(found, turn_rad=pi) if found is not None and found.turn_rad < -BEHIND_RAD else found
 
 
-def _obstacles(percepts: Percepts, whole: Formation) -> Iterator[Obstacle]:
+def _obstacles(percepts: Percepts, whole: Formation) -> Obstacles:
     """What stands about without the partner, as wide as if the formation were no wider than one robot."""
-    wider_m = whole.radius_m - RADIUS_M
-    for one in percepts.obstacles:
-        if abs(one.at - whole.partner) > BESIDE_M:
-            yield replace(one, at=whole.to_formation(one.at), radius_m=one.radius_m + wider_m, is_robot=False)
+    about, wider_m = percepts.obstacles, whole.radius_m - RADIUS_M
+    others = np.abs(about.at - whole.partner) > BESIDE_M
+    at, radii_m = whole.to_formation(about.at[others]), about.radii_m[others] + wider_m
+    return Obstacles(at, radii_m, np.zeros(len(at), np.bool_))

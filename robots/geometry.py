@@ -3,9 +3,12 @@
 from cmath import phase, rect
 from math import pi
 
+from numba.extending import register_jitable
+
 from robots.body import Pose
 
 
+@register_jitable  # for compiled code, too; to Python it is what it was
 def wrap(angle_rad: float) -> float:
     """The same angle in (-pi, pi]."""
     turned = (angle_rad + pi) % (2 * pi) - pi

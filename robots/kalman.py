@@ -16,6 +16,8 @@ DRIFT_PER_M, DRIFT_PER_RAD = 0.08, 0.08
 RANGE_SIGMA_M, RANGE_SIGMA_PER_M, BEARING_SIGMA_RAD = 0.02, 0.02, 0.03
 GATE = 36.0
 """Squared Mahalanobis distance beyond which a sighting is not believed."""
+NEAREST_M = 0.1
+"""A beacon nearer than this tells no direction."""
 REJECTED_BEFORE_DOUBT = 20
 DOUBT_M2 = 0.25
 """What is added to every variance then; of the heading, square radians."""
@@ -44,27 +46,30 @@ def predict(state: Floats, covariance: Floats, ahead_m: float, left_m: float, tu
 
 
 @numba.njit(cache=True)
-def correct(state: Floats, covariance: Floats, seen: Floats, rejected: int) -> int:
+def correct(state: Floats, covariance: Floats, beacons: Floats, seen: Floats, rejected: int) -> int:
     """Correct by one beacon after the other; how many sightings in a row were not believed.
 
     Many disbelieved in a row say that it is the estimate that is wrong (pushed, lifted): it is opened again.
 
-    :param seen: shape (N, 4): the beacon's x and y on the map, range in metres and bearing in radians as sighted.
+    :param beacons: shape (N, 2): x and y on the map of what is seen, NaN of what is no beacon.
+    :param seen: shape (N, 3): range in metres, bearing and aspect in radians as sighted.
     :param rejected: how many were not believed before.
     """
     across = np.empty((3, 2))
     gain = np.empty((3, 2))
     for n in range(len(seen)):
-        dx, dy = seen[n, 0] - state[0], seen[n, 1] - state[1]
+        if np.isnan(beacons[n, 0]) or seen[n, 0] <= NEAREST_M:
+            continue
+        dx, dy = beacons[n, 0] - state[0], beacons[n, 1] - state[1]
         away = max(hypot(dx, dy), 1e-3)
-        off_m = seen[n, 2] - away
-        off_rad = (seen[n, 3] - atan2(dy, dx) + state[2] + pi) % (2 * pi) - pi
+        off_m = seen[n, 0] - away
+        off_rad = (seen[n, 1] - atan2(dy, dx) + state[2] + pi) % (2 * pi) - pi
         # how range (a, b) and bearing (d, e, and -1 for the heading) change with the state
         a, b, d, e = -dx / away, -dy / away, dy / away**2, -dx / away**2
         for i in range(3):
             across[i, 0] = covariance[i, 0] * a + covariance[i, 1] * b
             across[i, 1] = covariance[i, 0] * d + covariance[i, 1] * e - covariance[i, 2]
-        spread_m2 = (RANGE_SIGMA_M + RANGE_SIGMA_PER_M * seen[n, 2]) ** 2
+        spread_m2 = (RANGE_SIGMA_M + RANGE_SIGMA_PER_M * seen[n, 0]) ** 2
         s00 = a * across[0, 0] + b * across[1, 0] + spread_m2
         s01 = a * across[0, 1] + b * across[1, 1]
         s11 = d * across[0, 1] + e * across[1, 1] - across[2, 1] + BEARING_SIGMA_RAD**2

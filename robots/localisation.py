@@ -4,20 +4,20 @@ State (x, y, heading) in the world's frame. Odometry's increments predict it; ra
 the robot's map correct it.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import Pose, Sighting
+from robots.body import Pose
 from robots.geometry import to_robot, wrap
 from robots.kalman import correct, predict
 from robots.memory import EstimateMemory
 from robots.profile import BeaconSpec
+from robots.sightings import Sightings
 
 START_SIGMA = (0.15, 0.15, 0.15)
-NEAREST_M = 0.1
-"""A beacon nearer than this tells no direction."""
 
 
 class Localiser:
@@ -31,6 +31,8 @@ class Localiser:
         self._beacons = beacons
         self._odometry: Pose | None = None
         self._rejected = 0
+        self._names: tuple[str, ...] = ()
+        self._mapped: NDArray[np.float64] = np.empty((0, 2))
 
     @property
     def pose(self) -> Pose:
@@ -58,18 +60,18 @@ class Localiser:
         self._covariance[:] = np.reshape(memory.covariance, (3, 3))
         self._odometry, self._rejected = memory.odometry, memory.rejected
 
-    def update(self, odometry: Pose, sightings: Iterable[Sighting]) -> Pose:
+    def update(self, odometry: Pose, sightings: Sightings) -> Pose:
         """Predict by the step since the last odometry, then correct by every mapped beacon in view."""
         self._predict(odometry)
-        mapped = ((self._beacons.get(one.identity), one) for one in sightings)
-        seen = [
-            (beacon.x_m, beacon.y_m, one.range_m, one.bearing_rad)
-            for beacon, one in mapped
-            if beacon is not None and one.range_m > NEAREST_M
-        ]
-        if seen:
-            self._rejected = correct(self._state, self._covariance, np.array(seen), self._rejected)
+        if sightings.names != self._names:
+            self._names = sightings.names
+            self._mapped = np.array([self._point(name) for name in self._names]).reshape(-1, 2)
+        self._rejected = correct(self._state, self._covariance, self._mapped, sightings.read, self._rejected)
         return self.pose
+
+    def _point(self, identity: str) -> tuple[float, float]:
+        beacon = self._beacons.get(identity)
+        return (nan, nan) if beacon is None else (beacon.x_m, beacon.y_m)
 
     def _predict(self, odometry: Pose) -> None:
         last, self._odometry = self._odometry, odometry

@@ -10,12 +10,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Sensor, Sighting
+from robots.body import GRIPPER_REACH_M, Gripper, Pose, Sensor
 from robots.datastore import MutualDataStore
 from robots.errors import SensorOff
 from robots.geometry import to_robot, to_world, wrap
+from robots.obstacles import Obstacles
 from robots.profile import STAND_OFF_M, RobotProfile
 from robots.progress import Progress
+from robots.sightings import Sightings
 from robots.tracking.cursor import Cursor
 
 REMEMBERED_S = 5.0
@@ -25,8 +27,6 @@ FRESH_S = 1.0
 HANDLE_OF = "@"
 STANDS_AT_M = 0.5
 """A robot this near to a handle stands at it."""
-SAMPLE_RADIUS_M = 0.06
-WHISKER_RADIUS_M = 0.02
 
 T = TypeVar("T")
 
@@ -43,20 +43,6 @@ TRACKING: Needs = SURROUNDINGS | TOUCH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Obstacle:
-    """Something in the way: a disc in the robot's frame, metres."""
-
-    at: complex
-    radius_m: float
-    is_robot: bool = False
-
-    @property
-    def gap_m(self) -> float:
-        """Free space between its edge and the robot's hull."""
-        return max(0.0, abs(self.at) - self.radius_m - RADIUS_M)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Percepts:
     """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres.
 
@@ -64,7 +50,7 @@ class Percepts:
     are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
     is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
     come to by it. `degraded`: what readings the robot does without, in words. `last_seen`: when each
-    beacon or tag was last in view, and how far off.
+    beacon or tag that went out of view was there last, and how far off.
     """
 
     profile: RobotProfile
@@ -72,9 +58,9 @@ class Percepts:
     pose: Pose
     odometry: Pose
     data: MutualDataStore = field(default_factory=MutualDataStore)
-    seen: Mapping[str, Sighting] | None = None
-    solid: tuple[Obstacle, ...] | None = None
-    about: tuple[Obstacle, ...] | None = None
+    seen: Sightings | None = None
+    solid: Obstacles | None = None
+    about: Obstacles | None = None
     cursors: Mapping[str, Cursor] = field(default_factory=dict)
     bumped_s: float | None = None
     battery: float = 1.0
@@ -100,17 +86,17 @@ class Percepts:
         return self.profile.name
 
     @property
-    def sightings(self) -> Mapping[str, Sighting]:
+    def sightings(self) -> Sightings:
         """The infra-red beacons in view, by identity."""
         return _known(self.seen, SIGHT)
 
     @property
-    def bodies(self) -> tuple[Obstacle, ...]:
+    def bodies(self) -> Obstacles:
         """Obstacles that infra-red tells of: other robots and samples that lie about."""
         return _known(self.solid, LOCATING)
 
     @property
-    def obstacles(self) -> tuple[Obstacle, ...]:
+    def obstacles(self) -> Obstacles:
         """Everything in the way, by infra-red and whiskers."""
         return _known(self.about, SURROUNDINGS)
 

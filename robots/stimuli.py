@@ -15,7 +15,7 @@ from pydantic import ConfigDict, Field
 from robots.carrying import Askew, JointWayOn, JointWayRound, PutAhead, PutAside
 from robots.course import guide
 from robots.geometry import clip
-from robots.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Obstacle, Percepts
+from robots.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
 from robots.responses import STRICT
 from robots.steering import Alongside, Astern, Course, Distance, ToAdvance, ToGo, ToHeading, ToTurn, Whim
 
@@ -131,19 +131,16 @@ class Proximity:
 
     def read(self, percepts: Percepts) -> float | None:
         about = percepts.bodies if self.robots else percepts.obstacles
-        within = [one for one in about if self._counts(one)]
-        if not within:
+        nearest = about.nearest(self.sector_rad, robots_only=self.robots)
+        if nearest is None:
             return 0.0
-        nearest = min(within, key=lambda one: one.gap_m)
-        s = clip(1 - nearest.gap_m / self._reach(percepts), 0.0)
-        return s if not self.side or phase(nearest.at) < 0 else -s
+        gap_m, at = nearest
+        s = clip(1 - gap_m / self._reach(percepts), 0.0)
+        return s if not self.side or phase(at) < 0 else -s
 
     def _reach(self, percepts: Percepts) -> float:
         point = percepts.approach_point(self.until) if self.until is not None else None
         return self.reach_m if point is None else min(self.reach_m, abs(point) + 0.03)
-
-    def _counts(self, obstacle: Obstacle) -> bool:
-        return abs(phase(obstacle.at)) <= self.sector_rad and (obstacle.is_robot or not self.robots)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

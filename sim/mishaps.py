@@ -14,6 +14,7 @@ import numpy as np
 
 from robots.body import RADIUS_M, READS, Body, Pose, Readings, Sensor
 from robots.geometry import wrap
+from robots.sightings import NONE_IN_VIEW, Sightings
 from robots.world.walls import clearance_m, panels_of
 from sim.agents import behavioural_agent
 from sim.world import Agent, Fitting, Simulation
@@ -63,14 +64,13 @@ def sightings_read_nan(readings: Readings) -> Readings:
     """Infra-red tells names, but neither range nor bearing."""
     if readings.sightings is None:
         return readings
-    return replace(
-        readings, sightings=tuple(replace(one, range_m=nan, bearing_rad=nan) for one in readings.sightings)
-    )
+    read = readings.sightings.read * (nan, nan, 1.0)
+    return replace(readings, sightings=Sightings(readings.sightings.names, read))
 
 
 def sees_nothing(readings: Readings) -> Readings:
     """Infra-red runs and meets no beacon: a covered receiver."""
-    return readings if readings.sightings is None else replace(readings, sightings=())
+    return readings if readings.sightings is None else replace(readings, sightings=NONE_IN_VIEW)
 
 
 class FaultyBody:
@@ -154,7 +154,7 @@ class Mishaps:
 def _without(readings: Readings, identity: str) -> Readings:
     if readings.sightings is None:
         return readings
-    return replace(readings, sightings=tuple(one for one in readings.sightings if one.identity != identity))
+    return replace(readings, sightings=readings.sightings.only(readings.sightings.rows.keys() - {identity}))
 
 
 def push(simulation: Simulation, rover: str, *, ahead_m: float = 0.0, left_m: float = 0.0) -> None:

@@ -11,7 +11,8 @@ from math import inf, nan, pi, radians, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import RADIUS_M, Pose, Sighting
+from robots.body import RADIUS_M, Pose
+from robots.sightings import Sightings
 from robots.world import RobotSpec, Sample, WorldFile
 from sim.rays import FREE, free_shares, in_sight
 from sim.scene import AUDIBLE, WALLS, Scene
@@ -117,7 +118,7 @@ class InfraRed:
         rngs: Rngs,
         running: Collection[str],
         hidden: Iterable[tuple[str, str]],
-    ) -> dict[str, tuple[Sighting, ...]]:
+    ) -> dict[str, Sightings]:
         """What each rover sees whose sensor runs.
 
         :param hidden: rovers and the samples in their jaws whose tags they do not see.
@@ -137,16 +138,9 @@ class InfraRed:
         noise = [rngs[rover].standard_normal((counts[row], 3)) for rover, row in self._rovers.items()]
         read = _measured(at[rovers], shining[emitters], self._axes_rad[emitters], np.concatenate(noise))
         names = [self._identities[n] for n in emitters.tolist()]
-        found = [
-            Sighting(identity=name, range_m=range_m, bearing_rad=bearing_rad, aspect_rad=aspect_rad)
-            for name, (range_m, bearing_rad, aspect_rad) in zip(names, read.tolist(), strict=True)
-        ]
         ends = np.cumsum(counts).tolist()
-        return {
-            rover: tuple(found[ends[row] - counts[row] : ends[row]])
-            for rover, row in self._rovers.items()
-            if rover in running
-        }
+        spans = {rover: slice(ends[row] - counts[row], ends[row]) for rover, row in self._rovers.items()}
+        return {rover: Sightings(tuple(names[spans[rover]]), read[spans[rover]]) for rover in running}
 
 
 def aspect_rad(observers: Floats, emitters: Floats, axes_rad: Floats) -> Floats:

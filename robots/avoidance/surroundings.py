@@ -41,7 +41,7 @@ class Surroundings:
         here = percepts.odometry
         self._scroll(here)
         turn = rect(1.0, here.heading_rad)
-        hits = np.array([one.at for one in percepts.obstacles if not one.is_robot], dtype=np.complex128)
+        hits = percepts.obstacles.at[~percepts.obstacles.robots]
         self._count(_beams(percepts) * turn, here, MISS)
         self._count(hits * turn, here, HIT)
         self._gather(percepts, here)
@@ -75,9 +75,9 @@ class Surroundings:
         cells = np.argwhere(self._certainty > 0)
         east = (cells[:, 0] + corner[0]) * CELL_M - here.x_m
         north = (cells[:, 1] + corner[1]) * CELL_M - here.y_m
-        robots = [one for one in percepts.obstacles if one.is_robot]
+        robots = percepts.obstacles.at[percepts.obstacles.robots]
         remembered = (east + 1j * north) * rect(1.0, -here.heading_rad)
-        self.points = np.concatenate([remembered, np.array([one.at for one in robots], dtype=np.complex128)])
+        self.points = np.concatenate([remembered, robots])
         self.radii_m = np.concatenate([np.zeros(len(cells)), np.full(len(robots), GRIPPER_REACH_M)])
         sure = self._certainty[cells[:, 0], cells[:, 1]] / SURE
         self.certainty = np.concatenate([sure, np.ones(len(robots))])

@@ -10,9 +10,10 @@ from math import hypot, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import Pose, Readings, Sighting
+from robots.body import Pose, Readings
 from robots.errors import SensorFault
 from robots.geometry import wrap
+from robots.sightings import NONE_IN_VIEW, Sightings
 
 MASKED_SHARE = 0.25
 """Of the whiskers, up to this share may fail and the robot goes on."""
@@ -34,7 +35,7 @@ class SensorHealth:
         self._at: Pose | None = None
         self._ranges_m: NDArray[np.float64] | None = None
         self._same_m: NDArray[np.float64] | None = None
-        self._sightings: tuple[Sighting, ...] = ()
+        self._sightings = NONE_IN_VIEW
         self._unchanged_m = 0.0
         self._battery = 1.0
         self.degraded: tuple[str, ...] = ()
@@ -69,11 +70,9 @@ class SensorHealth:
             spared.append(f"the battery reads {battery}")
         return self._battery
 
-    def _beacons(
-        self, sightings: tuple[Sighting, ...] | None, moved_m: float, spared: list[str]
-    ) -> tuple[Sighting, ...] | None:
+    def _beacons(self, sightings: Sightings | None, moved_m: float, spared: list[str]) -> Sightings | None:
         if not sightings:
-            self._sightings, self._unchanged_m = (), 0.0
+            self._sightings, self._unchanged_m = NONE_IN_VIEW, 0.0
             return sightings
         self._unchanged_m = self._unchanged_m + moved_m if sightings == self._sightings else 0.0
         self._sightings = sightings
@@ -81,18 +80,14 @@ class SensorHealth:
             raise SensorFault(
                 f"the beacon sensor reads the same over {self._unchanged_m:.1f} m, to the last digit"
             )
-        good = tuple(one for one in sightings if _sound(one))
-        if len(good) == len(sightings):
+        if sightings.sound:
             return sightings
-        wrong = [one for one in sightings if not _sound(one)]
-        told = [
-            f"the beacon sensor reads {(one.range_m, one.bearing_rad, one.aspect_rad)} for {one.identity}"
-            for one in wrong
-        ]
-        if told and not good:
+        wrong = {name: one.read for name, one in sightings.items() if not one.sound}
+        told = [f"the beacon sensor reads {read} for {name}" for name, read in wrong.items()]
+        if len(wrong) == len(sightings):
             raise SensorFault(told[0])
         spared += told
-        return good
+        return sightings.only(sightings.rows.keys() - wrong.keys())
 
     def _whiskers(
         self, ranges_m: NDArray[np.float64] | None, moved_m: float, spared: list[str]
@@ -130,10 +125,6 @@ class SensorHealth:
             self._same_m = np.where(same, self._same_m + moved_m, 0.0)
         stuck: NDArray[np.bool_] = self._same_m > FROZEN_M
         return stuck
-
-
-def _sound(sighting: Sighting) -> bool:
-    return isfinite(sighting.range_m + sighting.bearing_rad + sighting.aspect_rad)
 
 
 def _bridged(ranges_m: NDArray[np.float64], lying: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -7,12 +7,16 @@ from enum import StrEnum
 from math import hypot
 from typing import Protocol
 
+import numpy as np
+
 from robots.executive import Executive
 from robots.geometry import to_robot, to_world, wrap
+from robots.obstacles import Obstacles
 from robots.percepts import Percepts
 from robots.profile import Architecture
 from robots.sensing.actions import SensorAction
 from robots.sensing.machine import BehaviourState
+from robots.sightings import NONE_IN_VIEW, Sightings
 from robots.synthesis import Motion
 
 SENSE_S = 0.5
@@ -141,15 +145,16 @@ class SequentialLoop:
 def carried(model: Percepts, now: Percepts) -> Percepts:
     """What was sensed a while ago as it lies from where the robot has come to by dead reckoning since."""
 
-    def moved(at: complex) -> complex:
-        return to_robot(now.pose, to_world(model.pose, at))
+    def moved(known: Obstacles) -> Obstacles:
+        at = [to_robot(now.pose, to_world(model.pose, one)) for one in known.at.tolist()]
+        return Obstacles(np.array(at, dtype=np.complex128), known.radii_m, known.robots)
 
     turned = now.pose.heading_rad - model.pose.heading_rad
-    seen = {}
-    for name, one in (model.seen or {}).items():
-        at = moved(rect(one.range_m, one.bearing_rad))
+    seen = []
+    for one in (model.seen or NONE_IN_VIEW).values():
+        at = to_robot(now.pose, to_world(model.pose, rect(one.range_m, one.bearing_rad)))
         aspect = wrap(phase(at) - one.bearing_rad + turned + one.aspect_rad)
-        seen[name] = replace(one, range_m=abs(at), bearing_rad=phase(at), aspect_rad=aspect)
+        seen.append(replace(one, range_m=abs(at), bearing_rad=phase(at), aspect_rad=aspect))
     return replace(
         model,
         time_s=now.time_s,
@@ -157,7 +162,7 @@ def carried(model: Percepts, now: Percepts) -> Percepts:
         odometry=now.odometry,
         battery=now.battery,
         charging=now.charging,
-        seen=None if model.seen is None else seen,
-        solid=None if model.solid is None else tuple(replace(o, at=moved(o.at)) for o in model.solid),
-        about=None if model.about is None else tuple(replace(o, at=moved(o.at)) for o in model.about),
+        seen=None if model.seen is None else Sightings.of(seen),
+        solid=None if model.solid is None else moved(model.solid),
+        about=None if model.about is None else moved(model.about),
     )

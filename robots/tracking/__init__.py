@@ -4,8 +4,8 @@
 go by. On-robot software only.
 """
 
-from robots.tracking.cursor import Cursor
+from robots.tracking.cursor import Cursor, Cursors
 from robots.tracking.observation import Modality, Observation
 from robots.tracking.tracker import ObjectTracking
 
-__all__ = ["Cursor", "Modality", "ObjectTracking", "Observation"]
+__all__ = ["Cursor", "Cursors", "Modality", "ObjectTracking", "Observation"]

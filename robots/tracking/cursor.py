@@ -1,12 +1,30 @@
-"""Cursors: symbols anchored in what is perceived (SRA; Coradeschi & Saffiotti 2001)."""
+"""Cursors: symbols anchored in what is perceived (SRA; Coradeschi & Saffiotti 2001).
 
+A robot in a hall tracks a dozen things at once, twenty times a second: they are columns, fused by compiled arithmetic
+(numba).
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from math import exp2, inf
+from math import exp2, hypot, inf
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
 
 MOVING_S = 1.5
 """A thing that left its place this long ago and not again stands still."""
 HALF_LIFE_S = 2.0
 """Evidence that nothing renews halves in this time (our choice)."""
+STILL_M = 0.1
+"""Something that seems to move by less than this has not moved: it is within the sensor's noise."""
+GONE_S = 0.5
+"""Out of view for longer than this breaks a view."""
+JUMP_M = 0.5
+"""What seems to be this far off was carried there, or is another's echo: it is believed anew."""
+VELOCITY_GAIN = 0.1
+DRIFT_M2_S = 0.01
+"""How uncertain a place becomes that is not observed, variance a second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,16 +37,16 @@ class Cursor:
     """
 
     at: complex
+    anchor: complex
+    velocity: complex = 0j
+    rest: complex = 0j
     seen_s: float
     viewed_s: float = -inf
     in_view_since_s: float
-    anchor: complex
     still_since_s: float
-    velocity: complex = 0j
+    moved_s: float = -inf
     evidence: float = 0.0
     variance_m2: float = 1.0
-    rest: complex = 0j
-    moved_s: float = -inf
 
     def moving_at(self, now_s: float) -> bool:
         """True while it does not keep its place."""
@@ -37,3 +55,154 @@ class Cursor:
     def evidence_at(self, now_s: float) -> float:
         """What is left of its evidence."""
         return self.evidence * exp2(-max(0.0, now_s - self.seen_s) / HALF_LIFE_S)
+
+
+POINTS = ("at", "anchor", "velocity", "rest")
+NUMBERS = ("seen_s", "viewed_s", "in_view_since_s", "still_since_s", "moved_s", "evidence", "variance_m2")
+AT, ANCHOR, VELOCITY, REST = range(len(POINTS))
+SEEN_S, VIEWED_S, IN_VIEW_SINCE_S, STILL_SINCE_S, MOVED_S, EVIDENCE, VARIANCE_M2 = range(len(NUMBERS))
+
+
+class Cursors(Mapping[str, Cursor]):
+    """The things believed in, by name: columns, and one cursor for who asks for one.
+
+    :param rows: each name's row.
+    :param points: shape (K, 4), complex: a row's `POINTS`. :param numbers: shape (K, 7): its `NUMBERS`.
+    """
+
+    __slots__ = ("numbers", "points", "rows")
+
+    def __init__(
+        self, rows: Mapping[str, int], points: NDArray[np.complex128], numbers: NDArray[np.float64]
+    ) -> None:
+        self.rows, self.points, self.numbers = rows, points, numbers
+
+    @classmethod
+    def of(cls, cursors: Mapping[str, Cursor]) -> "Cursors":
+        """From cursors one by one."""
+        points = [[getattr(one, name) for name in POINTS] for one in cursors.values()]
+        numbers = [[getattr(one, name) for name in NUMBERS] for one in cursors.values()]
+        return cls(
+            {name: row for row, name in enumerate(cursors)},
+            np.array(points, dtype=np.complex128).reshape(-1, len(POINTS)),
+            np.array(numbers, dtype=np.float64).reshape(-1, len(NUMBERS)),
+        )
+
+    def copy(self) -> "Cursors":
+        """As they are now. Names are never added to `rows` in place, only values are changed."""
+        return Cursors(self.rows, self.points.copy(), self.numbers.copy())
+
+    def with_new(self, names: Iterable[str]) -> "Cursors":
+        """With a row, of no evidence, for each name that has none."""
+        new = [name for name in names if name not in self.rows]
+        rows = {**self.rows, **{name: len(self.rows) + n for n, name in enumerate(new)}}
+        return Cursors(
+            rows,
+            np.concatenate([self.points, np.zeros((len(new), len(POINTS)), np.complex128)]),
+            np.concatenate([self.numbers, np.zeros((len(new), len(NUMBERS)))]),
+        )
+
+    def only(self, rows: NDArray[np.int64]) -> "Cursors":
+        """Those of these rows."""
+        names = list(self.rows)
+        kept = {names[row]: n for n, row in enumerate(rows.tolist())}
+        return Cursors(kept, self.points[rows], self.numbers[rows])
+
+    def evidence_at(self, now_s: float) -> NDArray[np.float64]:
+        """Shape (K,): what is left of each one's evidence."""
+        since_s = np.maximum(0.0, now_s - self.numbers[:, SEEN_S])
+        return np.asarray(self.numbers[:, EVIDENCE] * np.exp2(-since_s / HALF_LIFE_S))
+
+    def fuse(
+        self,
+        rows: NDArray[np.int64],
+        told: NDArray[np.complex128],
+        now_s: float,
+        *,
+        weight: float,
+        noise_m2: float,
+        viewed: bool,
+    ) -> None:
+        """Account, in place, for where these things were told to be; shape (N,), world frame, metres."""
+        _fuse(self.points, self.numbers, rows, told, now_s, weight, noise_m2, viewed)
+
+    def __getitem__(self, name: str) -> Cursor:
+        row = self.rows[name]
+        points = zip(POINTS, self.points[row].tolist(), strict=True)
+        numbers = zip(NUMBERS, self.numbers[row].tolist(), strict=True)
+        return Cursor(**dict(points), **dict(numbers))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def nearest(self, at: complex, but: Iterable[str]) -> tuple[str, float] | None:
+        """The thing believed to be nearest to a point, without some, and how far off it is, metres."""
+        off_m = np.abs(self.points[:, AT] - at)
+        off_m[[self.rows[name] for name in but if name in self.rows]] = inf
+        row = int(np.argmin(off_m)) if len(off_m) else 0
+        return (list(self.rows)[row], float(off_m[row])) if len(off_m) else None
+
+
+@numba.njit(cache=True)
+def _fuse(
+    points: NDArray[np.complex128],
+    numbers: NDArray[np.float64],
+    rows: NDArray[np.int64],
+    told: NDArray[np.complex128],
+    now_s: float,
+    weight: float,
+    noise_m2: float,
+    viewed: bool,
+) -> None:
+    """Evidence: e + w (1 - e), of what has not decayed. Place: a Kalman filter's; velocity: a share of the surprise.
+
+    Since when it has been in view, and still, is by infra-red alone.
+
+    :param points, numbers: of `Cursors`, changed in place. :param rows, told: shape (N,): which things, and where.
+    """
+    for n in range(len(rows)):
+        place, about, at = points[rows[n]], numbers[rows[n]], told[n]
+        if about[EVIDENCE] == 0.0:  # new
+            place[AT], place[ANCHOR], place[VELOCITY], place[REST] = at, at, 0j, at
+            about[SEEN_S], about[IN_VIEW_SINCE_S], about[STILL_SINCE_S] = now_s, now_s, now_s
+            about[VIEWED_S], about[MOVED_S] = now_s if viewed else -inf, -inf
+            about[EVIDENCE], about[VARIANCE_M2] = weight, noise_m2
+            continue
+        step_s = now_s - about[SEEN_S]
+        evidence = about[EVIDENCE] * exp2(-max(0.0, step_s) / HALF_LIFE_S)
+        about[EVIDENCE] = evidence + weight * (1 - evidence)
+        expected = place[AT] + place[VELOCITY] * min(step_s, GONE_S)
+        variance_m2 = about[VARIANCE_M2] + DRIFT_M2_S * step_s
+        gain = variance_m2 / (variance_m2 + noise_m2)
+        surprise = at - expected
+        if _size(surprise) > JUMP_M:
+            place[AT], place[VELOCITY], about[VARIANCE_M2] = at, 0j, noise_m2
+        else:
+            place[AT], about[VARIANCE_M2] = expected + gain * surprise, (1 - gain) * variance_m2
+            if step_s > 0:
+                place[VELOCITY] += VELOCITY_GAIN * surprise / step_s
+        if _size(place[AT] - place[REST]) > STILL_M:
+            place[REST], about[MOVED_S] = place[AT], now_s
+        about[SEEN_S] = now_s
+        if not viewed:
+            continue
+        new_view = now_s - about[VIEWED_S] > GONE_S
+        moved = _size(at - place[ANCHOR]) > STILL_M
+        about[VIEWED_S] = now_s
+        if new_view:
+            about[IN_VIEW_SINCE_S] = now_s
+        if moved:
+            place[ANCHOR] = at
+        if moved or new_view:
+            about[STILL_SINCE_S] = now_s
+
+
+@numba.njit(cache=True)
+def _size(way: complex) -> float:
+    return hypot(way.real, way.imag)

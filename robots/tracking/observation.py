@@ -1,7 +1,10 @@
-"""What one sensor tells of one thing at one instant: SRA's Observation(object_name, sensor_modality, ...)."""
+"""What one sensor tells of things at one instant: SRA's Observation(object_name, sensor_modality, ...)."""
 
 from dataclasses import dataclass
 from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 class Modality(StrEnum):
@@ -22,8 +25,15 @@ SIGMA_M = {Modality.INFRA_RED: 0.05, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """A thing by name, at a point of the world's frame, metres."""
+    """Things by name, and where each is.
 
-    name: str
+    :param at: shape (N,), complex, world frame, metres.
+    """
+
+    names: tuple[str, ...]
     modality: Modality
-    at: complex
+    at: NDArray[np.complex128]
+
+    @classmethod
+    def of_one(cls, name: str, modality: Modality, at: complex) -> "Observation":
+        return cls((name,), modality, np.array([at], dtype=np.complex128))

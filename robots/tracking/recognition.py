@@ -4,17 +4,21 @@ Infra-red tells names. Whiskers and bumper tell of no name: what they meet where
 thing, else something new, called thing_1, thing_2 ... Walls are no things: whiskers know one by its width.
 """
 
-from cmath import rect
-from collections.abc import Iterable, Iterator, Mapping
-from math import inf, tau
+from collections.abc import Mapping
+from math import cos, sin, tau
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import RADIUS_M, Pose, Sighting
+from robots.body import RADIUS_M, Pose
 from robots.geometry import to_world
-from robots.tracking.cursor import Cursor
+from robots.sightings import Sightings
+from robots.tracking.cursor import Cursors
 from robots.tracking.observation import Modality, Observation
+
+Floats = NDArray[np.float64]
+Points = NDArray[np.complex128]
 
 MEETS_M = 0.3
 """Something met this near to where a thing is believed to be is that thing."""
@@ -29,61 +33,72 @@ HALF_THING_M = 0.1
 """A thing's surface is met, its middle lies about this far behind."""
 
 
-def by_infra_red(sightings: Iterable[Sighting], pose: Pose) -> Iterator[Observation]:
+def by_infra_red(sightings: Sightings, pose: Pose) -> Observation:
     """Named things in view."""
-    for sighting in sightings:
-        at = to_world(pose, rect(sighting.range_m, sighting.bearing_rad))
-        yield Observation(sighting.identity, Modality.INFRA_RED, at)
+    at = _in_world(sightings.read, pose.x_m, pose.y_m, pose.heading_rad)
+    return Observation(sightings.names, Modality.INFRA_RED, at)
 
 
-def by_whiskers(
-    ranges_m: NDArray[np.float64], pose: Pose, cursors: Mapping[str, Cursor]
-) -> Iterator[Observation]:
+def by_whiskers(ranges_m: Floats, pose: Pose, cursors: Cursors) -> Observation:
     """Things that stand alone among the whiskers' hits.
 
     :param ranges_m: shape (N,), metres from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
     """
     met: dict[str, complex] = {}
-    for group in alone(ranges_m):
-        hits = [
-            rect(RADIUS_M + float(ranges_m[beam]) + HALF_THING_M, tau * beam / len(ranges_m))
-            for beam in group
-        ]
-        at = to_world(pose, sum(hits) / len(hits))
-        met.setdefault(_name(at, cursors, met), at)
-    for name, at in met.items():
-        yield Observation(name, Modality.ULTRASONIC, at)
+    for at in alone(ranges_m, RADIUS_M).tolist():
+        there = to_world(pose, at)
+        met.setdefault(_name(there, cursors, met), there)
+    return Observation(tuple(met), Modality.ULTRASONIC, np.array(list(met.values()), dtype=np.complex128))
 
 
-def by_touch(felt: complex, cursors: Mapping[str, Cursor]) -> Observation:
+def by_touch(felt: complex, cursors: Cursors) -> Observation:
     """What was bumped into, world frame."""
-    return Observation(_name(felt, cursors, {}), Modality.TOUCH, felt)
+    return Observation.of_one(_name(felt, cursors, {}), Modality.TOUCH, felt)
 
 
-def alone(ranges_m: NDArray[np.float64]) -> list[list[int]]:
-    """Groups of neighbouring beams that meet something narrow, with free space on either side."""
-    near = [min(range_m, OUT_OF_REACH_M) for range_m in ranges_m.tolist()]
-    count = len(near)
+@numba.njit(cache=True)
+def alone(ranges_m: Floats, hull_m: float) -> Points:
+    """The middles of what is met by neighbouring beams and is narrow, with free space on either side.
+
+    :param hull_m: from the robot's middle to where whiskers begin.
+    :returns: shape (G,), complex, robot's frame, metres.
+    """
+    count, found = len(ranges_m), 0
+    near = np.minimum(ranges_m, OUT_OF_REACH_M)
     breaks = [beam for beam in range(count) if abs(near[beam] - near[beam - 1]) >= GAP_M]
-    found = []
-    for begin, end in zip(breaks, [*breaks[1:], *(one + count for one in breaks[:1])], strict=True):
-        if near[begin] > NEAR_M:
-            continue
-        group = [beam % count for beam in range(begin, end)]
-        farthest = max(near[beam] for beam in group)
+    middles = np.empty(len(breaks), np.complex128)
+    for n in range(len(breaks)):
+        begin = breaks[n]
+        end = breaks[n + 1] if n + 1 < len(breaks) else breaks[0] + count
+        farthest, hits = 0.0, 0j
+        for beam in range(begin, end):
+            away_m, angle = hull_m + ranges_m[beam % count] + HALF_THING_M, tau * (beam % count) / count
+            hits += complex(away_m * cos(angle), away_m * sin(angle))
+            farthest = max(farthest, near[beam % count])
         beside = min(near[begin - 1], near[end % count])
-        width_m = (farthest + RADIUS_M) * tau * (len(group) - 1) / count
+        width_m = (farthest + hull_m) * tau * (end - begin - 1) / count
         if farthest <= NEAR_M and beside - farthest >= GAP_M and width_m <= WIDE_M:
-            found.append(group)
-    return found
+            middles[found] = hits / (end - begin)
+            found += 1
+    return middles[:found]
 
 
-def _name(at: complex, cursors: Mapping[str, Cursor], taken: Mapping[str, complex]) -> str:
+@numba.njit(cache=True)
+def _in_world(read: Floats, x_m: float, y_m: float, heading_rad: float) -> Points:
+    """Shape (N,), complex: where what is seen is in the world's frame."""
+    ahead = complex(cos(heading_rad), sin(heading_rad))
+    at = np.empty(len(read), np.complex128)
+    for n in range(len(read)):
+        seen = complex(read[n, 0] * cos(read[n, 1]), read[n, 0] * sin(read[n, 1]))
+        at[n] = complex(x_m, y_m) + seen * ahead
+    return at
+
+
+def _name(at: complex, cursors: Cursors, taken: Mapping[str, complex]) -> str:
     """The thing believed to be there, or a new name."""
-    near = {name: abs(cursor.at - at) for name, cursor in cursors.items() if name not in taken}
-    name = min(near, key=near.__getitem__, default="")
-    if near.get(name, inf) <= MEETS_M:
-        return name
+    near = cursors.nearest(at, taken)
+    if near is not None and near[1] <= MEETS_M:
+        return near[0]
     number = 1
     while f"thing_{number}" in cursors or f"thing_{number}" in taken:
         number += 1

@@ -10,10 +10,11 @@ from math import atan2, cos, hypot, inf, pi, sin
 import numpy as np
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
-from robots.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor, Sighting
+from robots.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
 from robots.clock import ManualClock
 from robots.geometry import wrap
 from robots.link import InMemoryLink, Link
+from robots.sightings import Sighting, Sightings
 
 STEP_S = 0.05
 WHISKERS = 16
@@ -119,7 +120,7 @@ class FakeBody:
             time_s=self.world.clock.now_s(),
             ranges_m=np.array([self._range(beam) for beam in beams]) if runs(Sensor.ULTRASONIC) else None,
             bumper=False if runs(Sensor.BUMPER) else None,
-            sightings=tuple(self._sightings()) if runs(Sensor.INFRA_RED) else None,
+            sightings=Sightings.of(self._sightings()) if runs(Sensor.INFRA_RED) else None,
             gripper=Gripper(closed=self.closed, between_jaws=between) if runs(Sensor.GRIPPER) else None,
             capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,
             battery=self.battery,

@@ -6,10 +6,11 @@ from math import inf, pi
 import numpy as np
 
 from robots.agent import BeaconSpec, RobotProfile
-from robots.body import Gripper, Pose, Readings, Sighting
+from robots.body import Gripper, Pose, Readings
 from robots.datastore import MutualDataStore
 from robots.perception import Perception
 from robots.percepts import Percepts
+from robots.sightings import Sighting, Sightings
 
 PROFILE = RobotProfile(
     name="me",
@@ -35,7 +36,7 @@ def readings(
         time_s=0,
         ranges_m=ranges,
         bumper=False,
-        sightings=sightings,
+        sightings=Sightings.of(sightings),
         gripper=Gripper(closed=closed, between_jaws=between),
         capture_head_m=head,
         battery=battery,

@@ -7,34 +7,40 @@ from hypothesis import strategies as st
 
 from robots.body import RADIUS_M
 from robots.course import clear_course, guide
-from robots.percepts import Obstacle
+from robots.obstacles import Obstacle, Obstacles
 from tests.robots.sensed import percepts, sees
 
 TARGET = 3 + 0j
 
 
 def test_a_free_way_is_straight() -> None:
-    assert clear_course(TARGET, []) == 0
+    assert clear_course(TARGET, Obstacles.of([])) == 0
 
 
 def test_a_robot_that_comes_head_on_is_passed_on_the_right() -> None:
     for aside in (-0.1, 0.0, 0.1):
-        course = clear_course(TARGET, [Obstacle(at=1.2 + aside * 1j, radius_m=RADIUS_M, is_robot=True)])
+        course = clear_course(
+            TARGET, Obstacles.of([Obstacle(at=1.2 + aside * 1j, radius_m=RADIUS_M, is_robot=True)])
+        )
         assert course is not None
         assert course < 0
 
 
 def test_a_post_is_passed_on_its_nearer_side() -> None:
     left, right = Obstacle(at=1 + 0.1j, radius_m=0.06), Obstacle(at=1 - 0.1j, radius_m=0.06)
-    assert (clear_course(TARGET, [left]) or 0) < 0 < (clear_course(TARGET, [right]) or 0)
+    assert (
+        (clear_course(TARGET, Obstacles.of([left])) or 0)
+        < 0
+        < (clear_course(TARGET, Obstacles.of([right])) or 0)
+    )
 
 
 def test_what_lies_beyond_the_target_is_not_in_the_way() -> None:
-    assert clear_course(0.5 + 0j, [Obstacle(at=1.1 + 0j, radius_m=0.06)]) == 0
+    assert clear_course(0.5 + 0j, Obstacles.of([Obstacle(at=1.1 + 0j, radius_m=0.06)])) == 0
 
 
 def test_no_course_is_found_where_everything_is_blocked() -> None:
-    ring = [Obstacle(at=0.3 * 1j**quarter, radius_m=0.1) for quarter in range(4)]
+    ring = Obstacles.of(Obstacle(at=0.3 * 1j**quarter, radius_m=0.1) for quarter in range(4))
     assert clear_course(TARGET, ring) is None
 
 
@@ -48,7 +54,7 @@ def test_a_course_never_leads_the_hull_into_a_near_obstacle(
 ) -> None:
     from cmath import rect
 
-    obstacles = [Obstacle(at=rect(*place), radius_m=0.06) for place in places]
+    obstacles = Obstacles.of(Obstacle(at=rect(*place), radius_m=0.06) for place in places)
     target = rect(distance_m, angle)
     course = clear_course(target, obstacles)
     if course is None:

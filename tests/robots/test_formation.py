@@ -5,11 +5,12 @@ from math import pi
 
 import pytest
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M, Sighting
+from robots.body import GRIPPER_REACH_M, RADIUS_M
 from robots.carrying import Askew, JointWayOn, JointWayRound, PutAhead, PutAside
 from robots.conditions import AtHandle, HoldsAlone, JointNear, LinedUp, Over
 from robots.formation import formation_with
 from robots.percepts import Percepts
+from robots.sightings import Sighting
 from tests.robots.sensed import percepts, sees
 
 HALF_M = 0.45

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from robots.agent import BeaconSpec
-from robots.body import Pose, Sighting
+from robots.body import Pose
 from robots.geometry import wrap
 from robots.localisation import Localiser
+from robots.sightings import NONE_IN_VIEW, Sighting, Sightings
 
 BEACONS = {
     "one": BeaconSpec(x_m=0, y_m=0, approach_rad=(0,)),
@@ -16,14 +17,14 @@ BEACONS = {
 }
 
 
-def sighted(pose: Pose, rng: np.random.Generator) -> list[Sighting]:
+def sighted(pose: Pose, rng: np.random.Generator) -> Sightings:
     seen = []
     for name, spec in BEACONS.items():
         dx, dy = spec.x_m - pose.x_m, spec.y_m - pose.y_m
         bearing = wrap(atan2(dy, dx) - pose.heading_rad + 0.01 * float(rng.standard_normal()))
         range_m = hypot(dx, dy) + 0.01 * float(rng.standard_normal())
         seen.append(Sighting(identity=name, range_m=range_m, bearing_rad=bearing))
-    return seen
+    return Sightings.of(seen)
 
 
 def circle(angle: float) -> Pose:
@@ -50,8 +51,8 @@ def test_estimate_stays_within_centimetres_while_odometry_drifts(seed: int) -> N
 
 def test_without_beacons_the_estimate_is_odometry_from_the_start_it_was_told() -> None:
     localiser = Localiser(Pose(x_m=1, y_m=1, heading_rad=pi / 2), BEACONS)
-    localiser.update(Pose(x_m=0, y_m=0, heading_rad=0), [])
-    estimate = localiser.update(Pose(x_m=0.5, y_m=0, heading_rad=0), [])
+    localiser.update(Pose(x_m=0, y_m=0, heading_rad=0), NONE_IN_VIEW)
+    estimate = localiser.update(Pose(x_m=0.5, y_m=0, heading_rad=0), NONE_IN_VIEW)
     assert (estimate.x_m, estimate.y_m) == (pytest.approx(1), pytest.approx(1.5))
 
 
@@ -62,7 +63,7 @@ def test_uncertainty_grows_without_beacons_and_shrinks_with_them() -> None:
         localiser.update(circle(0), sighted(circle(0), rng))
     sure = localiser.sigma
     for _ in range(100):
-        localiser.update(circle(0), [])
+        localiser.update(circle(0), NONE_IN_VIEW)
     assert localiser.sigma > sure
 
 
@@ -71,7 +72,7 @@ def test_one_absurd_sighting_is_not_believed() -> None:
     localiser = Localiser(circle(0), BEACONS)
     for _ in range(50):
         before = localiser.update(circle(0), sighted(circle(0), rng))
-    after = localiser.update(circle(0), [Sighting(identity="one", range_m=0.5, bearing_rad=1)])
+    after = localiser.update(circle(0), Sightings.of([Sighting(identity="one", range_m=0.5, bearing_rad=1)]))
     assert hypot(after.x_m - before.x_m, after.y_m - before.y_m) < 0.05
 
 

@@ -70,8 +70,8 @@ def test_a_held_tag_is_hidden_from_its_holder_only() -> None:
     body.set_gripper(closed=True)
     puppets["fred"].velocity = (-0.2, 0.0)
     run_s(simulation, 1)
-    assert "rock" not in {sighting.identity for sighting in body.sense().sightings}
-    tag = next(s for s in simulation.bodies["ginger"].sense().sightings if s.identity == "rock")
+    assert "rock" not in body.sense().sightings
+    tag = simulation.bodies["ginger"].sense().sightings["rock"]
     jaws_x = fred(simulation).x_m + GRIPPER_REACH_M
     assert tag.range_m == pytest.approx(jaws_x - 0.5, abs=0.05)
 

@@ -3,7 +3,8 @@ from math import atan2, hypot, inf, pi, radians
 import numpy as np
 import pytest
 
-from robots.body import RADIUS_M, Readings, Sighting
+from robots.body import RADIUS_M, Readings
+from robots.sightings import Sightings
 from robots.world import load_world
 from sim.sensing import aspect_rad
 from sim.world import Simulation
@@ -14,8 +15,8 @@ def read(simulation: Simulation, robot: str = "fred") -> Readings:
     return simulation.bodies[robot].sense()
 
 
-def seen(simulation: Simulation, robot: str = "fred") -> dict[str, Sighting]:
-    return {sighting.identity: sighting for sighting in read(simulation, robot).sightings}
+def seen(simulation: Simulation, robot: str = "fred") -> Sightings:
+    return read(simulation, robot).sightings
 
 
 def test_whisker_beams_begin_ahead_and_go_counter_clockwise() -> None:

@@ -6,9 +6,10 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from robots.body import Pose, Readings, Sighting
+from robots.body import Pose, Readings
 from robots.errors import SensorFault
 from robots.sensing.health import FROZEN_M, SensorHealth
+from robots.sightings import Sighting
 from tests.robots.sensed import readings, sees
 
 STEP_M = 0.02
@@ -97,7 +98,7 @@ def test_a_sighting_that_is_no_number_is_left_out_as_long_as_there_are_others() 
     health = SensorHealth()
     bad = Sighting(identity="bay", range_m=nan, bearing_rad=0)
     judged = health.inspect(readings(bad, sees("other", 1.0)), Pose(x_m=0, y_m=0, heading_rad=0))
-    assert [one.identity for one in judged.sightings or ()] == ["other"]
+    assert list(judged.sightings or ()) == ["other"]
     with pytest.raises(SensorFault, match="bay"):
         health.inspect(readings(bad), Pose(x_m=0, y_m=0, heading_rad=0))
 

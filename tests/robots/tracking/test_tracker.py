@@ -20,7 +20,7 @@ def watch(
     for tick in range(round(seconds / TICK_S)):
         now_s = tick * TICK_S
         told = complex(2 + speed_m_s * now_s, 1) + complex(*rng.normal(0, 0.01, 2))
-        tracking.observe([Observation("ball", one, told) for one in modalities], now_s)
+        tracking.observe([Observation.of_one("ball", one, told) for one in modalities], now_s)
     return tracking.cursors["ball"]
 
 
@@ -28,7 +28,7 @@ def watch(
 def test_every_observation_adds_evidence_and_none_makes_it_certain(told: list[Modality]) -> None:
     tracking, before = ObjectTracking(), 0.0
     for one in told:
-        tracking.observe([Observation("ball", one, 1j)], 0.0)
+        tracking.observe([Observation.of_one("ball", one, 1j)], 0.0)
         evidence = tracking.cursors["ball"].evidence
         assert before < evidence <= 1
         before = evidence
@@ -60,7 +60,7 @@ def test_the_place_is_told_better_than_by_one_look() -> None:
     tracking, off = ObjectTracking(), []
     for tick in range(100):
         told = 2 + 1j + complex(*rng.normal(0, 0.05, 2))
-        tracking.observe([Observation("ball", Modality.INFRA_RED, told)], tick * TICK_S)
+        tracking.observe([Observation.of_one("ball", Modality.INFRA_RED, told)], tick * TICK_S)
         off.append((abs(told - (2 + 1j)), abs(tracking.cursors["ball"].at - (2 + 1j))))
     told_off, believed_off = np.mean(off[20:], axis=0)
     assert believed_off < 0.7 * told_off
@@ -71,5 +71,5 @@ def test_a_short_look_away_does_not_break_a_view_and_a_long_one_does() -> None:
         tracking = ObjectTracking()
         watch(1.0, Modality.INFRA_RED, tracking=tracking)
         back_s = 0.95 + away_s
-        tracking.observe([Observation("ball", Modality.INFRA_RED, 2 + 1j)], back_s)
+        tracking.observe([Observation.of_one("ball", Modality.INFRA_RED, 2 + 1j)], back_s)
         assert tracking.cursors["ball"].in_view_since_s == pytest.approx(since_s)

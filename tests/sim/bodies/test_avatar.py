@@ -91,7 +91,7 @@ def test_an_avatar_and_solid_robots_see_each_others_beacons() -> None:
     for observer, other in (("fred", "ginger"), ("ginger", "fred")):
         sightings = simulation.bodies[observer].sense().sightings
         assert sightings is not None
-        (seen,) = (one for one in sightings if one.identity == other)
+        seen = sightings[other]
         assert (seen.range_m, seen.bearing_rad) == pytest.approx((1.0, 0.0), abs=0.05)
 
 

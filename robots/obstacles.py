@@ -1,0 +1,172 @@
+"""What is in the way, as discs in the robot's frame: columns, and one disc for who asks for one. Compiled (numba).
+
+Arrays: at: shape (N,), complex, metres; radii_m: shape (N,); robots: shape (N,), which of them are other robots.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from math import cos, hypot, inf, nan, pi, sin
+from typing import overload
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.body import RADIUS_M
+
+SAMPLE_RADIUS_M = 0.06
+WHISKER_RADIUS_M = 0.02
+LONG_SHARES = (-0.5, -0.25, 0.0, 0.25, 0.5)
+"""Where along a long object it is taken to be in the way."""
+
+ROBOT, NOTHING_SOLID = -1.0, nan
+"""Stand for the length of what is no sample."""
+
+Points = NDArray[np.complex128]
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """Something in the way: a disc in the robot's frame, metres."""
+
+    at: complex
+    radius_m: float
+    is_robot: bool = False
+
+    @property
+    def gap_m(self) -> float:
+        """Free space between its edge and the robot's hull."""
+        return max(0.0, abs(self.at) - self.radius_m - RADIUS_M)
+
+
+class Obstacles(Sequence[Obstacle]):
+    """Discs in the robot's frame; not to be changed."""
+
+    __slots__ = ("at", "radii_m", "robots")
+
+    def __init__(self, at: Points, radii_m: Floats, robots: Flags) -> None:
+        self.at, self.radii_m, self.robots = at, radii_m, robots
+
+    @classmethod
+    def of(cls, discs: Iterable[Obstacle]) -> "Obstacles":
+        """From discs one by one."""
+        each = tuple(discs)
+        return cls(
+            np.array([one.at for one in each], dtype=np.complex128),
+            np.array([one.radius_m for one in each], dtype=np.float64),
+            np.array([one.is_robot for one in each], dtype=np.bool_),
+        )
+
+    def and_discs(self, at: Points, radius_m: float) -> "Obstacles":
+        """With more discs, all of one radius and none of them a robot."""
+        if not len(at):
+            return self
+        many = len(at)
+        return Obstacles(
+            np.concatenate([self.at, at]),
+            np.concatenate([self.radii_m, np.full(many, radius_m)]),
+            np.concatenate([self.robots, np.zeros(many, np.bool_)]),
+        )
+
+    def nearest(self, sector_rad: float, *, robots_only: bool = False) -> tuple[float, complex] | None:
+        """The least gap to the hull among what lies within a sector to either side of ahead, and where that is."""
+        gap_m, at = _nearest(self.at, self.radii_m, self.robots, RADIUS_M, sector_rad, robots_only)
+        return None if gap_m == inf else (gap_m, at)
+
+    @overload
+    def __getitem__(self, number: int) -> Obstacle: ...
+    @overload
+    def __getitem__(self, number: slice) -> "Obstacles": ...
+    def __getitem__(self, number: int | slice) -> "Obstacle | Obstacles":
+        if isinstance(number, slice):
+            return Obstacles(self.at[number], self.radii_m[number], self.robots[number])
+        return Obstacle(
+            at=complex(self.at[number]),
+            radius_m=float(self.radii_m[number]),
+            is_robot=bool(self.robots[number]),
+        )
+
+    def __iter__(self) -> Iterator[Obstacle]:
+        columns = (self.at.tolist(), self.radii_m.tolist(), self.robots.tolist())
+        for at, radius_m, is_robot in zip(*columns, strict=True):
+            yield Obstacle(at=at, radius_m=radius_m, is_robot=is_robot)
+
+    def __len__(self) -> int:
+        return len(self.at)
+
+
+# NOTE: the compiler's cache does not see that a number changes which is imported: such are handed to what is compiled.
+@numba.njit(cache=True)
+def _nearest(
+    at: Points, radii_m: Floats, robots: Flags, hull_m: float, sector_rad: float, robots_only: bool
+) -> tuple[float, complex]:
+    least_m, nearest = inf, 0j
+    for n in range(len(at)):
+        if robots_only and not robots[n]:
+            continue
+        if abs(np.arctan2(at[n].imag, at[n].real)) > sector_rad:
+            continue
+        gap_m = max(0.0, hypot(at[n].real, at[n].imag) - radii_m[n] - hull_m)
+        if gap_m < least_m:
+            least_m, nearest = gap_m, at[n]
+    return least_m, nearest
+
+
+@numba.njit(cache=True)
+def bodies(read: Floats, lengths_m: Floats, robot_m: float) -> tuple[Points, Floats, Flags]:
+    """Discs around what lies or stands about, in order: one around a robot or a compact sample, several along a long
+    one.
+
+    :param read: shape (N, 3), as of `Sightings`.
+    :param lengths_m: shape (N,): a sample's length, 0 of a compact one; `ROBOT` or `NOTHING_SOLID`.
+    :param robot_m: a robot's radius.
+    """
+    most = len(LONG_SHARES) * len(read)
+    at, radii_m, robots = np.empty(most, np.complex128), np.empty(most), np.zeros(most, np.bool_)
+    found = 0
+    for n in range(len(read)):
+        if np.isnan(lengths_m[n]):
+            continue
+        middle = _rect(read[n, 0], read[n, 1])
+        if lengths_m[n] <= 0:
+            at[found], robots[found] = middle, lengths_m[n] < 0
+            radii_m[found] = robot_m if robots[found] else SAMPLE_RADIUS_M
+            found += 1
+            continue
+        along = _rect(lengths_m[n], read[n, 1] - read[n, 2])
+        for share in LONG_SHARES:
+            at[found], radii_m[found] = middle + share * 1j * along, SAMPLE_RADIUS_M
+            found += 1
+    return at[:found], radii_m[:found], robots[:found]
+
+
+@numba.njit(cache=True)
+def hits(ranges_m: Floats, least_m: float, at: Points, robots: Flags, robot_m: float) -> Points:
+    """Where whiskers meet something that is none of the robots in view.
+
+    The least that a whisker can read only says that something is nearer: it is taken to be half as far (our choice).
+
+    :param ranges_m: shape (N,), from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
+    :param at, robots: the bodies in view, as above.
+    """
+    met = np.empty(len(ranges_m), np.complex128)
+    found = 0
+    for beam in range(len(ranges_m)):
+        range_m = ranges_m[beam] if ranges_m[beam] > least_m else least_m / 2
+        if range_m == inf:
+            continue
+        hit = _rect(robot_m + range_m, 2 * pi * beam / len(ranges_m))
+        for n in range(len(at)):
+            if robots[n] and hypot(at[n].real - hit.real, at[n].imag - hit.imag) < robot_m + 0.1:
+                break
+        else:
+            met[found] = hit
+            found += 1
+    return met[:found]
+
+
+@numba.njit(cache=True)
+def _rect(size: float, angle_rad: float) -> complex:
+    return complex(size * cos(angle_rad), size * sin(angle_rad))
