@@ -1,6 +1,8 @@
-"""The beginning of an embedded service: worlds start as their files say, so what ran in them before is over."""
+"""Meeting the worlds when a service begins: one whose run the record knows goes on where it stood, any other begins
+afresh, as its file says, so what ran in it before is over.
+"""
 
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
@@ -20,33 +22,40 @@ from robots.world import WorldFile
 OPEN_GOALS = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED)
 
 
-def begin_afresh(session: Session, core: Core, worlds: Mapping[str, WorldFile]) -> None:
-    """Facts as the world files say. Missions that ran have failed, open plans have expired.
+def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_afresh: str = "") -> bool:
+    """True if the world goes on: its run is the one that the record's facts belong to.
 
-    Goals that nobody has decided on wait to be planned again, or are withdrawn where their world does not run.
+    Else it begins afresh: facts as the file says, missions that ran have failed, open plans have expired, goals that
+    nobody has decided on wait to be planned again.
+
+    :param why_afresh: why it could not go on, if that is known.
     """
-    for world in worlds.values():
-        _record_world(session, core, world)
-    for world_id in session.scalars(select(WorldRow.id)).all():
-        runs = world_id in worlds
-        reason = (
-            "the simulated world was started afresh" if runs else f"world {world_id} does not run any more"
-        )
-        _end_missions(session, core.events, world_id, reason)
-        _reopen_goals(session, core.events, world_id, reason, runs=runs)
-
-
-def _record_world(session: Session, core: Core, world: WorldFile) -> None:
     row = session.get(WorldRow, world.name)
     if row is None:
         row = WorldRow(id=world.name, version=0)
         session.add(row)
     row.title, row.layout = world.title or world.name, layout_of(world)
     session.flush()
+    if row.run == run:
+        return True
+    row.run = run
     session.execute(delete(FactRow).where(FactRow.world == world.name))
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
     core.facts.change(session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0)
+    reason = "the simulated world was started afresh" + (f": {why_afresh}" if why_afresh else "")
+    _end_missions(session, core.events, world.name, reason)
+    _reopen_goals(session, core.events, world.name, reason, runs=True)
+    return False
+
+
+def part_from_others(session: Session, core: Core, running: Collection[str]) -> None:
+    """Worlds of the record that do not run: what ran in them is over, open goals are withdrawn; they will not go on."""
+    for row in session.scalars(select(WorldRow).where(WorldRow.id.not_in(running))).all():
+        row.run = None
+        reason = f"world {row.id} does not run any more"
+        _end_missions(session, core.events, row.id, reason)
+        _reopen_goals(session, core.events, row.id, reason, runs=False)
 
 
 def _end_missions(session: Session, events: EventLog, world_id: str, reason: str) -> None:

@@ -8,7 +8,7 @@ from threading import Event
 
 from fastapi import FastAPI
 
-from app.afresh import begin_afresh
+from app.afresh import meet_world, part_from_others
 from app.agents import AgentModels, Questions, RobotBoard
 from app.api.app import build_api
 from app.core import Core
@@ -54,12 +54,16 @@ class RunningWorld:
     """A world whose robots can be reached: over `link`, in the time of `clock`.
 
     :param rate: world seconds a wall-clock second, None flat out.
+    :param run: names the world from its building on, however often it is resumed.
+    :param why_afresh: why it was built, if one that was there before might have gone on.
     """
 
     file: WorldFile
     link: Link
     clock: Clock
     rate: float | None = 1.0
+    run: str
+    why_afresh: str = ""
 
 
 def make_engine() -> PlanningEngine:
@@ -119,10 +123,12 @@ class Service:
         self.api: FastAPI = build_api(self, viewer=viewer, static=WEB)
 
     def start(self) -> None:
-        """Begin: the worlds as their files say, the workflows that were left, the links to the robots."""
+        """Begin: the worlds that go on or start afresh, the workflows that were left, the links to the robots."""
         ready = self._worker.warm_up()
         with self.database.write() as session:
-            begin_afresh(session, self._core, self._files)
+            for world in self._worlds.values():
+                meet_world(session, self._core, world.file, world.run, why_afresh=world.why_afresh)
+            part_from_others(session, self._core, self._files.keys())
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
         self._core.workflows.register(FIND_ALTERNATIVES, self.choices.run)
         self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))

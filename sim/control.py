@@ -32,7 +32,14 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The command is carried out; also the first word of a world that is ready."""
+    """The command is carried out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The first word of a world that is built or resumed: its run."""
+
+    run: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +50,7 @@ class Failed:
 
 
 Command = AskTruth | SetSpeed | Pause | Stop
-Answer = Done | Failed | Truth
+Answer = Done | Ready | Failed | Truth
 
 
 class Gauge(Protocol):

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from robots.link import PipeLink
 from robots.world import WorldFile
-from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, SetSpeed, Stop
+from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop
 from sim.error import SimulationError
 from sim.runner import Order, run
 from sim.truth import Truth
@@ -32,6 +32,8 @@ class SimulationProcess:
         self._process, self._control, self._now, self._factor = process, control, now, factor
         self._lock = Lock()
         self.link = link
+        self.run = ""
+        """Names the world from its building on, however often it is resumed."""
 
     @classmethod
     def start(
@@ -58,7 +60,7 @@ class SimulationProcess:
         far_link.close()
         started = cls(process, control, PipeLink(link), now, factor)
         try:
-            started._expect_done(started._receive(START_S))
+            started._expect_ready(started._receive(START_S))
         except SimulationError:
             started.stop()
             raise
@@ -130,6 +132,13 @@ class SimulationProcess:
                 f"the world's process is gone (exit code {self._process.exitcode})"
             ) from error
         return answer
+
+    def _expect_ready(self, answer: Answer) -> None:
+        if not isinstance(answer, Ready):
+            raise SimulationError(
+                answer.reason if isinstance(answer, Failed) else f"the world began by {answer}"
+            )
+        self.run = answer.run
 
     @staticmethod
     def _expect_done(answer: Answer) -> None:

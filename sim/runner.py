@@ -11,7 +11,7 @@ from typing import Any
 
 from robots.link import LinkClosed, PipeLink
 from robots.world import WorldFile
-from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, SetSpeed, Stop
+from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop
 from sim.hub import Hub
 from sim.pacing import Pacer
 from sim.radio import radios_of
@@ -83,7 +83,7 @@ class WorldLoop:
 
         :raises EOFError: if the parent is gone; so does `LinkClosed`.
         """
-        self._control.send(Done())
+        self._control.send(Ready(self._simulation.run))
         while not self._stopped:
             wait_s = self._advance()
             self._factor.value = self._pacer.real_time_factor

@@ -52,7 +52,9 @@ def _carried_out(
 ) -> int:
     """Plan the goal, approve the plan and watch the mission in a world of its own."""
     with SimulationProcess.start(world, seed=seed, speed=speed) as simulation:
-        running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
+        running = RunningWorld(
+            file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
+        )
         with Service(settings, [running]) as service:
             request = GoalRequest(world=world.name, text=text)
             goal = _planned(service, service.goals.submit(request, actor=OPERATOR))

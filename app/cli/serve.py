@@ -100,7 +100,9 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     tell_of_start(Console(stderr=True))
     viewer = Viewer()
     with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
-        running = RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed)
+        running = RunningWorld(
+            file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
+        )
         with Service(settings, [running], viewer=viewer.address) as service:
             config = uvicorn.Config(
                 service.api,

@@ -19,7 +19,9 @@ class Base(DeclarativeBase):
 
 
 class WorldRow(Base):
-    """A world; `version` counts the changes of its facts, `releases` how often something in it became free."""
+    """A world; `version` counts the changes of its facts, `releases` how often something in it became free; `run` names
+    what of the world the facts tell of: as it was built once, and resumed since. None: it is not to go on.
+    """
 
     __tablename__ = "worlds"
     id: Mapped[str] = mapped_column(String(64), primary_key=True)
@@ -27,6 +29,7 @@ class WorldRow(Base):
     layout: Mapped[dict[str, Any]]
     version: Mapped[int] = mapped_column(default=1)
     releases: Mapped[int] = mapped_column(default=0)
+    run: Mapped[str | None] = mapped_column(String(64))
 
 
 class FactRow(Base):

@@ -79,6 +79,7 @@ class FakeTeam:
 
     def __init__(self) -> None:
         self.link, self._far = InMemoryLink.pair()
+        self.run = "run-of-the-fake-team"
         self.clock = ManualClock()
         self.faults = Faults()
         self.robots: dict[str, FakeRobot] = {}

@@ -16,7 +16,9 @@ def test_a_start_that_is_interrupted_leaves_nothing_open(
     tmp_path: Path, team: FakeTeam, worker: PlanningWorker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = Settings(data=tmp_path, token=TOKEN, database_url=None)
-    world = RunningWorld(file=load_world("sample_store"), link=team.link, clock=team.clock, rate=None)
+    world = RunningWorld(
+        file=load_world("sample_store"), link=team.link, clock=team.clock, rate=None, run=team.run
+    )
     service = Service(settings, [world], worker=worker)
 
     def interrupted() -> None:

@@ -37,7 +37,9 @@ def test_two_yard_robots_hand_over_at_one_interchange_one_after_the_other(tmp_pa
     arrives = next(a.id for a in net.actions if a.tag == "TRANSPORT" and a.agents == ("yard_2",))
     settings = Settings(data=tmp_path, token="a-token-for-the-scenario", database_url=None)
     with SimulationProcess.start(store.world, seed=1, speed=None) as simulation:
-        running = RunningWorld(file=store.world, link=simulation.link, clock=simulation, rate=None)
+        running = RunningWorld(
+            file=store.world, link=simulation.link, clock=simulation, rate=None, run=simulation.run
+        )
         with Service(settings, [running], worker=ScriptedWorker(net)) as service:
             request = GoalRequest(
                 world="sample_store", text="move sample_1 to bay_1 and sample_2 to bay_3", auto_approve=True

@@ -34,7 +34,7 @@ ARRIVES = next(a.id for a in NET.actions if a.tag == "TRANSPORT" and a.agents ==
 @pytest.fixture
 def service(tmp_path: Path, team: FakeTeam) -> Iterator[Service]:
     settings = Settings(data=tmp_path, token=TOKEN, database_url=None, answer_patience_s=PATIENCE_S)
-    world = RunningWorld(file=STORE.world, link=team.link, clock=team.clock, rate=None)
+    world = RunningWorld(file=STORE.world, link=team.link, clock=team.clock, rate=None, run=team.run)
     with Service(settings, [world], worker=ScriptedWorker(NET)) as service:
         yield service
 

@@ -72,7 +72,9 @@ def test_a_deadline_runs_from_the_goals_submission(api: TestClient, follow: Foll
 
 def service_on(folder: Path, team: FakeTeam, worker: PlanningWorker) -> Service:
     settings = Settings(data=folder, token=TOKEN, database_url=None, answer_patience_s=0.6)
-    world = RunningWorld(file=load_world("sample_store"), link=team.link, clock=team.clock, rate=None)
+    world = RunningWorld(
+        file=load_world("sample_store"), link=team.link, clock=team.clock, rate=None, run=team.run
+    )
     return Service(settings, [world], worker=worker)
 
 

@@ -1,0 +1,102 @@
+"""A service that begins again meets its world: one of the recorded run goes on, another begins afresh."""
+
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.composition import RunningWorld, Service
+from app.goals.desk import GoalRequest
+from app.plans.worker import PlanningWorker
+from app.settings import Settings
+from app.states import GoalState, MissionState, PlanState
+from robots.world import load_world
+from tests.app.conftest import TOKEN
+from tests.app.fake_robots import FakeTeam
+
+Begin = Callable[[RunningWorld], AbstractContextManager[Service]]
+ROBOTS = {"yard_1", "yard_2", "store_1", "store_2"}
+
+
+@pytest.fixture
+def begin(tmp_path: Path, worker: PlanningWorker) -> Begin:
+    """Services in turn on one record."""
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=None)
+    return lambda world: Service(settings, [world], worker=worker)
+
+
+@pytest.fixture
+def world(team: FakeTeam) -> RunningWorld:
+    file = load_world("sample_store")
+    return RunningWorld(file=file, link=team.link, clock=team.clock, rate=None, run=team.run)
+
+
+def goal(service: Service, text: str, *, auto_approve: bool, until: GoalState) -> str:
+    request = GoalRequest(world="sample_store", text=text, auto_approve=auto_approve)
+    goal_id = service.goals.submit(request, actor="test").id
+    wait_for(service, goal_id, until)
+    return goal_id
+
+
+def wait_for(service: Service, goal_id: str, *states: GoalState) -> None:
+    give_up = time.monotonic() + 30
+    while (found := service.goals.get(goal_id)).state not in states:
+        assert time.monotonic() < give_up, f"{found.state}: {found.reason}"
+        time.sleep(0.02)
+
+
+def facts(service: Service) -> set[tuple[str, str]]:
+    """Every fact and its source."""
+    return {(row.atom, row.source) for _, row in service.worlds.facts("sample_store")[0]}
+
+
+def under_way(service: Service, team: FakeTeam) -> tuple[str, str, str]:
+    """A goal whose robots have not begun, a goal that waits for a decision, and its plan."""
+    team.faults.stuck = set(ROBOTS)
+    running = goal(service, "move sample_1 to bay_7", auto_approve=True, until=GoalState.COMMITTED)
+    undecided = goal(service, "move sample_2 to bay_3", auto_approve=False, until=GoalState.PLANNED)
+    return running, undecided, service.goals.get(undecided).plan_id or ""
+
+
+def test_a_world_of_the_recorded_run_goes_on(begin: Begin, world: RunningWorld, team: FakeTeam) -> None:
+    with begin(world) as first:
+        running, undecided, plan = under_way(first, team)
+    team.faults.stuck.clear()
+    with begin(world) as second:
+        assert second.goals.get(undecided).plan_id == plan
+        assert second.plans.get(plan).state == PlanState.PROPOSED
+        wait_for(second, running, GoalState.FINISHED)
+        assert second.goals.get(running).outcome == MissionState.COMPLETED
+        believed = facts(second)
+    assert any(source != "world file sample_store" for _, source in believed)
+    with begin(world) as third:
+        assert facts(third) == believed
+
+
+def test_a_world_of_another_run_begins_afresh_and_says_why(
+    begin: Begin, world: RunningWorld, team: FakeTeam
+) -> None:
+    with begin(world) as first:
+        running, undecided, plan = under_way(first, team)
+    with begin(replace(world, run="another", why_afresh="its snapshot is torn")) as second:
+        ended = second.goals.get(running)
+        assert (ended.state, ended.outcome) == (GoalState.FINISHED, MissionState.FAILED)
+        assert ended.reason == "the simulated world was started afresh: its snapshot is torn"
+        assert second.plans.get(plan).state == PlanState.EXPIRED
+        wait_for(second, undecided, GoalState.PLANNED)
+
+
+def test_a_world_that_did_not_run_in_between_does_not_go_on(
+    begin: Begin, world: RunningWorld, team: FakeTeam
+) -> None:
+    with begin(world) as first:
+        running, undecided, _ = under_way(first, team)
+    other = replace(world, file=load_world("relocation_lab"), run="of the laboratory")
+    with begin(other) as second:
+        ended = second.goals.get(running)
+        assert ended.outcome == MissionState.FAILED
+        assert ended.reason == "world sample_store does not run any more"
+        assert second.goals.get(undecided).state == GoalState.WITHDRAWN
