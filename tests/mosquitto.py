@@ -1,0 +1,80 @@
+"""Debian's Mosquitto as a process of the test's own: on a free port, configured by the test, to be killed at will."""
+
+import shutil
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+BINARY = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin")
+START_S = 20.0
+
+needs_mosquitto = pytest.mark.skipif(BINARY is None, reason="no mosquitto: apt-get install mosquitto")
+
+
+@dataclass
+class Mosquitto:
+    """A broker that can be killed and started again on the same port."""
+
+    folder: Path
+    port: int
+    lines: Sequence[str] = ()
+    _process: subprocess.Popen[bytes] | None = field(default=None, init=False)
+
+    @property
+    def url(self) -> str:
+        return f"mqtt://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        assert BINARY is not None
+        config = self.folder / "mosquitto.conf"
+        lines = self.lines or ("allow_anonymous true",)
+        # NOTE: the listener first: it is what certificates are of.
+        config.write_text("\n".join([f"listener {self.port} 127.0.0.1", *lines]) + "\n")
+        with (self.folder / "mosquitto.log").open("ab") as log:
+            self._process = subprocess.Popen([BINARY, "-c", str(config)], stdout=log, stderr=log)
+        give_up = time.monotonic() + START_S
+        while not self._listens():
+            assert time.monotonic() < give_up, (self.folder / "mosquitto.log").read_text()
+            time.sleep(0.02)
+
+    def kill(self) -> None:
+        """As a power failure would."""
+        assert self._process is not None
+        self._process.kill()
+        self._process.wait()
+
+    def pause(self, paused: bool = True) -> None:
+        """Let it hang, or go on."""
+        assert self._process is not None
+        self._process.send_signal(signal.SIGSTOP if paused else signal.SIGCONT)
+
+    def _listens(self) -> bool:
+        assert self._process is not None
+        assert self._process.poll() is None, (self.folder / "mosquitto.log").read_text()
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
+
+@contextmanager
+def mosquitto(folder: Path, *lines: str) -> Iterator[Mosquitto]:
+    """A broker for the length of the block.
+
+    :param lines: of its configuration, after the listener; without any, everybody is let in.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    broker = Mosquitto(folder, port, lines)
+    broker.start()
+    try:
+        yield broker
+    finally:
+        broker.kill()
