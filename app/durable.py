@@ -7,7 +7,8 @@ A workflow and a message to it are started inside the transaction that makes the
 import logging
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,7 @@ from dbos import error as dbos_error
 from dbos._queue import queue_worker_thread
 from sqlalchemy.orm import Session
 
-from app.database import after_commit
+from app.database import after_commit, announce, is_away
 
 APPLICATION = "macta"
 APPLICATION_VERSION = "1"
@@ -26,7 +27,10 @@ WAKE = "wake"
 STEP_ATTEMPTS = 4
 POLLING_S = 0.05
 SELDOM_S = 0.25
-"""Queues of an embedded service, which is told of its own work: looking every 50 ms kept a sixth of a core busy."""
+"""How often queues are looked at: every process is told of new work, and every 50 ms kept a sixth of a core busy."""
+AWAY_S = 0.5
+"""Pause before a step that found the database away is tried again."""
+EMBEDDED = "embedded"
 
 logger = logging.getLogger(__name__)
 
@@ -42,16 +46,31 @@ class Queue:
 PLANNING = Queue(name="planning", at_once=4)
 WAITING = Queue(name="waiting", at_once=1)
 MISSIONS = Queue(name="missions", at_once=1000)
+QUEUES = (PLANNING, WAITING, MISSIONS)
+
+
+_CLOSING: ContextVar[threading.Event] = ContextVar("closing")
+"""Inside a workflow: set once the process ends."""
 
 
 class Workflows:
     """Registers, starts, wakes and runs workflows. One instance a process at a time, for DBOS is a singleton."""
 
-    def __init__(self, database_url: str, *, queue_polling_s: float | None = None) -> None:
-        """:param queue_polling_s: how often to look for workflows that other processes have started."""
-        self._url = database_url
-        embedded = database_url.startswith("sqlite")
-        self._queue_polling_s = queue_polling_s or (SELDOM_S if embedded else POLLING_S)
+    def __init__(
+        self,
+        database_url: str,
+        *,
+        serves: Collection[Queue] = QUEUES,
+        queue_polling_s: float = SELDOM_S,
+    ) -> None:
+        """
+        :param serves: the queues whose workflows this process runs.
+        :param queue_polling_s: how often to look for workflows that nobody told of.
+        """
+        self._url, self._serves, self._queue_polling_s = database_url, serves, queue_polling_s
+        # A process that died left its workflows under its own name; the embedded service is one executor.
+        self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
+        self._closing = threading.Event()
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
         DBOS.listen_queues([])  # we do, see `_Listener`
@@ -62,8 +81,7 @@ class Workflows:
             "name": APPLICATION,
             "system_database_url": self._url,
             "application_version": APPLICATION_VERSION,
-            # A process that died left its workflows under its own name; the embedded service is one executor.
-            "executor_id": "embedded" if self._url.startswith("sqlite") else uuid.uuid4().hex,
+            "executor_id": self.executor,
             "serializer": DBOSPortableJSONSerializer(),
             "notification_listener_polling_interval_sec": POLLING_S,
             "log_level": "ERROR",
@@ -74,6 +92,7 @@ class Workflows:
         """Make a workflow known under a name. Every process registers every workflow before `launch`."""
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
+            _CLOSING.set(self._closing)
             function(subject)
 
         DBOS.workflow(name=name)(workflow)
@@ -81,11 +100,12 @@ class Workflows:
     def launch(self) -> None:
         """Start executing: first what an earlier process left undone."""
         DBOS.launch()
-        for queue in (PLANNING, WAITING, MISSIONS):
+        for queue in QUEUES:
             known = DBOS.register_queue(
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
-            self._listeners[queue.name] = _Listener(self._dbos, known)
+            if queue in self._serves:
+                self._listeners[queue.name] = _Listener(self._dbos, known)
         self._client = DBOSClient(
             system_database_url=self._url,
             serializer=DBOSPortableJSONSerializer(),
@@ -101,7 +121,20 @@ class Workflows:
             "app_version": APPLICATION_VERSION,
         }
         self._connected.enqueue_in_transaction(session, options, subject)
-        after_commit(session, self._listeners[queue.name].look)
+        after_commit(session, lambda: self.look(queue))
+        announce(session, queue.name)
+
+    def look(self, queue: Queue) -> None:
+        """A workflow of this queue was started, here or in another process."""
+        if queue.name in self._listeners:
+            self._listeners[queue.name].look()
+
+    def take_over(self, executor: str) -> int:
+        """Have what another executor left undone run again, by whoever serves its queues; answers how many.
+
+        Only what is still that executor's: a workflow that was taken over already is left alone.
+        """
+        return len(DBOS._recover_pending_workflows([executor]))
 
     def wake(self, session: Session, workflow_id: str, key: str) -> None:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
@@ -117,6 +150,10 @@ class Workflows:
         """Stop executing. What is under way is left as it is and taken up by the next `launch`."""
         # Workflows that are cut off complain that the database is gone; they are meant to be.
         logging.getLogger("dbos").setLevel(logging.CRITICAL)
+        self._closing.set()
+        if self._client is not None:
+            # Those that sleep need not look for the database for ever once they wake.
+            self._dbos._sys_db._retry_connection_errors = False
         for listener in self._listeners.values():
             listener.end()
         if self._client is not None:
@@ -175,17 +212,22 @@ class StepFailed(Exception):
 def step(name: str, function: Callable[[], Any]) -> Any:
     """Run a step of the current workflow: its result, JSON data, is kept and not computed again on replay.
 
-    A step that fails (the database is away, say) is tried again a few times, ever later.
+    A step that fails is tried again a few times, ever later; while the database is away, as often as it takes.
 
     :raises StepFailed: if it failed every time.
     """
 
     def logged() -> Any:
-        try:
-            return function()
-        except Exception:
-            logger.exception("step %r failed", name)
-            raise
+        while True:
+            try:
+                return function()
+            except Exception as error:
+                if not is_away(error):
+                    logger.exception("step %r failed", name)
+                    raise
+                logger.warning("step %r waits for the database: %s", name, error)
+                if _CLOSING.get().wait(AWAY_S):
+                    raise
 
     try:
         return DBOS.run_step(

@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import Database, EventRow
+from app.database import Database, EventRow, write_last
 
 
 class EventLog:
@@ -21,7 +21,7 @@ class EventLog:
 
     def append(self, session: Session, type_: str, subject: str, **data: Any) -> None:
         """Record that `type_` (past tense, e.g. `plan.approved`) happened to `subject`."""
-        session.add(EventRow(type=type_, subject=subject, data=data))
+        write_last(session, EventRow(type=type_, subject=subject, data=data))
 
     def since(self, seq: int, limit: int = 500) -> Sequence[EventRow]:
         """The events after `seq`, oldest first."""

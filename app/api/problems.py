@@ -7,8 +7,10 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
+from app.database import is_away
 from app.errors import Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
 
 STATUS: dict[type[MactaError], int] = {
@@ -19,6 +21,7 @@ STATUS: dict[type[MactaError], int] = {
     Unavailable: 503,
     Silent: 504,
 }
+RETRY_AFTER_S = 2
 
 
 def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **more: Any) -> JSONResponse:
@@ -40,6 +43,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(MactaError, _domain)
     app.add_exception_handler(RequestValidationError, _malformed)
     app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(DBAPIError, _database)
     app.add_exception_handler(Exception, _internal)
 
 
@@ -63,6 +67,15 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
     detail = f"{request.method} {request.url.path}: {error.detail}"
     answer = problem(error.status_code, code, detail)
     answer.headers.update(error.headers or {})
+    return answer
+
+
+async def _database(request: Request, error: Exception) -> JSONResponse:
+    """The record is away, or another transaction came between: trying again helps."""
+    if not is_away(error):
+        return await _internal(request, error)
+    answer = problem(503, "database-away", "the database does not answer; try again in a moment")
+    answer.headers["retry-after"] = str(RETRY_AFTER_S)
     return answer
 
 

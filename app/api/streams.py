@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -10,9 +10,10 @@ import anyio
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.sse import EventSourceResponse, ServerSentEvent
+from sqlalchemy.exc import DBAPIError
 
 from app.agents import RobotBoard
-from app.database import EventRow
+from app.database import EventRow, is_away
 from app.errors import NotFound
 from app.events import EventLog
 from robots.clock import Clock
@@ -60,12 +61,22 @@ class Streams:
         else:
             seq = seen
         while await self._open(request):
-            rows = await to_thread.run_sync(self.events.since, seq)
+            rows = await self._since(seq)
             for row in rows:
                 seq = row.seq
                 yield ServerSentEvent(data=envelope(row), id=str(seq))
             if not rows:
                 generation = await self._wait(self.events.wait, generation)
+
+    async def _since(self, seq: int) -> Sequence[EventRow]:
+        """The events after `seq`; none while the database is away, a stream that is open goes on when it is back."""
+        try:
+            return await to_thread.run_sync(self.events.since, seq)
+        except DBAPIError as error:
+            if not is_away(error):
+                raise
+            await anyio.sleep(WAIT_S)
+            return ()
 
     async def telemetry(self, request: Request, world: str) -> AsyncIterator[ServerSentEvent]:
         generation = -1

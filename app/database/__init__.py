@@ -1,12 +1,14 @@
 """The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
 
-from app.database.engine import Database, after_commit
+from app.database.engine import WRITTEN, Database, after_commit, announce, is_away, write_last
 from app.database.tables import (
     Base,
     DurationRow,
     EventRow,
+    ExecutorRow,
     FactRow,
     GoalRow,
+    LeaseRow,
     MessageRow,
     MissionRow,
     PlanRow,
@@ -16,12 +18,15 @@ from app.database.tables import (
 )
 
 __all__ = [
+    "WRITTEN",
     "Base",
     "Database",
     "DurationRow",
     "EventRow",
+    "ExecutorRow",
     "FactRow",
     "GoalRow",
+    "LeaseRow",
     "MessageRow",
     "MissionRow",
     "PlanRow",
@@ -29,4 +34,7 @@ __all__ = [
     "TuningRow",
     "WorldRow",
     "after_commit",
+    "announce",
+    "is_away",
+    "write_last",
 ]

@@ -1,16 +1,30 @@
 """Transactions on the record.
 
 On SQLite a write transaction takes the write lock at once (BEGIN IMMEDIATE), so that what it read is still true when
-it writes; readers go on beside it (WAL). On PostgreSQL rows that are read to be changed are locked by the caller.
+it writes; readers go on beside it (WAL). On PostgreSQL rows that are read to be changed are locked by the caller, in
+the order goal, plan, mission, script, world; and other processes are told of what was written (`announce`).
 """
 
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from hashlib import sha256
 
-from sqlalchemy import Connection, Engine, create_engine, event
+import psycopg
+from sqlalchemy import Connection, Engine, create_engine, event, func, select
 from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
+
+CHANNEL = "macta"
+"""Where processes that share a database tell each other what they wrote."""
+WRITTEN = "written"
+"""The topic of every write transaction that has left an event."""
+IN_ORDER = "in order"
+"""The lock under which rows that are numbered in order are written."""
+CANCELLED = "57014"
+"""PostgreSQL's state of a statement that was cancelled: the server is there."""
 
 
 class Database:
@@ -19,8 +33,15 @@ class Database:
     def __init__(self, url: str) -> None:
         self.url = url
         self.engine = _engine(url)
+        self.name = uuid.uuid4().hex
+        """Of this process among those that share the database."""
         self.committed: list[Callable[[], None]] = []
-        """Called after each write transaction that has committed, in this process."""
+        """Called after each write transaction that has committed, in this process or, told so, in another."""
+
+    @property
+    def shared(self) -> bool:
+        """True if other processes may work on it: PostgreSQL."""
+        return self.engine.dialect.name != "sqlite"
 
     @contextmanager
     def write(self) -> Iterator[Session]:
@@ -32,6 +53,7 @@ class Database:
                 try:
                     yield session
                     session.flush()
+                    self._write_last(session)
                 except BaseException:
                     connection.rollback()
                     raise
@@ -49,11 +71,50 @@ class Database:
                 yield session
             connection.rollback()
 
+    def lock(self, session: Session, name: str) -> None:
+        """Have the write transaction hold the lock of this name to its end; on SQLite it is alone anyway."""
+        if self.shared:
+            key = int.from_bytes(sha256(f"macta {name}".encode()).digest()[:8], signed=True)
+            session.execute(select(func.pg_advisory_xact_lock(key)))
+
+    def _write_last(self, session: Session) -> None:
+        """Number what is numbered in order, and tell other processes. Nothing is waited for after this lock."""
+        if rows := session.info.pop(_LAST, ()):
+            self.lock(session, IN_ORDER)
+            session.add_all(rows)
+            session.flush()
+            announce(session, WRITTEN)
+        if self.shared:
+            for topic in sorted(session.info.pop(_TOPICS, ())):
+                session.execute(select(func.pg_notify(CHANNEL, f"{topic} {self.name}")))
+
     def close(self) -> None:
         self.engine.dispose()
 
 
-_AFTER_COMMIT = "after_commit"
+_AFTER_COMMIT, _LAST, _TOPICS = "after_commit", "last", "topics"
+
+
+def write_last(session: Session, row: object) -> None:
+    """Write a row at the very end of the session's write transaction.
+
+    Rows that get their numbers so are seen in the order of their numbers: on PostgreSQL a transaction may else commit
+    after another that got higher ones.
+    """
+    session.info.setdefault(_LAST, []).append(row)
+
+
+def announce(session: Session, topic: str) -> None:
+    """Tell the processes that share the database, once the session's write transaction has committed."""
+    session.info.setdefault(_TOPICS, set()).add(topic)
+
+
+def is_away(error: BaseException) -> bool:
+    """True if the database server does not answer, or ended the connection, a deadlock included: worth another try."""
+    if not isinstance(error, DBAPIError) or not isinstance(error.orig, psycopg.Error):
+        return False  # SQLite is always there
+    ended = isinstance(error, OperationalError | InterfaceError) and error.orig.sqlstate != CANCELLED
+    return ended or error.connection_invalidated
 
 
 def after_commit(session: Session, call: Callable[[], None]) -> None:
@@ -63,7 +124,13 @@ def after_commit(session: Session, call: Callable[[], None]) -> None:
 
 def _engine(url: str) -> Engine:
     if not url.startswith("sqlite"):
-        return create_engine(url, pool_pre_ping=True)
+        return create_engine(
+            url,
+            pool_pre_ping=True,
+            pool_size=10,
+            max_overflow=20,
+            connect_args={"connect_timeout": 5, "keepalives_idle": 10, "keepalives_interval": 5},
+        )
     engine = create_engine(url, pool_size=20, max_overflow=20, connect_args={"check_same_thread": False})
 
     @event.listens_for(engine, "connect")

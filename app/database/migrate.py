@@ -10,10 +10,10 @@ from app.database.engine import Database
 
 
 def migrate(database: Database) -> None:
-    """Apply every migration that is missing, in one transaction."""
-    with database.engine.connect() as connection:
-        command.upgrade(_config(connection), "head")
-        connection.commit()
+    """Apply every migration that is missing, in one transaction; of several processes at once, one does."""
+    with database.write() as session:
+        database.lock(session, "migrations")
+        command.upgrade(_config(session.connection()), "head")
 
 
 def _config(connection: Connection) -> Config:

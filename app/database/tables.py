@@ -199,6 +199,26 @@ class MessageRow(Base):
     recorded_at: Mapped[str] = mapped_column(default=utc_now)
 
 
+class ExecutorRow(Base):
+    """A process that runs workflows from the queues it serves; `seen_at`: when it last said so (database's clock)."""
+
+    __tablename__ = "executors"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    serves: Mapped[list[Any]]
+    host: Mapped[str]
+    pid: Mapped[int]
+    started_at: Mapped[str]
+    seen_at: Mapped[float]
+
+
+class LeaseRow(Base):
+    """Which executor speaks for a world, towards its robots; as long as it lives."""
+
+    __tablename__ = "leases"
+    world: Mapped[str] = mapped_column(String(64), primary_key=True)
+    holder: Mapped[str] = mapped_column(ID)
+
+
 class EventRow(Base):
     """What happened, in order; the source of the event stream and the audit record."""
 

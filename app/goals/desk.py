@@ -69,6 +69,7 @@ class GoalDesk:
         self._limits.check(request.planning)
         goal_id = new_id("goal") if key is None else f"goal-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
         with self._database.write() as session:
+            self._database.lock(session, goal_id)  # the same key, at the same time, in another process
             known = session.get(GoalRow, goal_id)
             if known is not None:
                 return _same(known, request, world)

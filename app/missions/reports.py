@@ -44,6 +44,7 @@ class ReportBook:
         :param world: the world that the robot is in.
         """
         with self._database.write() as session:
+            self._database.lock(session, message.id)  # another process may hear it, too
             if session.get(MessageRow, message.id) is not None:
                 return False
             body = message.body

@@ -61,11 +61,10 @@ class PlanDesk:
         :raises Conflict: if it was decided otherwise, or the world has changed under it; then it is repaired.
         """
         with self._database.write() as session:
-            plan = _plan(session, plan_id, to_change=True)
+            plan, goal = _to_decide(session, plan_id)
             if plan.state == PlanState.APPROVED:
                 return plan, _mission_of(session, plan)
             _refuse_decided(plan)
-            goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
             mission_id = self.approve_or_expire(session, plan, goal, actor=actor, comment=comment)
         if mission_id is None:
             detail = f"the world has changed since the plan was made: {plan.reason}; it is being repaired"
@@ -79,6 +78,8 @@ class PlanDesk:
 
         None if the world has changed under the plan: then it has expired, and a repaired one is to take its place.
         """
+        # Of two plans that take the same robots, approved at once in two processes, one sees the other's mission.
+        self._facts.lock(session, plan.world)
         stale = self._stale(session, plan)
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
@@ -117,11 +118,10 @@ class PlanDesk:
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
         """Reject a plan; its goal is withdrawn with the last plan open. Rejecting again changes nothing."""
         with self._database.write() as session:
-            plan = _plan(session, plan_id, to_change=True)
+            plan, goal = _to_decide(session, plan_id)
             if plan.state == PlanState.REJECTED:
                 return plan
             _refuse_decided(plan)
-            goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
             self._decide(session, plan, PlanState.REJECTED, actor, comment)
             session.flush()
             if left := open_plans(session, goal.id):
@@ -152,11 +152,19 @@ class PlanDesk:
         return "; ".join(gone)
 
 
-def _plan(session: Session, plan_id: str, *, to_change: bool = False) -> PlanRow:
-    row = session.get(PlanRow, plan_id, with_for_update=to_change)
+def _plan(session: Session, plan_id: str) -> PlanRow:
+    row = session.get(PlanRow, plan_id)
     if row is None:
         raise NotFound(f"no plan {plan_id!r}", code="unknown-plan")
     return row
+
+
+def _to_decide(session: Session, plan_id: str) -> tuple[PlanRow, GoalRow]:
+    """The plan and its goal, locked: the goal first, as all do, so that two processes never wait for each other."""
+    plan = _plan(session, plan_id)
+    goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
+    session.refresh(plan, with_for_update=True)
+    return plan, goal
 
 
 def _mission_of(session: Session, plan: PlanRow) -> str:

@@ -25,6 +25,11 @@ class FactStore:
     def version(self, session: Session, world: str) -> int:
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
 
+    def lock(self, session: Session, world: str) -> WorldRow:
+        """The world's row, for this transaction alone to its end."""
+        query = select(WorldRow).where(WorldRow.id == world).with_for_update()
+        return session.scalars(query.execution_options(populate_existing=True)).one()
+
     def change(
         self,
         session: Session,
@@ -36,7 +41,7 @@ class FactStore:
         at_s: float,
     ) -> int:
         """Make facts true and false; what is both removed and added is true. Answers the world's version after it."""
-        row = session.scalars(select(WorldRow).where(WorldRow.id == world).with_for_update()).one()
+        row = self.lock(session, world)
         added, removed = set(add), set(remove)
         known = {fact.atom: fact for fact in self.rows(session, world)}
         gone = [known[str(fact)] for fact in removed - added if str(fact) in known]

@@ -39,9 +39,9 @@ def world_file() -> WorldFile:
 
 @pytest.fixture
 def service(
-    tmp_path: Path, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+    tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
 ) -> Iterator[Service]:
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=None, answer_patience_s=PATIENCE_S)
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url, answer_patience_s=PATIENCE_S)
     world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
     with Service(settings, [world], worker=worker) as service:
         yield service

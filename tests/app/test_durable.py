@@ -1,7 +1,6 @@
 """Durable workflows: begun when the transaction that starts them commits."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from queue import Empty, Queue
 
 import pytest
@@ -10,13 +9,15 @@ from app.database import Database
 from app.database.migrate import migrate
 from app.durable import MISSIONS, PLANNING, Workflows
 from app.durable import Queue as WorkflowQueue
+from tests.databases import ON_BOTH
 
+pytestmark = ON_BOTH
 HARDLY_EVER_S = 3600.0
 
 
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[Database]:
-    database = Database(f"sqlite:///{tmp_path / 'record.db'}")
+def database(database_url: str) -> Iterator[Database]:
+    database = Database(database_url)
     migrate(database)
     yield database
     database.close()

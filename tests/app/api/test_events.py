@@ -12,6 +12,9 @@ from app.api import streams
 from app.composition import Service
 from tests.app.conftest import TOKEN
 from tests.app.serving import served
+from tests.databases import ON_BOTH
+
+pytestmark = ON_BOTH
 
 
 @pytest.fixture

@@ -6,6 +6,9 @@ from typing import Any
 from fastapi.testclient import TestClient
 
 from tests.app.fake_robots import FakeTeam
+from tests.databases import ON_BOTH
+
+pytestmark = ON_BOTH
 
 Follow = Callable[..., dict[str, Any]]
 GOAL = {"world": "sample_store", "text": "move sample_1 to bay_7"}

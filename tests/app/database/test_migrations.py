@@ -1,7 +1,5 @@
 """Migrations: an old record comes up to date with its rows, and the tables are what the code says."""
 
-from pathlib import Path
-
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
@@ -9,22 +7,21 @@ from sqlalchemy import text
 
 from app.database import Base, Database
 from app.database.migrate import _config, migrate
+from tests.databases import ON_BOTH
+
+pytestmark = ON_BOTH
 
 
-def database(folder: Path) -> Database:
-    return Database(f"sqlite:///{folder / 'record.sqlite'}")
-
-
-def test_migrations_make_the_tables_that_the_code_declares(tmp_path: Path) -> None:
-    record = database(tmp_path)
+def test_migrations_make_the_tables_that_the_code_declares(database_url: str) -> None:
+    record = Database(database_url)
     migrate(record)
     with record.engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
     record.close()
 
 
-def test_a_record_of_the_first_version_keeps_its_rows(tmp_path: Path) -> None:
-    record = database(tmp_path)
+def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None:
+    record = Database(database_url)
     with record.engine.connect() as connection:
         command.upgrade(_config(connection), "0001")
         connection.execute(

@@ -1,0 +1,51 @@
+"""Databases for tests: SQLite in the test's own folder, or PostgreSQL, a database a test that is dropped at its end."""
+
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+import psycopg
+import pytest
+
+SERVER = os.environ.get("MACTA_TEST_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432")
+"""A server on which databases may be made; without its password, if it wants one, which PGPASSWORD is for."""
+SQLITE, POSTGRESQL = "sqlite", "postgresql"
+ON_BOTH = pytest.mark.parametrize("database_url", [SQLITE, POSTGRESQL], indirect=True)
+ON_POSTGRESQL = pytest.mark.parametrize("database_url", [POSTGRESQL], indirect=True)
+
+
+@cache
+def why_no_postgresql() -> str:
+    """Why there is no PostgreSQL to test with; empty if there is one."""
+    try:
+        psycopg.connect(f"{SERVER}/postgres", connect_timeout=3).close()
+    except psycopg.OperationalError as error:
+        return f"no PostgreSQL at {SERVER}: {error}"
+    return ""
+
+
+@contextmanager
+def postgresql() -> Iterator[str]:
+    """The address of a database of its own for the length of the block; the test is skipped without a server."""
+    if why := why_no_postgresql():
+        pytest.skip(why)
+    name = f"macta_test_{uuid.uuid4().hex[:12]}"
+    with psycopg.connect(f"{SERVER}/postgres", autocommit=True) as server:
+        server.execute(f"CREATE DATABASE {name}")
+        try:
+            yield SERVER.replace("postgresql://", "postgresql+psycopg://") + f"/{name}"
+        finally:
+            server.execute(f"DROP DATABASE {name} WITH (FORCE)")
+
+
+@contextmanager
+def fresh(kind: str, folder: Path) -> Iterator[str]:
+    """The address of an empty database of this kind."""
+    if kind == POSTGRESQL:
+        with postgresql() as url:
+            yield url
+    else:
+        yield f"sqlite:///{folder / 'macta.sqlite'}"
