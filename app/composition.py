@@ -1,8 +1,8 @@
 """The composition root: wires the concrete parts into a service. Nothing is made at import."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from threading import Event
 
@@ -13,8 +13,9 @@ from app.agents import AgentModels, Questions, RobotBoard
 from app.api.app import build_api
 from app.core import Core
 from app.database import Database
+from app.database.listening import Listening
 from app.database.migrate import migrate
-from app.durable import Workflows
+from app.durable import MISSIONS, QUEUES, Queue, Workflows
 from app.events import EventLog
 from app.goals.desk import GoalDesk
 from app.missions.desk import MissionDesk
@@ -36,6 +37,7 @@ from app.plans.proposing import Proposing
 from app.plans.waiting import WORKFLOW as PLAN_WAITING
 from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
+from app.replicas import Presence
 from app.settings import Settings, lock_folder
 from app.tuning import TuningDesk
 from app.world_model import initial_spots, spot_of
@@ -86,29 +88,45 @@ class Service:
         *,
         viewer: Callable[[], str | None] = lambda: None,
         worker: PlanningWorker | None = None,
+        serves: Collection[Queue] | None = None,
     ) -> None:
         """
+        :param serves: the queues whose workflows run here; all, but for plans where no planning process is wanted.
         :param viewer: the address of the view of the world, None while there is none.
         :param worker: the planning process; one of its own unless given, then the giver closes it.
         """
-        settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        served = serves or (QUEUES if settings.planning_processes else (MISSIONS,))
         self.stopping = Event()
         """Set when the service is about to end: open streams then end by themselves."""
-        self._lock = lock_folder(settings.data)
-        self.settings, self.token = settings, settings.resolved_token()
+        self.settings, self._viewer = settings, viewer
+        self._speaks = MISSIONS in served
+        # One that only plans keeps nothing in the folder.
+        self._lock = lock_folder(settings.data) if self._speaks else None
+        self.token = settings.resolved_token() if self._speaks else ""
         self._worlds = {world.file.name: world for world in worlds}
         self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
         self.events = EventLog(self.database)
         knowledge_base = load_knowledge_base()
+        workflows = Workflows(settings.resolved_database_url(), serves=served)
         self._core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events),
-            workflows=Workflows(settings.resolved_database_url()),
+            workflows=workflows,
             knowledge_base=knowledge_base,
             holdings=Holdings(knowledge_base),
+        )
+        self._listening = Listening(
+            self.database, {queue.name: partial(workflows.look, queue) for queue in served}
+        )
+        self.presence = Presence(
+            self.database,
+            executor=workflows.executor,
+            serves=[queue.name for queue in served],
+            speaks_for=self._files if self._speaks else (),
+            take_over=workflows.take_over,
         )
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
         self.board = RobotBoard(
@@ -120,36 +138,47 @@ class Service:
         self._worker = worker or PlanningWorker(make_engine, processes=settings.planning_processes)
         self._wire_desks()
         self._agents = [self._agents_of(world) for world in worlds]
-        self.api: FastAPI = build_api(self, viewer=viewer, static=WEB)
+
+    @cached_property
+    def api(self) -> FastAPI:
+        return build_api(self, viewer=self._viewer, static=WEB)
 
     def start(self) -> None:
         """Begin: the worlds that go on or start afresh, the workflows that were left, the links to the robots."""
         ready = self._worker.warm_up()
+        self.presence.register()
+        mine = [world for name, world in self._worlds.items() if self.presence.speaks_for(name)]
         with self.database.write() as session:
-            for world in self._worlds.values():
+            for world in mine:
                 meet_world(session, self._core, world.file, world.run, why_afresh=world.why_afresh)
-            part_from_others(session, self._core, self._files.keys())
+            if not self.database.shared:
+                part_from_others(session, self._core, self._files.keys())
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
         self._core.workflows.register(FIND_ALTERNATIVES, self.choices.run)
         self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
         self._core.workflows.register(MISSION_LIFE, self._life.run)
         self._core.workflows.launch()
+        self.presence.start()
+        self._listening.start()
         for agents in self._agents:
             agents.start()
         with self.database.write() as session:
-            for name in self._files:
-                self._waiting.release(session, name)
+            for world in mine:
+                self._waiting.release(session, world.file.name)
         ready.result(timeout=300)
 
     def close(self) -> None:
         self.stopping.set()
         for agents in self._agents:
             agents.close()
+        self._listening.close()
         self._core.workflows.close()
+        self.presence.close()
         if self._own_worker:
             self._worker.close()
         self.database.close()
-        self._lock.close()
+        if self._lock is not None:
+            self._lock.close()
 
     def __enter__(self) -> "Service":
         try:
@@ -229,6 +258,7 @@ class Service:
             questions=self.questions,
             tunings=self.tunings,
             world=world.file.name,
+            speaks=partial(self.presence.speaks_for, world.file.name),
         )
 
     def _rested(self, world: str) -> None:

@@ -9,7 +9,7 @@ from typing import TextIO
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from app.errors import Unavailable
+from app.errors import Invalid, Unavailable
 
 
 class Settings(BaseSettings):
@@ -28,7 +28,12 @@ class Settings(BaseSettings):
         default=None, ge=0, description="to improve a first plan; unset: by the problem's size"
     )
     planning_memory_mb: int = Field(default=2048, ge=64)
-    planning_processes: int = Field(default=2, ge=1, le=64, description="goals planned side by side")
+    planning_processes: int = Field(
+        default=2,
+        ge=0,
+        le=64,
+        description="goals planned side by side; 0: planning is left to `macta worker`",
+    )
     answer_patience_s: float = Field(
         default=10.0, gt=0, description="wall-clock seconds before a robot is silent"
     )
@@ -45,6 +50,11 @@ class Settings(BaseSettings):
         """The administrator's token: from the environment, else the one kept in the data folder, else a new one."""
         if self.token is not None:
             return self.token
+        if not self.resolved_database_url().startswith("sqlite"):
+            raise Invalid(
+                "set MACTA_TOKEN: of a token made here the other processes on MACTA_DATABASE_URL would not know",
+                code="token-needed",
+            )
         path = self.data / "token"
         if path.is_file():
             return path.read_text().strip()
@@ -55,10 +65,11 @@ class Settings(BaseSettings):
 
 
 def lock_folder(data: Path) -> TextIO:
-    """Keep the data folder for this process until the answer is closed, or the process ends.
+    """Make the data folder and keep it for this process until the answer is closed, or the process ends.
 
     :raises Unavailable: if another service works in it.
     """
+    data.mkdir(parents=True, exist_ok=True, mode=0o700)
     lock = (data / "lock").open("w")
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -7,7 +7,7 @@ sent, so a robot acts on it once.
 import logging
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from sqlalchemy import or_, select
 
@@ -58,7 +58,13 @@ class AgentModels:
         questions: Questions,
         tunings: TuningDesk,
         world: str,
+        speaks: Callable[[], bool] = lambda: True,
     ) -> None:
+        """
+        :param speaks: True while this process, of those that share the record, delivers and records. While it does
+            not it listens, for what robots say of themselves now, and asks what its own clients ask.
+        """
+        self._speaks = speaks
         self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
         self._database, self._reports, self._board = database, reports, board
         self._questions, self._tunings = questions, tunings
@@ -85,7 +91,8 @@ class AgentModels:
                 self._ask()
                 if self._due.is_set() or time.monotonic() >= due_at:
                     self._due.clear()
-                    self._deliver()
+                    if self._speaks():
+                        self._deliver()
                     due_at = time.monotonic() + RESEND_S
             except LinkClosed:
                 logger.warning("the link to the robots of %s is closed", self._world)
@@ -104,7 +111,7 @@ class AgentModels:
             self._board.heard(message.sender, message.body)
             return
         self._board.heard(message.sender)
-        if self._questions.answered(message):
+        if self._questions.answered(message) or not self._speaks():
             return
         if isinstance(message.body, TuningReport):
             self._tunings.answered(self._world, message.sender, message.performative, message.body)

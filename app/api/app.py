@@ -14,10 +14,12 @@ from app.api.auth import Door, TokenCheck
 from app.api.bodies import GoalBody, MissionBody, plan_body
 from app.api.goals import goals_router, plans_router
 from app.api.missions import missions_router
+from app.api.replicas import replicas_router
 from app.api.robots import robots_router
 from app.api.streams import streams_router
 from app.api.viewer_proxy import viewer_router
 from app.api.worlds import worlds_router
+from app.durable import PLANNING
 
 if TYPE_CHECKING:
     from app.composition import Service
@@ -50,6 +52,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
             snapshot=lambda: _snapshot(service),
         )
     )
+    api.include_router(replicas_router(service.presence))
     api.include_router(viewer_router(viewer, check.admits))
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
@@ -71,13 +74,16 @@ def _add_health(api: FastAPI, service: "Service") -> None:
     def readyz() -> JSONResponse:
         """The record can be read and no world's link is broken."""
         try:
-            service.events.last()
+            plans = any(PLANNING.name in one.serves for one in service.presence.executors() if one.alive)
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
         broken = [world for world in sorted(service.clocks) if _out_of_reach(service, world)]
         if broken:
             detail = f"no link to the robots of {', '.join(broken)}"
             return problems.problem(503, "world-unreachable", detail, worlds=broken)
+        if not plans:
+            # Goals are taken, and planned as soon as somebody does.
+            return JSONResponse({"status": "ready", "detail": "no process plans: start `macta worker`"})
         return JSONResponse({"status": "ready"})
 
 

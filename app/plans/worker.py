@@ -31,7 +31,10 @@ class PlanningWorker:
     """Plans in warm processes, each replaced when it dies or hangs. Thread-safe; problems wait their turn."""
 
     def __init__(self, make_engine: MakeEngine, *, processes: int = 1) -> None:
-        """:param make_engine: picklable; builds the warm engine inside a process."""
+        """
+        :param make_engine: picklable; builds the warm engine inside a process.
+        :param processes: with none, one is started once there is work after all: a plan to explain, say.
+        """
         self._make_engine, self._count = make_engine, processes
         self._lock = threading.Lock()
         self._all: list[PlanningProcess] = []
@@ -55,6 +58,8 @@ class PlanningWorker:
         if not begun:
             for _ in range(self._count):
                 self._add()
+            if not self._count:
+                self._report(None)
         return self._first
 
     def plan(
@@ -82,6 +87,10 @@ class PlanningWorker:
         :raises WorkerClosed: if the worker is closed before there is one.
         """
         self.warm_up()
+        with self._lock:
+            none, self._count = self._count == 0, max(self._count, 1)
+        if none:
+            self._add()
         watch = watch or Watch()
         how = ""
         for _ in range(ATTEMPTS):

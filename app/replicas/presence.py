@@ -1,0 +1,187 @@
+"""A process' place among those that share its database.
+
+Each says every `BEAT_S` that it lives. Of one that was silent for `DEAD_AFTER_S`, or has ended, the others take over
+the workflows, and the worlds it spoke for. Time is the database server's, so the machines' clocks need not agree. A
+process that was only held up may come back: it lays down by itself what it can no longer be sure of, and what both did
+meanwhile is recorded once, as steps and messages are anyway.
+"""
+
+import logging
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.dialects.postgresql import insert
+from sqlalchemy.orm import Session
+
+from app.database import Database, ExecutorRow, LeaseRow, is_away
+from app.database.tables import utc_now
+
+BEAT_S = 2.0
+DEAD_AFTER_S = 8.0
+FORGOTTEN_AFTER_S = 60.0
+"""A dead process' row goes then; until then it is looked whether it came back, began something, and died again."""
+HELD_S = DEAD_AFTER_S - BEAT_S
+"""So long after its last beat a process counts on its worlds: less than it takes others to take them."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Executor:
+    """A process as the others know it.
+
+    :param serves: the queues whose workflows it runs; `worlds` those it speaks for, towards their robots.
+    :param seen_s: seconds since it last said that it lives.
+    """
+
+    id: str
+    serves: Sequence[str]
+    worlds: Sequence[str]
+    host: str
+    pid: int
+    started_at: str
+    seen_s: float
+    alive: bool
+
+
+class Presence:
+    """Says that this process lives, holds the worlds it speaks for, and takes over what dead ones left.
+
+    On SQLite there is one process: it holds its worlds always, and nothing needs to be said.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        *,
+        executor: str,
+        serves: Sequence[str],
+        speaks_for: Collection[str],
+        take_over: Callable[[str], int],
+    ) -> None:
+        """
+        :param speaks_for: the worlds that this process may speak for.
+        :param take_over: has the workflows of a dead executor run again; answers how many.
+        """
+        self._database, self._executor, self._serves = database, executor, list(serves)
+        self._speaks_for, self._take_over = sorted(speaks_for), take_over
+        self._started_at = utc_now()
+        self._held: Mapping[str, float] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="presence", daemon=True)
+
+    def register(self) -> None:
+        """Say that this process lives, before it begins anything that others would have to take over."""
+        self._beat()
+
+    def start(self) -> None:
+        if self._database.shared:
+            self._thread.start()
+
+    def close(self) -> None:
+        """What is left undone here is the others' from now on."""
+        self._stop.set()
+        if not self._thread.is_alive():
+            return
+        self._thread.join(timeout=5)
+        try:
+            with self._database.write() as session:
+                row = session.get(ExecutorRow, self._executor, with_for_update=True)
+                if row is not None:
+                    row.seen_at = 0.0
+        except Exception as error:  # they will notice
+            logger.warning("the others could not be told that this process ends: %s", error)
+
+    def speaks_for(self, world: str) -> bool:
+        """True if this process, and no other, is to deliver to the world's robots and to record what they report."""
+        if not self._database.shared:
+            return world in self._speaks_for
+        return time.monotonic() < self._held.get(world, 0.0)
+
+    def executors(self) -> Sequence[Executor]:
+        """All that are known, the longest there first."""
+        with self._database.read() as session:
+            now = _now(session, self._database)
+            worlds: dict[str, list[str]] = {}
+            for lease in session.scalars(select(LeaseRow).order_by(LeaseRow.world)):
+                worlds.setdefault(lease.holder, []).append(lease.world)
+            rows = session.scalars(select(ExecutorRow).order_by(ExecutorRow.started_at, ExecutorRow.id)).all()
+        return [self._known(row, worlds.get(row.id, ()), now) for row in rows]
+
+    def _known(self, row: ExecutorRow, worlds: Sequence[str], now: float) -> Executor:
+        seen_s = max(now - row.seen_at, 0.0) if self._database.shared else 0.0
+        alive = seen_s < DEAD_AFTER_S
+        return Executor(
+            id=row.id,
+            serves=row.serves,
+            worlds=worlds if alive else (),
+            host=row.host,
+            pid=row.pid,
+            started_at=row.started_at,
+            seen_s=round(seen_s, 3),
+            alive=alive,
+        )
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            try:
+                self._beat()
+                self._look_after_dead()
+            except Exception as error:
+                if is_away(error):
+                    logger.warning("no word to the other processes: the database is away")
+                else:
+                    logger.exception("no word to the other processes")
+            self._stop.wait(BEAT_S)
+
+    def _beat(self) -> None:
+        until = time.monotonic() + HELD_S
+        with self._database.write() as session:
+            now = _now(session, self._database)
+            row = session.get(ExecutorRow, self._executor, with_for_update=True)
+            if row is None:
+                row = ExecutorRow(id=self._executor)
+                session.add(row)
+            row.serves, row.host, row.pid = self._serves, socket.gethostname(), os.getpid()
+            row.started_at, row.seen_at = self._started_at, now
+            session.flush()
+            held = [world for world in self._speaks_for if self._holds(session, world, now)]
+        self._held = dict.fromkeys(held, until)
+
+    def _holds(self, session: Session, world: str, now: float) -> bool:
+        """Take the world, unless a living process has it."""
+        if self._database.shared:
+            session.execute(insert(LeaseRow).values(world=world, holder="").on_conflict_do_nothing())
+        elif session.get(LeaseRow, world) is None:
+            session.add(LeaseRow(world=world, holder=""))
+            session.flush()
+        lease = session.get_one(LeaseRow, world, with_for_update=True)
+        if lease.holder != self._executor:
+            holder = session.get(ExecutorRow, lease.holder)
+            if self._database.shared and holder is not None and now - holder.seen_at < DEAD_AFTER_S:
+                return False
+            lease.holder = self._executor
+        return True
+
+    def _look_after_dead(self) -> None:
+        """Take over from those that are silent; of several processes at once, one does."""
+        with self._database.write() as session:
+            now = _now(session, self._database)
+            query = select(ExecutorRow).where(ExecutorRow.seen_at < now - DEAD_AFTER_S)
+            for dead in session.scalars(query.with_for_update(skip_locked=True)).all():
+                if count := self._take_over(dead.id):
+                    logger.warning("took over %d workflows of %s on %s", count, dead.id, dead.host)
+                if dead.seen_at < now - FORGOTTEN_AFTER_S:
+                    session.execute(delete(ExecutorRow).where(ExecutorRow.id == dead.id))
+
+
+def _now(session: Session, database: Database) -> float:
+    """Epoch seconds, of the server where there is one."""
+    if not database.shared:
+        return time.time()
+    return float(session.scalars(select(func.extract("epoch", func.clock_timestamp()))).one())
