@@ -1,0 +1,126 @@
+"""How long a dead process' work lies still: kill -9 of an executor until another goes on with its workflow.
+
+uv run python -m benchmarks.recovery [RUNS] [SERVER]
+"""
+
+import statistics
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import psycopg
+
+from app.database import Database
+from app.database.migrate import migrate
+from app.durable import MISSIONS, Workflows, sleep_until_woken, step
+from app.events import EventLog
+from app.replicas import Presence
+
+SERVER = "postgresql://postgres@127.0.0.1:5432"
+TICK_S = 0.1
+GIVE_UP_S = 60.0
+EXECUTE = "--execute"
+
+
+@contextmanager
+def database_on(server: str) -> Iterator[str]:
+    """The address of a database for the length of the block."""
+    name = f"macta_recovery_{uuid.uuid4().hex[:12]}"
+    with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
+        connection.execute(f"CREATE DATABASE {name}")
+        try:
+            yield server.replace("postgresql://", "postgresql+psycopg://") + f"/{name}"
+        finally:
+            connection.execute(f"DROP DATABASE {name} WITH (FORCE)")
+
+
+def takeover_s(url: str) -> float:
+    """Seconds from the death of the executor that runs a workflow to the workflow's next step, in another process.
+
+    :raises TimeoutError: if it does not go on within a minute.
+    """
+    database = Database(url)
+    migrate(database)
+    log = EventLog(database)
+    with _executor(url, "first") as first, _executor(url, "second"):
+        _until_ticked_by(log, "first", after=0)
+        first.kill()
+        first.wait()
+        killed, seen = time.perf_counter(), log.last()
+        _until_ticked_by(log, "second", after=seen)
+        took_s = time.perf_counter() - killed
+    database.close()
+    return took_s
+
+
+@contextmanager
+def _executor(url: str, name: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "benchmarks.recovery", EXECUTE, url, name]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        process.stdout.readline()
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def _until_ticked_by(log: EventLog, name: str, *, after: int) -> None:
+    give_up = time.monotonic() + GIVE_UP_S
+    while all(event.subject != name for event in log.since(after)):
+        if time.monotonic() > give_up:
+            raise TimeoutError(f"the workflow does not run in the {name} process")
+        time.sleep(0.02)
+
+
+def execute(url: str, name: str) -> None:
+    """Be an executor until killed; the first of them begins a workflow that never ends."""
+    database = Database(url)
+    log = EventLog(database)
+    workflows = Workflows(url)
+
+    def tick() -> None:
+        with database.write() as session:
+            log.append(session, "workflow.ticked", name)
+
+    def life(_: str) -> None:
+        while True:
+            step("tick", tick)
+            sleep_until_woken(TICK_S)
+
+    workflows.register("life", life)
+    presence = Presence(
+        database,
+        executor=workflows.executor,
+        serves=[MISSIONS.name],
+        speaks_for=(),
+        take_over=workflows.take_over,
+    )
+    presence.register()
+    workflows.launch()
+    presence.start()
+    if name == "first":
+        with database.write() as session:
+            workflows.start(session, MISSIONS, "life", "life", "life")
+    print("ready", flush=True)
+    time.sleep(10 * GIVE_UP_S)
+
+
+def main(runs: int = 5, server: str = SERVER) -> None:
+    took: list[float] = []
+    for _ in range(runs):
+        with database_on(server) as url:
+            took.append(takeover_s(url))
+            print(f"{took[-1]:.1f} s", flush=True)
+    print(f"median {statistics.median(took):.1f} s, {min(took):.1f} to {max(took):.1f} s, {runs} runs")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == [EXECUTE]:
+        execute(*sys.argv[2:4])
+    else:
+        main(*(convert(given) for convert, given in zip((int, str), sys.argv[1:], strict=False)))
