@@ -13,7 +13,7 @@ from sqlalchemy import or_, select
 
 from app.agents.board import RobotBoard
 from app.agents.questions import Questions
-from app.database import Database, MissionRow, ScriptRow
+from app.database import Database, MissionRow, ScriptRow, is_away
 from app.missions.reports import ReportBook
 from app.states import ENDED, MissionState
 from app.tuning import TuningDesk
@@ -98,10 +98,13 @@ class AgentModels:
                 logger.warning("the link to the robots of %s is closed", self._world)
                 self._board.broke(self._world)
                 return
-            except Exception:
+            except Exception as error:
                 # One message that cannot be recorded now (the database is away, say) must not end the listening:
                 # robots keep their reports until they get a receipt, so it comes again.
-                logger.exception("agent models of %s: a message could not be handled", self._world)
+                if is_away(error):
+                    logger.warning("agent models of %s wait for the database", self._world)
+                else:
+                    logger.exception("agent models of %s: a message could not be handled", self._world)
                 self._stop.wait(RESEND_S)
 
     def _take(self, message: Message) -> None:

@@ -38,6 +38,8 @@ from robots.wire import (
 )
 
 TICK_S = 0.5
+SAID_AGAIN_S = 0.5
+"""Wall-clock seconds without a receipt after which a patient team says a report again."""
 
 
 @dataclass
@@ -89,6 +91,9 @@ class FakeTeam:
         """The ids of all messages to robots, also of the lost."""
         self.unbelieved: str | None = None
         """The packet whose finish is never reported."""
+        self.patient = False
+        """Reports are said again until there is a receipt, as real robots do."""
+        self._unconfirmed: dict[str, tuple[float, Message]] = {}
         self._held_back: list[tuple[float, Message]] = []
         self.traced = TraceReport(at_s=0.0)
         """What robots tell of their traces."""
@@ -126,6 +131,7 @@ class FakeTeam:
             for name, robot in self.robots.items():
                 if name not in self.faults.silent:
                     self._work(name, robot)
+            self._say_again()
             due = [held for held in self._held_back if held[0] <= self.clock.now_s()]
             for held in due:
                 self._held_back.remove(held)
@@ -136,6 +142,7 @@ class FakeTeam:
         robot = self.robots.setdefault(message.receiver, FakeRobot())
         if isinstance(message.body, Receipt):
             self.receipts.append(message.in_reply_to or "")
+            self._unconfirmed.pop(message.in_reply_to or "", None)
             return
         if isinstance(message.body, TraceQuery):
             self._far.send(self._message(message.receiver, Performative.INFORM, self.traced, message.id))
@@ -277,6 +284,14 @@ class FakeTeam:
     def _say(self, message: Message) -> None:
         for _ in range(2 if self.faults.repeats else 1):
             self._far.send(message)
+
+        if self.patient:
+            self._unconfirmed[message.id] = (time.monotonic() + SAID_AGAIN_S, message)
+
+    def _say_again(self) -> None:
+        for due_at, message in list(self._unconfirmed.values()):
+            if time.monotonic() >= due_at:
+                self._say(message)
 
     def _message(
         self, name: str, performative: Performative, body: Body, in_reply_to: str | None = None

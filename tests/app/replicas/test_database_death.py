@@ -34,7 +34,7 @@ def address(
     cluster: Cluster, tmp_path: Path, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
 ) -> Iterator[str]:
     settings = Settings(data=tmp_path, token=TOKEN, database_url=cluster.url, answer_patience_s=PATIENCE_S)
-    world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None)
+    world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
     with Service(settings, [world], worker=worker) as service, served(service.api) as address:
         yield address
 
@@ -63,6 +63,7 @@ def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
 ) -> None:
     follower = Follower(address)
     follower.start()
+    team.patient = True
     team.faults.stuck.add("store_2")
     goal = {"text": "move sample_1 to bay_7", "auto_approve": True}
     with httpx2.Client(base_url=address, headers=HEADERS, timeout=60) as api:
