@@ -118,9 +118,8 @@ class Service:
             knowledge_base=knowledge_base,
             holdings=Holdings(knowledge_base),
         )
-        self._listening = Listening(
-            self.database, {queue.name: partial(workflows.look, queue) for queue in served}
-        )
+        looks = {queue.name: partial(workflows.look, queue) for queue in served}
+        self._listening = Listening(self.database, {**looks, "messages": workflows.rouse})
         self.presence = Presence(
             self.database,
             executor=workflows.executor,

@@ -129,6 +129,14 @@ class Workflows:
         if queue.name in self._listeners:
             self._listeners[queue.name].look()
 
+    def rouse(self) -> None:
+        """Have every workflow that waits here look whether there is a message: it may not have been told of one.
+
+        DBOS looks by itself only once a minute.
+        """
+        for _, _, waiting in self._dbos._sys_db.notifications_map.snapshot():
+            waiting.set()
+
     def take_over(self, executor: str) -> int:
         """Have what another executor left undone run again, by whoever serves its queues; answers how many.
 

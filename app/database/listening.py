@@ -5,7 +5,9 @@ never comes, and after the connection was away everything is looked at once.
 """
 
 import logging
+import math
 import threading
+import time
 from collections.abc import Callable, Mapping
 
 import psycopg
@@ -15,6 +17,8 @@ from app.database.engine import CHANNEL, WRITTEN, Database
 LOOK_S = 0.5
 """How long the thread waits before it looks whether it is to end."""
 BACK_OFF_S = 1.0
+SETTLED_S = 5.0
+"""So long after it, whoever else lost a connection has it back, too; then everything is looked at once more."""
 
 logger = logging.getLogger(__name__)
 
@@ -51,13 +55,20 @@ class Listening:
         given, options = self._database.engine.dialect.create_connect_args(self._database.engine.url)
         with psycopg.connect(*given, **options, autocommit=True, connect_timeout=5) as connection:
             connection.execute(f"LISTEN {CHANNEL}")
-            for topic in self._topics:
-                self._heard(topic)
+            self._look_at_all()
+            settled_at = time.monotonic() + SETTLED_S
             while not self._stop.is_set():
+                if time.monotonic() >= settled_at:
+                    self._look_at_all()
+                    settled_at = math.inf
                 for notification in connection.notifies(timeout=LOOK_S):
                     topic, _, writer = notification.payload.partition(" ")
                     if writer != self._database.name:  # its own writes are told without this detour
                         self._heard(topic)
+
+    def _look_at_all(self) -> None:
+        for topic in self._topics:
+            self._heard(topic)
 
     def _heard(self, topic: str) -> None:
         try:
