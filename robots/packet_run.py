@@ -60,6 +60,7 @@ class PacketRun:
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
         self._watch = EventWatch(content.events)
+        self._actions = [name_of(packet, phase) for phase in (Phase.WAIT, Phase.ACT, Phase.RETRY)]
 
     @property
     def over(self) -> bool:
@@ -74,9 +75,10 @@ class PacketRun:
     @property
     def action(self) -> str:
         """The actuator action of the script's plan that it is at."""
+        waits, acts, retries = self._actions
         if self.state in (PacketState.WAITING, PacketState.INITIALIZING):
-            return name_of(self.packet, Phase.WAIT)
-        return name_of(self.packet, Phase.RETRY if self._guard.manoeuvring else Phase.ACT)
+            return waits
+        return retries if self._guard.manoeuvring else acts
 
     @property
     def waits_for(self) -> str:
@@ -167,11 +169,11 @@ class PacketRun:
     def _advance(self, percepts: Percepts, step_s: float) -> Outcome:
         """One tick of acting; the events it raises go with its change of state, or are news of their own."""
         progress = self._odometer.update(percepts.odometry, step_s, self._watch.raised)
-        known = replace(percepts, progress=progress)
-        news = self._watch.update(known)
+        percepts.progress = progress
+        news = self._watch.update(percepts)
         if news:
-            known = replace(percepts, progress=replace(progress, raised=self._watch.raised))
-        outcome = self._run(known, step_s)
+            percepts.progress = replace(progress, raised=self._watch.raised)
+        outcome = self._run(percepts, step_s)
         spared = self._spared(percepts)
         if not news and not spared:
             return outcome

@@ -1,6 +1,6 @@
 """Behaviour patterns: a response and a utility, each a function of one stimulus (MACTA §3, eq. 1)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import ClassVar
@@ -11,7 +11,7 @@ from robots.conditions import AnyCondition
 from robots.percepts import Percepts
 from robots.responses import STRICT, AnyResponse
 from robots.stimuli import AnyStimulus
-from robots.synthesis import DegreeOfFreedom, Resultants, Utilitor, synthesise
+from robots.synthesis import REST, DegreeOfFreedom, Resultants, Utilitor, synthesise
 
 
 class Level(StrEnum):
@@ -42,11 +42,12 @@ class BehaviourPattern:
 
     def respond(self, percepts: Percepts) -> Utilitor:
         """The utilitor for what is perceived; without stimulus or out of context it has no utility."""
-        if not all(condition.check(percepts).holds for condition in self.when):
-            return Utilitor(0.0, 0.0)
+        for condition in self.when:
+            if not condition.check(percepts).holds:
+                return REST
         s = self.stimulus.read(percepts)
         if s is None:
-            return Utilitor(0.0, 0.0)
+            return REST
         response = max(-1.0, min(1.0, self.r.at(s)))
         return Utilitor.normalised(response, max(0.0, min(1.0, self.u.at(s))))
 
@@ -55,8 +56,14 @@ class BehaviourPattern:
 class Responses:
     """What every active pattern answered at one instant, and what the synthesis made of it."""
 
-    of: Sequence[tuple[BehaviourPattern, Utilitor]] = ()
+    patterns: tuple[BehaviourPattern, ...] = ()
+    answers: tuple[Utilitor, ...] = ()
     resultant: Resultants = field(default_factory=dict)
+
+    @property
+    def of(self) -> Sequence[tuple[BehaviourPattern, Utilitor]]:
+        """Each pattern with its answer."""
+        return tuple(zip(self.patterns, self.answers, strict=True))
 
     def resultants(self) -> dict[str, tuple[float, float]]:
         """Normalised (r, u) of each degree of freedom."""
@@ -67,10 +74,10 @@ class Responses:
         return {f"{one.dof}/{one.name}": (utilitor.response, utilitor.u) for one, utilitor in self.of}
 
 
-def respond(patterns: Iterable[BehaviourPattern], percepts: Percepts) -> Responses:
+def respond(patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Responses:
     """Ask every pattern, and resolve the related utilitors: by degree of freedom."""
-    answers = [(pattern, pattern.respond(percepts)) for pattern in patterns]
+    answers = tuple([pattern.respond(percepts) for pattern in patterns])
     related: dict[DegreeOfFreedom, list[Utilitor]] = {}
-    for pattern, utilitor in answers:
+    for pattern, utilitor in zip(patterns, answers, strict=True):
         related.setdefault(pattern.dof, []).append(utilitor)
-    return Responses(answers, synthesise(related))
+    return Responses(patterns, answers, synthesise(related))

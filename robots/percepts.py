@@ -42,15 +42,15 @@ SURROUNDINGS: Needs = LOCATING | {Sensor.ULTRASONIC}
 TRACKING: Needs = SURROUNDINGS | TOUCH
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Percepts:
     """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres.
 
     `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
     are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
     is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
-    come to by it. `degraded`: what readings the robot does without, in words. `last_seen`: when each
-    beacon or tag that went out of view was there last, and how far off.
+    come to by it: the packet fills it in, nothing else is changed. `degraded`: what readings the robot does without,
+    in words. `last_seen`: when each beacon or tag that went out of view was there last, and how far off.
     """
 
     profile: RobotProfile
@@ -68,17 +68,16 @@ class Percepts:
     degraded: tuple[str, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     progress: Progress = field(default_factory=Progress)
-    _found: dict[Hashable, Any] = field(default_factory=dict, compare=False, repr=False)
+    _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def once(self, asked: Hashable, work: Callable[[], T]) -> T:
         """What is asked for, worked out for the first who asks: several patterns want the same of one instant.
 
         :param asked: names it.
         """
-        key = (self.time_s, asked)
-        if key not in self._found:
-            self._found[key] = work()
-        found: T = self._found[key]
+        if asked not in self._found:
+            self._found[asked] = work()
+        found: T = self._found[asked]
         return found
 
     @property
@@ -133,11 +132,17 @@ class Percepts:
     def sees(self, identity: str) -> bool:
         return identity in self.sightings
 
-    def locate(self, identity: str) -> complex | None:  # noqa: PLR0911
+    def locate(self, identity: str) -> complex | None:
         """Where something is: in my jaws, as sighted, on the map, a way-point, or remembered; None if it is not
         known. Of a long object its middle, or one of its handles: `beam@left`, `beam@right` as seen from the side
         from which it is gripped, `beam@free`, the first of them at which no other robot stands.
         """
+        if identity not in self._found:
+            self._found[identity] = self._locate(identity)
+        at: complex | None = self._found[identity]
+        return at
+
+    def _locate(self, identity: str) -> complex | None:  # noqa: PLR0911
         if HANDLE_OF in identity:
             return self._handle(identity)
         if identity == self.holding and identity not in self.profile.lengths_m:
@@ -175,6 +180,9 @@ class Percepts:
 
     def approach_point(self, place: str) -> complex | None:
         """The point `near` a place: on the emitting axis, the stand-off away from the beacon."""
+        return self.once(("near", place), lambda: self._approach_point(place))
+
+    def _approach_point(self, place: str) -> complex | None:
         beacon, axis = self.locate(place), self.axis(place)
         return None if beacon is None or axis is None else beacon + rect(STAND_OFF_M, axis)
 
@@ -205,7 +213,7 @@ class Percepts:
     def robots_in_view(self) -> Iterator[tuple[str, complex]]:
         """Other robots and where they are, seen now or a moment ago."""
         for name in self.profile.others:
-            at = self.locate(name)
+            at = self.locate(name) if name in self.sightings or name in self.cursors else None
             if at is not None:
                 yield name, at
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import hypot, pi
+from typing import NamedTuple
 
 RESPONSE_RAD = pi / 2
 """The angle that a normalised response of 1 stands for."""
@@ -27,8 +28,7 @@ class DegreeOfFreedom(StrEnum):
     __hash__ = str.__hash__  # as of sensors, to be looked up quickly
 
 
-@dataclass(frozen=True, slots=True)
-class Utilitor:
+class Utilitor(NamedTuple):
     """A response (radians, (-pi, pi]) and how much it matters (utility, [0, 1])."""
 
     r: float
@@ -45,6 +45,10 @@ class Utilitor:
         return max(-1.0, min(1.0, self.r / RESPONSE_RAD))
 
 
+REST = Utilitor(0.0, 0.0)
+"""No response, of no utility."""
+
+
 def superpose(utilitors: Sequence[Utilitor]) -> Utilitor:
     """Resolve competing responses on one degree of freedom (MACTA §3, eqs 2-3).
 
@@ -56,10 +60,12 @@ def superpose(utilitors: Sequence[Utilitor]) -> Utilitor:
     """
     if not utilitors:
         raise ValueError("nothing to superpose: m must be at least 1")
-    resultant = sum((rect(one.u, one.r) for one in utilitors), start=0j)
+    resultant = 0j
+    for one in utilitors:
+        resultant += rect(one.u, one.r)
     size = hypot(resultant.real, resultant.imag)
     if size < NO_UTILITY:
-        return Utilitor(0.0, 0.0)
+        return REST
     return Utilitor(phase(resultant), size / len(utilitors))
 
 
@@ -85,10 +91,9 @@ def motion(resultant: Resultants, *, speed_m_s: float, turn_rad_s: float) -> Mot
 
     A resultant response of pi/2 is full speed; a grip response above 0 closes, below 0 opens.
     """
-    rest = Utilitor(0.0, 0.0)
-    grip = resultant.get(DegreeOfFreedom.GRIP, rest)
+    grip = resultant.get(DegreeOfFreedom.GRIP, REST)
     return Motion(
-        linear_m_s=speed_m_s * resultant.get(DegreeOfFreedom.TRANSLATE, rest).response,
-        angular_rad_s=turn_rad_s * resultant.get(DegreeOfFreedom.ROTATE, rest).response,
+        linear_m_s=speed_m_s * resultant.get(DegreeOfFreedom.TRANSLATE, REST).response,
+        angular_rad_s=turn_rad_s * resultant.get(DegreeOfFreedom.ROTATE, REST).response,
         close_gripper=grip.r > 0 if grip.u > 0 and grip.r != 0 else None,
     )

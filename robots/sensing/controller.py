@@ -1,8 +1,6 @@
 """The sensory controller (P-SMPA §4.1): runs the sensor actions that are asked for, and no others."""
 
-from collections.abc import Iterable
-
-from robots.body import Body, Readings, Sensor
+from robots.body import READS, Body, Readings, Sensor
 from robots.datastore import DataStore, MutualDataStore
 from robots.errors import SensorFault
 from robots.sensing.actions import Mode, SensorAction
@@ -13,17 +11,20 @@ class SensoryController:
 
     def __init__(self, body: Body) -> None:
         self._body = body
+        self._actions: tuple[SensorAction, ...] = ()
         self._stores: dict[SensorAction, DataStore] = {}
         self.running: frozenset[Sensor] = frozenset()
 
-    def run(self, actions: Iterable[SensorAction]) -> None:
+    def run(self, actions: tuple[SensorAction, ...]) -> None:
         """Go on with these actions and end all others, with their stores; a one-shot that has read is over."""
-        self._stores = {action: self._stores.get(action, DataStore()) for action in actions}
-        self.running = frozenset(
-            action.sensor
-            for action, store in self._stores.items()
-            if action.mode is Mode.CYCLIC or not store.values
-        )
+        if actions != self._actions or any(action.mode is Mode.ONE_SHOT for action in actions):
+            self._actions = actions
+            self._stores = {action: self._stores.get(action, DataStore()) for action in actions}
+            self.running = frozenset(
+                action.sensor
+                for action, store in self._stores.items()
+                if action.mode is Mode.CYCLIC or not store.values
+            )
         self._body.run_sensors(self.running)
 
     def collect(self, readings: Readings) -> MutualDataStore:
@@ -31,11 +32,10 @@ class SensoryController:
 
         :raises SensorFault: if a sensor that runs has read nothing.
         """
-        read = readings.by_sensor()
         for action, store in self._stores.items():
-            if action.sensor not in self.running:
-                continue
-            if action.sensor not in read:
-                raise SensorFault(f"{action.sensor} reads nothing")
-            store.put(action.sensor, read[action.sensor])
+            if action.sensor in self.running:
+                read = getattr(readings, READS[action.sensor])
+                if read is None:
+                    raise SensorFault(f"{action.sensor} reads nothing")
+                store.put(action.sensor, read)
         return MutualDataStore.join(self._stores.values())

@@ -1,6 +1,6 @@
 """What sensing costs, and what is saved by running only what is needed (P-SMPA §4.1: least commitment)."""
 
-from collections.abc import Iterable
+from collections.abc import Container
 from functools import cache
 from importlib import resources
 
@@ -36,8 +36,8 @@ class Powers(_Checked):
             raise ValueError(f"sensors: no power of {', '.join(sorted(missing))}")
         return self
 
-    def sensing_w(self, running: Iterable[Sensor]) -> float:
-        return sum(self.sensors[sensor] for sensor in sorted(running))
+    def sensing_w(self, running: Container[Sensor]) -> float:
+        return sum(watts for sensor, watts in self.sensors.items() if sensor in running)
 
     def driving_w(self, linear_m_s: float, angular_rad_s: float) -> float:
         return self.motors.per_m_s * abs(linear_m_s) + self.motors.per_rad_s * abs(angular_rad_s)

@@ -7,6 +7,7 @@ every sensor has noise.
 from dataclasses import replace
 from math import hypot, isfinite
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,7 +35,7 @@ class SensorHealth:
         self._least_m = whisker_least_m
         self._at: Pose | None = None
         self._ranges_m: NDArray[np.float64] | None = None
-        self._same_m: NDArray[np.float64] | None = None
+        self._same_m: NDArray[np.float64] = np.empty(0)
         self._sightings = NONE_IN_VIEW
         self._unchanged_m = 0.0
         self._battery = 1.0
@@ -95,12 +96,14 @@ class SensorHealth:
         """Without those that lie: each reads what the nearer of the whiskers beside it does."""
         last, self._ranges_m = self._ranges_m, ranges_m
         if ranges_m is None:
-            self._same_m = None
+            self._same_m = np.empty(0)
             return None
-        impossible, stuck = ~(ranges_m >= 0), self._stuck(ranges_m, last, moved_m)
-        lying = impossible | stuck
-        if not lying.any():
+        if last is None or len(self._same_m) != len(ranges_m):
+            last, self._same_m = np.full(len(ranges_m), np.nan), np.zeros(len(ranges_m))
+        if not _count_same(ranges_m, last, self._same_m, moved_m, self._least_m):
             return ranges_m
+        impossible = ~(ranges_m >= 0)
+        lying = impossible | (self._same_m > FROZEN_M)
         told = [
             f"whisker {beam} reads {ranges_m[beam]:.2f}{'' if impossible[beam] else ' wherever it looks'}"
             for beam in np.flatnonzero(lying).tolist()
@@ -110,21 +113,31 @@ class SensorHealth:
         spared += told
         return _bridged(ranges_m, lying)
 
-    def _stuck(
-        self, ranges_m: NDArray[np.float64], last: NDArray[np.float64] | None, moved_m: float
-    ) -> NDArray[np.bool_]:
-        """Shape (N,): which whiskers have read the same for too long a way."""
-        if last is None or self._same_m is None or len(last) != len(ranges_m):
-            self._same_m = np.zeros(len(ranges_m))
-        else:
-            same = (ranges_m == last) & np.isfinite(ranges_m)
-            if same.any():
-                # NOTE: the least it can read a whisker reads without noise, as long as something is that near.
-                beside_m = np.minimum(np.roll(ranges_m, 1), np.roll(ranges_m, -1))
-                same &= ~((ranges_m <= self._least_m) & (beside_m < ranges_m + BESIDE_M))
-            self._same_m = np.where(same, self._same_m + moved_m, 0.0)
-        stuck: NDArray[np.bool_] = self._same_m > FROZEN_M
-        return stuck
+
+@numba.njit(cache=True)
+def _count_same(
+    ranges_m: NDArray[np.float64],
+    last_m: NDArray[np.float64],
+    same_m: NDArray[np.float64],
+    moved_m: float,
+    least_m: float,
+) -> bool:
+    """Count, in place, the way over which each whisker has read the same; True if any of them lies. Compiled: it is
+    asked twenty times a second.
+
+    :param ranges_m, last_m, same_m: shape (N,): what they read, what they read before, and over which way that.
+    """
+    lies = False
+    for beam in range(len(ranges_m)):
+        range_m = ranges_m[beam]
+        same = range_m == last_m[beam] and np.isfinite(range_m)
+        if same and range_m <= least_m:
+            # NOTE: the least it can read a whisker reads without noise, as long as something is that near.
+            beside_m = np.minimum(ranges_m[beam - 1], ranges_m[(beam + 1) % len(ranges_m)])
+            same = not beside_m < range_m + BESIDE_M
+        same_m[beam] = same_m[beam] + moved_m if same else 0.0
+        lies |= same_m[beam] > FROZEN_M or not range_m >= 0
+    return lies
 
 
 def _bridged(ranges_m: NDArray[np.float64], lying: NDArray[np.bool_]) -> NDArray[np.float64]:

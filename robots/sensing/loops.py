@@ -14,6 +14,7 @@ from robots.geometry import to_robot, to_world, wrap
 from robots.obstacles import Obstacles
 from robots.percepts import Percepts
 from robots.profile import Architecture
+from robots.progress import Progress
 from robots.sensing.actions import SensorAction
 from robots.sensing.machine import BehaviourState
 from robots.sightings import NONE_IN_VIEW, Sightings
@@ -162,6 +163,7 @@ def carried(model: Percepts, now: Percepts) -> Percepts:
         odometry=now.odometry,
         battery=now.battery,
         charging=now.charging,
+        progress=Progress(),
         seen=None if model.seen is None else Sightings.of(seen),
         solid=None if model.solid is None else moved(model.solid),
         about=None if model.about is None else moved(model.about),
