@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robots.body import GRIPPER_REACH_M, Gripper, Pose, Sensor
 from robots.datastore import MutualDataStore
 from robots.errors import SensorOff
-from robots.geometry import to_robot, to_world, wrap
+from robots.geometry import to_robot, wrap
 from robots.obstacles import Obstacles
 from robots.profile import STAND_OFF_M, RobotProfile
 from robots.progress import Progress
@@ -127,7 +127,9 @@ class Percepts:
     @property
     def tags(self) -> tuple[str, ...]:
         """Samples in view, without the one held."""
-        return tuple(name for name in self.sightings if self.profile.is_tag(name) and name != self.holding)
+        places, fellows, mine = self.profile.places, self.profile.fellows, (self.me, self.holding)
+        seen = self.sightings.names
+        return tuple([one for one in seen if one not in places and one not in fellows and one not in mine])
 
     def sees(self, identity: str) -> bool:
         return identity in self.sightings
@@ -232,9 +234,6 @@ class Percepts:
         cursor = self.cursors.get(identity)
         evidence = 0.0 if cursor is None else cursor.evidence_at(self.time_s)
         return _known(evidence if self.data.holds(TRACKING) else None, TRACKING)
-
-    def to_world(self, point: complex) -> complex:
-        return to_world(self.pose, point)
 
 
 def waypoint(x_m: float, y_m: float) -> str:

@@ -6,8 +6,9 @@ object tracking, what is in the way) works on the columns, and a sighting is onl
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import cos, isfinite, sin
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,11 +44,12 @@ class Sightings(Mapping[str, Sighting]):
     :param read: shape (N, 3): range (metres), bearing and aspect (radians) of each.
     """
 
-    __slots__ = ("_rows", "names", "read")
+    __slots__ = ("_rows", "_sound", "names", "read")
 
     def __init__(self, names: tuple[str, ...], read: NDArray[np.float64]) -> None:
         self.names, self.read = names, read
         self._rows: dict[str, int] | None = None
+        self._sound: bool | None = None
 
     @classmethod
     def of(cls, sightings: Iterable[Sighting]) -> "Sightings":
@@ -65,7 +67,13 @@ class Sightings(Mapping[str, Sighting]):
     @property
     def sound(self) -> bool:
         """True if every reading is a number."""
-        return isfinite(self.read.sum())
+        if self._sound is None:
+            self._sound = isfinite(self.read.sum())
+        return self._sound
+
+    def in_world(self, x_m: float, y_m: float, heading_rad: float) -> NDArray[np.complex128]:
+        """Shape (N,), complex, metres: where they are in the frame in which the observer's pose is given."""
+        return _in_world(self.read, x_m, y_m, heading_rad)
 
     def only(self, names: Collection[str]) -> "Sightings":
         """Those of them that have these identities."""
@@ -91,12 +99,24 @@ class Sightings(Mapping[str, Sighting]):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Sightings):
             return NotImplemented
-        return self.names == other.names and np.array_equal(self.read, other.read)
+        return self.names == other.names and self.read.tobytes() == other.read.tobytes()
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"Sightings({list(self.values())})"
+
+
+@numba.njit(cache=True)
+def _in_world(
+    read: NDArray[np.float64], x_m: float, y_m: float, heading_rad: float
+) -> NDArray[np.complex128]:
+    ahead = complex(cos(heading_rad), sin(heading_rad))
+    at = np.empty(len(read), np.complex128)
+    for n in range(len(read)):
+        seen = complex(read[n, 0] * cos(read[n, 1]), read[n, 0] * sin(read[n, 1]))
+        at[n] = complex(x_m, y_m) + seen * ahead
+    return at
 
 
 NONE_IN_VIEW = Sightings((), np.empty((0, 3)))

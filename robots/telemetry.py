@@ -7,6 +7,7 @@ from robots.body import Sensor
 from robots.executive import Executive
 from robots.percepts import GRIP, LOCATING, Percepts
 from robots.sensing.energy import SensingMeter
+from robots.sightings import Sightings
 from robots.wire import Telemetry
 
 
@@ -15,14 +16,14 @@ def telemetry(
 ) -> Telemetry:
     """Its own belief: estimated pose, whiskers, where it sees samples, what it does, and what its sensing costs."""
     run = executive.current
-    ranges_m = percepts.data.values.get(Sensor.ULTRASONIC, ())
+    ranges_m = percepts.data.values.get(Sensor.ULTRASONIC)
     held = percepts.data.holds(GRIP)
     return Telemetry(
         at_s=percepts.time_s,
         x_m=percepts.pose.x_m,
         y_m=percepts.pose.y_m,
         heading_rad=percepts.pose.heading_rad,
-        ranges_m=tuple(float(r) if isfinite(r) else None for r in ranges_m),
+        ranges_m=() if ranges_m is None else tuple(r if isfinite(r) else None for r in ranges_m.tolist()),
         holding=percepts.holding if held else None,
         battery=percepts.battery,
         charging=percepts.charging,
@@ -31,7 +32,7 @@ def telemetry(
         packet_id=run.packet.id if run else None,
         packet_tag=run.packet.tag if run else None,
         packet_state=executive.packet_state,
-        tags={tag: _place(percepts, tag) for tag in _tags(percepts)},
+        tags=_tags(percepts),
         patterns=executive.responses.shown(),
         resultants=executive.responses.resultants(),
         sensors=tuple(sorted(running)),
@@ -41,15 +42,16 @@ def telemetry(
     )
 
 
-def _tags(percepts: Percepts) -> list[str]:
-    """The samples in view; a long one, too, that it holds: its tag is at the middle, not in the jaws."""
+def _tags(percepts: Percepts) -> dict[str, tuple[float, float]]:
+    """Where the samples in view are; a long one, too, that it holds: its tag is at the middle, not in the jaws."""
     if not percepts.data.holds(LOCATING):
-        return []
-    held = percepts.holding
-    long = held is not None and held in percepts.profile.lengths_m and percepts.sees(held)
-    return [*percepts.tags, *([held] if held is not None and long else [])]
-
-
-def _place(percepts: Percepts, tag: str) -> tuple[float, float]:
-    at = percepts.to_world(percepts.locate(tag) or 0j)
-    return at.real, at.imag
+        return {}
+    held, names = percepts.holding, percepts.tags
+    if held is not None and held in percepts.profile.lengths_m and percepts.sees(held):
+        names = (*names, held)
+    if not names:
+        return {}
+    pose, seen = percepts.pose, percepts.sightings
+    rows = [seen.rows[name] for name in names]
+    at = Sightings(names, seen.read[rows]).in_world(pose.x_m, pose.y_m, pose.heading_rad)
+    return {name: (one.real, one.imag) for name, one in zip(names, at.tolist(), strict=True)}

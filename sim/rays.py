@@ -105,6 +105,19 @@ def in_sight(
 
 
 @numba.njit(cache=True)
+def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int64]:
+    """The rows of the points, shape (N, 2 or more), that are within a distance of one in the plane."""
+    found = np.empty(len(points), np.int64)
+    count = 0
+    for n in range(len(points)):
+        off_x, off_y = points[n, 0] - x, points[n, 1] - y
+        if off_x * off_x + off_y * off_y <= within_m * within_m:
+            found[count] = n
+            count += 1
+    return found[:count]
+
+
+@numba.njit(cache=True)
 def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
     # NOTE: rays are numbers and not rows of arrays, whose making would take longer than the rest.
     x, y = starts[first, 0], starts[first, 1]
@@ -125,13 +138,24 @@ def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: floa
     """Slab by slab: the ray is within the box where it is between both pairs of sides."""
     cosine, sine = boxes[n, 2], boxes[n, 3]
     off_x, off_y = x - boxes[n, 0], y - boxes[n, 1]
-    at, way = cosine * off_x + sine * off_y, cosine * way_x + sine * way_y
-    enters, leaves = _within(at, way, boxes[n, 4], 0.0, 1.0)
+    across, way_across = cosine * off_y - sine * off_x, cosine * way_y - sine * way_x
+    if _beside(across, way_across, boxes[n, 5]):
+        return 1.0
+    along, way_along = cosine * off_x + sine * off_y, cosine * way_x + sine * way_y
+    if _beside(along, way_along, boxes[n, 4]):
+        return 1.0
+    enters, leaves = _within(along, way_along, boxes[n, 4], 0.0, 1.0)
     if enters > leaves:
         return 1.0
-    at, way = cosine * off_y - sine * off_x, cosine * way_y - sine * way_x
-    enters, leaves = _within(at, way, boxes[n, 5], enters, leaves)
+    enters, leaves = _within(across, way_across, boxes[n, 5], enters, leaves)
     return 1.0 if enters > leaves else enters
+
+
+@numba.njit(cache=True)
+def _beside(at: float, way: float, half: float) -> bool:
+    """True if a ray begins and ends on one side of a slab: most do, and that is told without a division."""
+    end = at + way
+    return (at > half and end > half) or (at < -half and end < -half)
 
 
 @numba.njit(cache=True)

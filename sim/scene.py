@@ -20,7 +20,7 @@ from robots.world.walls import WALL_THICKNESS_M, Panel
 from sim import shapes
 from sim.outlines import Outlines
 from sim.quiet import quietly
-from sim.rays import Cut
+from sim.rays import Cut, near
 from sim.whereabouts import Whereabouts
 
 with quietly():
@@ -111,9 +111,7 @@ class Scene:
 
     def samples_near(self, point: tuple[float, float], within_m: float) -> list[str]:
         """The samples whose middles are within a distance of a point in the plane."""
-        off = self.sample_points()[:, :2] - point
-        near = np.flatnonzero(np.einsum("ij,ij->i", off, off) <= within_m**2)
-        return [self._names[n] for n in near.tolist()]
+        return [self._names[n] for n in near(self.sample_points(), *point, within_m).tolist()]
 
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""

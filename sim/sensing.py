@@ -4,9 +4,11 @@ Whiskers (ultrasonic): shape (N,) each, metres from the body's edge, beam 0 ahea
 where nothing is in range. Infra-red sightings: walls block them, rovers and samples are too low to.
 """
 
+import itertools
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, nan, pi, radians, tau
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +32,38 @@ Rngs = Mapping[str, np.random.Generator]
 Floats = NDArray[np.float64]
 
 
+class Fans(NamedTuple):
+    """The whiskers of some rovers, one after the other: N rays of F rovers."""
+
+    specs: tuple[RobotSpec, ...]
+    counts: NDArray[np.int64]
+    """Shape (F,)."""
+    bounds: NDArray[np.int64]
+    """Shape (F + 1,): a rover's rays are those from one to the next."""
+    beams_rad: Floats
+    """Shape (N,), off straight ahead; the others alike."""
+    range_m: Floats
+    least_m: Floats
+
+    @classmethod
+    def of(cls, specs: tuple[RobotSpec, ...]) -> "Fans":
+        counts = np.array([spec.whiskers for spec in specs])
+        return cls(
+            specs=specs,
+            counts=counts,
+            bounds=np.concatenate([[0], np.cumsum(counts)]),
+            beams_rad=np.concatenate([np.arange(count) * tau / count for count in counts]),
+            range_m=np.repeat([spec.whisker_range_m for spec in specs], counts),
+            least_m=np.repeat([spec.whisker_least_m for spec in specs], counts),
+        )
+
+
 class Whiskers:
     """The ultrasonic arrays of all rovers, read in one batch."""
 
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
         self._specs = tuple(specs)
+        self._fans: Fans | None = None
         self._silence = {s.name: np.full(s.whiskers, inf) for s in specs if "real" not in s.sonar}
 
     def read(
@@ -42,22 +71,24 @@ class Whiskers:
     ) -> dict[str, Floats]:
         """One array of ranges a rover whose array runs; no rays are cast for the others, nor where none is fitted."""
         silent = {name: ranges for name, ranges in self._silence.items() if name in running}
-        specs = [spec for spec in self._specs if spec.name in running and spec.name not in silent]
+        specs = tuple([spec for spec in self._specs if spec.name in running and spec.name not in silent])
         if not specs:
             return silent
-        counts = np.array([spec.whiskers for spec in specs])
-        fans = np.concatenate([[0], np.cumsum(counts)])
-        at = np.repeat(_rows(poses[spec.name] for spec in specs), counts, axis=0)
-        range_m = np.repeat([spec.whisker_range_m for spec in specs], counts)
-        least_m = np.repeat([spec.whisker_least_m for spec in specs], counts)
-        beams = np.concatenate([np.arange(count) * tau / count for count in counts])
-        ways = _unit(at[:, 2] + beams)
-        starts, ends = at[:, :2] + _EDGE_M * ways, at[:, :2] + (_EDGE_M + range_m)[:, None] * ways
-        free = free_shares(scene.cut(height_m=WHISKER_HEIGHT_M, groups=AUDIBLE), starts, ends, fans)
+        if self._fans is None or self._fans.specs != specs:
+            self._fans = Fans.of(specs)
+        fans = self._fans
+        at = np.repeat(_rows(poses[spec.name] for spec in specs), fans.counts, axis=0)
+        ways = _unit(at[:, 2] + fans.beams_rad)
+        starts, ends = at[:, :2] + _EDGE_M * ways, at[:, :2] + (_EDGE_M + fans.range_m)[:, None] * ways
+        cut = scene.cut(height_m=WHISKER_HEIGHT_M, groups=AUDIBLE)
+        free = free_shares(cut, starts, ends, fans.bounds)
         noise = np.concatenate([rngs[spec.name].standard_normal(spec.whiskers) for spec in specs])
-        heard = np.maximum(least_m, free * range_m + RANGE_SIGMA_M * noise)
-        ranges = np.split(np.where(free < FREE, heard, inf), fans[1:-1])
-        return silent | {spec.name: read for spec, read in zip(specs, ranges, strict=True)}
+        heard = np.maximum(fans.least_m, free * fans.range_m + RANGE_SIGMA_M * noise)
+        ranges = np.where(free < FREE, heard, inf)
+        spans = itertools.pairwise(fans.bounds.tolist())
+        return silent | {
+            spec.name: ranges[first:last] for spec, (first, last) in zip(specs, spans, strict=True)
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

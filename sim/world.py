@@ -236,8 +236,9 @@ class Simulation:
             if name not in self._touched and self.bodies[name].touches():
                 self._touched.add(name)
 
-    def _running(self, sensor: Sensor) -> list[str]:
-        return [name for name, body in self.bodies.items() if sensor in body.running]
+    def _running(self, sensor: Sensor) -> Mapping[str, Body]:
+        """The bodies by name whose sensor runs."""
+        return {name: body for name, body in self.bodies.items() if sensor in body.running}
 
     def _sense(self) -> None:
         """Only what runs senses: for the others no ray is cast and nothing is looked up."""

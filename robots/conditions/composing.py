@@ -124,8 +124,7 @@ AnyCondition = Annotated[
 
 def unmet(conditions: Iterable[Condition], percepts: Percepts) -> list[Verdict]:
     """The verdict, with what was perceived instead, of every condition that does not hold."""
-    verdicts = [condition.check(percepts) for condition in conditions]
-    return [verdict for verdict in verdicts if not verdict.holds]
+    return [verdict for condition in conditions if not (verdict := condition.check(percepts)).holds]
 
 
 def in_words(verdicts: Iterable[Verdict]) -> str:

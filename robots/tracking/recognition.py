@@ -35,7 +35,7 @@ HALF_THING_M = 0.1
 
 def by_infra_red(sightings: Sightings, pose: Pose) -> Observation:
     """Named things in view."""
-    at = _in_world(sightings.read, pose.x_m, pose.y_m, pose.heading_rad)
+    at = sightings.in_world(pose.x_m, pose.y_m, pose.heading_rad)
     return Observation(sightings.names, Modality.INFRA_RED, at)
 
 
@@ -81,17 +81,6 @@ def alone(ranges_m: Floats, hull_m: float) -> Points:
             middles[found] = hits / (end - begin)
             found += 1
     return middles[:found]
-
-
-@numba.njit(cache=True)
-def _in_world(read: Floats, x_m: float, y_m: float, heading_rad: float) -> Points:
-    """Shape (N,), complex: where what is seen is in the world's frame."""
-    ahead = complex(cos(heading_rad), sin(heading_rad))
-    at = np.empty(len(read), np.complex128)
-    for n in range(len(read)):
-        seen = complex(read[n, 0] * cos(read[n, 1]), read[n, 0] * sin(read[n, 1]))
-        at[n] = complex(x_m, y_m) + seen * ahead
-    return at
 
 
 def _name(at: complex, cursors: Cursors, taken: Mapping[str, complex]) -> str:
