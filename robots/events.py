@@ -25,11 +25,12 @@ class EventWatch:
         news: dict[str, str] = {}
         for name, conditions in self.events.items():
             verdicts = [condition.check(percepts) for condition in conditions]
-            if not all(verdict.holds for verdict in verdicts):
+            if False in [verdict.holds for verdict in verdicts]:
                 continue
             now_s = percepts.progress.elapsed_s
             if now_s - self.held_s.get(name, -FLICKER_S) >= FLICKER_S:
                 news[name] = "; ".join(verdict.words for verdict in verdicts)
             self.held_s[name] = now_s
-        self.raised |= news.keys()
+        if news:
+            self.raised |= news.keys()
         return news

@@ -59,17 +59,6 @@ class Obstacles(Sequence[Obstacle]):
             np.array([one.is_robot for one in each], dtype=np.bool_),
         )
 
-    def and_discs(self, at: Points, radius_m: float) -> "Obstacles":
-        """With more discs, all of one radius and none of them a robot."""
-        if not len(at):
-            return self
-        many = len(at)
-        return Obstacles(
-            np.concatenate([self.at, at]),
-            np.concatenate([self.radii_m, np.full(many, radius_m)]),
-            np.concatenate([self.robots, np.zeros(many, np.bool_)]),
-        )
-
     def nearest(self, sector_rad: float, *, robots_only: bool = False) -> tuple[float, complex] | None:
         """The least gap to the hull among what lies within a sector to either side of ahead, and where that is."""
         gap_m, at = _nearest(self.at, self.radii_m, self.robots, RADIUS_M, sector_rad, robots_only)
@@ -97,6 +86,43 @@ class Obstacles(Sequence[Obstacle]):
         return len(self.at)
 
 
+class Surroundings:
+    """What sightings and whiskers tell stands in the way, put together disc by disc."""
+
+    def __init__(self, things: Floats, lengths_m: Floats, whiskers: int) -> None:
+        """Begin with the bodies in view.
+
+        :param things: shape (N, 3), as of `Sightings`.
+        :param lengths_m: shape (N,): a sample's length, 0 of a compact one; `ROBOT` or `NOTHING_SOLID`.
+        :param whiskers: how many there are.
+        """
+        # NOTE: room is made here for the compiled code to fill: it takes long to hand over arrays of its own.
+        most = len(LONG_SHARES) * len(things) + whiskers + 1
+        self._at, self._radii_m = np.empty(most, np.complex128), np.empty(most)
+        self._robots = np.empty(most, np.bool_)
+        self._count = _put_bodies(things, lengths_m, RADIUS_M, self._at, self._radii_m, self._robots)
+
+    def add_hits(self, ranges_m: Floats, least_m: float) -> None:
+        """Add where whiskers meet something that is none of the robots in view.
+
+        The least that a whisker can read only says that something is nearer: it is taken to be half as far (our
+        choice).
+
+        :param ranges_m: shape (W,), from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
+        """
+        columns = (self._at, self._radii_m, self._robots)
+        self._count = _put_hits(ranges_m, least_m, RADIUS_M, *columns, self._count)
+
+    def add(self, at: complex, radius_m: float) -> None:
+        """Add one thing more that is no robot."""
+        self._at[self._count], self._radii_m[self._count], self._robots[self._count] = at, radius_m, False
+        self._count += 1
+
+    def so_far(self) -> Obstacles:
+        many = self._count
+        return Obstacles(self._at[:many], self._radii_m[:many], self._robots[:many])
+
+
 # NOTE: the compiler's cache does not see that a number changes which is imported: such are handed to what is compiled.
 @numba.njit(cache=True)
 def _nearest(
@@ -115,16 +141,10 @@ def _nearest(
 
 
 @numba.njit(cache=True)
-def bodies(read: Floats, lengths_m: Floats, robot_m: float) -> tuple[Points, Floats, Flags]:
-    """Discs around what lies or stands about, in order: one around a robot or a compact sample, several along a long
-    one.
-
-    :param read: shape (N, 3), as of `Sightings`.
-    :param lengths_m: shape (N,): a sample's length, 0 of a compact one; `ROBOT` or `NOTHING_SOLID`.
-    :param robot_m: a robot's radius.
-    """
-    most = len(LONG_SHARES) * len(read)
-    at, radii_m, robots = np.empty(most, np.complex128), np.empty(most), np.zeros(most, np.bool_)
+def _put_bodies(
+    read: Floats, lengths_m: Floats, robot_m: float, at: Points, radii_m: Floats, robots: Flags
+) -> int:
+    """Fill in a disc around a robot or a compact sample, several along a long one; how many."""
     found = 0
     for n in range(len(read)):
         if np.isnan(lengths_m[n]):
@@ -137,34 +157,35 @@ def bodies(read: Floats, lengths_m: Floats, robot_m: float) -> tuple[Points, Flo
             continue
         along = _rect(lengths_m[n], read[n, 1] - read[n, 2])
         for share in LONG_SHARES:
-            at[found], radii_m[found] = middle + share * 1j * along, SAMPLE_RADIUS_M
+            at[found], robots[found], radii_m[found] = middle + share * 1j * along, False, SAMPLE_RADIUS_M
             found += 1
-    return at[:found], radii_m[:found], robots[:found]
+    return found
 
 
 @numba.njit(cache=True)
-def hits(ranges_m: Floats, least_m: float, at: Points, robots: Flags, robot_m: float) -> Points:
-    """Where whiskers meet something that is none of the robots in view.
-
-    The least that a whisker can read only says that something is nearer: it is taken to be half as far (our choice).
-
-    :param ranges_m: shape (N,), from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
-    :param at, robots: the bodies in view, as above.
-    """
-    met = np.empty(len(ranges_m), np.complex128)
-    found = 0
+def _put_hits(
+    ranges_m: Floats,
+    least_m: float,
+    robot_m: float,
+    at: Points,
+    radii_m: Floats,
+    robots: Flags,
+    bodies: int,
+) -> int:
+    """Fill in, after the bodies, a disc at every hit that is none of the robots; how many there are then."""
+    found = bodies
     for beam in range(len(ranges_m)):
         range_m = ranges_m[beam] if ranges_m[beam] > least_m else least_m / 2
         if range_m == inf:
             continue
         hit = _rect(robot_m + range_m, 2 * pi * beam / len(ranges_m))
-        for n in range(len(at)):
+        for n in range(bodies):
             if robots[n] and hypot(at[n].real - hit.real, at[n].imag - hit.imag) < robot_m + 0.1:
                 break
         else:
-            met[found] = hit
+            at[found], robots[found], radii_m[found] = hit, False, WHISKER_RADIUS_M
             found += 1
-    return met[:found]
+    return found
 
 
 @numba.njit(cache=True)

@@ -7,13 +7,13 @@ from math import isfinite
 
 import numpy as np
 
-from robots.body import RADIUS_M, Gripper, Pose, Sensor
+from robots.body import RADIUS_M, Pose, Sensor
 from robots.datastore import MutualDataStore
 from robots.errors import SensorFault
 from robots.geometry import to_robot
 from robots.localisation import Localiser
-from robots.obstacles import NOTHING_SOLID, ROBOT, WHISKER_RADIUS_M, Obstacles, bodies, hits
-from robots.percepts import LOCATING, REMEMBERED_S, SURROUNDINGS, Percepts
+from robots.obstacles import NOTHING_SOLID, ROBOT, Obstacles, Surroundings
+from robots.percepts import LOCATING, REMEMBERED_S, Percepts
 from robots.profile import RobotProfile
 from robots.sightings import NONE_IN_VIEW, Sightings
 from robots.tracking import ObjectTracking, Observation
@@ -74,10 +74,7 @@ class Perception:
         if data.values.get(Sensor.BUMPER):
             self._bump = self._felt(pose, now_s)
         self._tracking.observe(self._told(data, pose, now_s), now_s)
-        solid = self._bodies(data.get(Sensor.GRIPPER)) if data.holds(LOCATING) else None
-        around = (
-            None if solid is None or not data.holds(SURROUNDINGS) else self._around(data, solid, pose, now_s)
-        )
+        solid, about = self._in_the_way(data, pose, now_s)
         return Percepts(
             profile=self._profile,
             time_s=now_s,
@@ -86,7 +83,7 @@ class Perception:
             data=data,
             seen=sightings,
             solid=solid,
-            about=around,
+            about=about,
             cursors=self._tracking.cursors.copy(),
             bumped_s=self._bump.felt_s if self._bump else None,
             battery=battery,
@@ -118,33 +115,34 @@ class Perception:
         if self._bump is not None and self._bump.felt_s == now_s:
             yield by_touch(self._bump.at, self._tracking.cursors)
 
-    def _bodies(self, gripper: Gripper) -> Obstacles:
-        """Discs around every other robot, and every sample that lies about."""
-        things = self._things
-        if self._measured != (things.names, gripper.holding):
-            self._measured = (things.names, gripper.holding)
-            lengths_m = [self._length_m(name, gripper.holding) for name in things.names]
-            self._lengths_m = np.array(lengths_m, np.float64)
-        return Obstacles(*bodies(things.read, self._lengths_m, RADIUS_M))
+    def _in_the_way(
+        self, data: MutualDataStore, pose: Pose, now_s: float
+    ) -> tuple[Obstacles | None, Obstacles | None]:
+        """Bodies in view, and with them what whiskers meet and what was bumped into; None of what is not sensed."""
+        if not data.holds(LOCATING):
+            return None, None
+        things, held = self._things, data.get(Sensor.GRIPPER).holding
+        if self._measured != (things.names, held):
+            self._measured = (things.names, held)
+            self._lengths_m = np.array([self._length_m(name, held) for name in things.names], np.float64)
+        ranges_m = data.values.get(Sensor.ULTRASONIC)
+        around = Surroundings(things.read, self._lengths_m, 0 if ranges_m is None else len(ranges_m))
+        solid = around.so_far()
+        if ranges_m is None:
+            return solid, None
+        around.add_hits(ranges_m, self._profile.whisker_least_m)
+        if self._bump is not None and now_s - self._bump.felt_s <= REMEMBERED_S:
+            # NOTE: no other sensor may tell of it.
+            around.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)
+        return solid, around.so_far()
 
     def _length_m(self, thing: str, held: str | None) -> float:
-        """As `bodies` takes it."""
+        """As `Surroundings` takes it."""
         if thing in self._profile.fellows:
             return ROBOT
         if thing in (held, self._profile.name):
             return NOTHING_SOLID
         return self._profile.lengths_m.get(thing, 0.0)
-
-    def _around(self, data: MutualDataStore, solid: Obstacles, pose: Pose, now_s: float) -> Obstacles:
-        """The bodies, a disc around every whisker's hit that is not a body's, and what was bumped into."""
-        ranges_m, least_m = data.get(Sensor.ULTRASONIC), self._profile.whisker_least_m
-        met = hits(ranges_m, least_m, solid.at, solid.robots, RADIUS_M)
-        about = solid.and_discs(met, WHISKER_RADIUS_M)
-        bump = self._bump
-        if bump is None or now_s - bump.felt_s > REMEMBERED_S:
-            return about
-        # NOTE: no other sensor may tell of it.
-        return about.and_discs(np.array([to_robot(pose, bump.at)]), BUMP_RADIUS_M)
 
     def _felt(self, pose: Pose, now_s: float) -> Bump:
         """Where the robot ran into something; it does not turn with the robot while they touch."""

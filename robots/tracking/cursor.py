@@ -4,9 +4,10 @@ A robot in a hall tracks a dozen things at once, twenty times a second: they are
 (numba).
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import exp2, hypot, inf
+from operator import itemgetter
 
 import numba
 import numpy as np
@@ -141,12 +142,11 @@ class Cursors(Mapping[str, Cursor]):
     def __len__(self) -> int:
         return len(self.rows)
 
-    def nearest(self, at: complex, but: Iterable[str]) -> tuple[str, float] | None:
+    def nearest(self, at: complex, but: Container[str]) -> tuple[str, float] | None:
         """The thing believed to be nearest to a point, without some, and how far off it is, metres."""
-        off_m = np.abs(self.points[:, AT] - at)
-        off_m[[self.rows[name] for name in but if name in self.rows]] = inf
-        row = int(np.argmin(off_m)) if len(off_m) else 0
-        return (list(self.rows)[row], float(off_m[row])) if len(off_m) else None
+        places = zip(self.rows, self.points[:, AT].tolist(), strict=True)
+        off_m = [(name, abs(place - at)) for name, place in places if name not in but]
+        return min(off_m, key=itemgetter(1), default=None)
 
 
 @numba.njit(cache=True)
