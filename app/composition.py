@@ -203,7 +203,11 @@ class Service:
         self.missions = MissionDesk(core)
         self.plans = PlanDesk(
             core,
-            margin=Margin(relative=settings.margin_relative, absolute_s=settings.margin_s),
+            margin=Margin(
+                relative=settings.margin_relative,
+                absolute_s=settings.margin_s,
+                answers_s={name: file.answer_s for name, file in self._files.items()},
+            ),
             # Desk and planning need each other: a stale plan is repaired, an automatic one approved.
             replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),  # noqa: PLW0108
         )
@@ -220,7 +224,10 @@ class Service:
             core,
             library=load_library(core.knowledge_base),
             repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
-            times={n: WorldTime(clock=w.clock, rate=w.rate) for n, w in self._worlds.items()},
+            times={
+                n: WorldTime(clock=w.clock, rate=w.rate, answer_s=w.file.answer_s)
+                for n, w in self._worlds.items()
+            },
             patience_s=settings.answer_patience_s,
             freed=self._waiting.release,
         )
@@ -248,7 +255,7 @@ class Service:
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         return AgentModels(
-            robots=[robot.name for robot in world.file.robots],
+            robots={robot.name: world.file.link_of(robot) for robot in world.file.robots},
             link=world.link,
             clock=world.clock,
             database=self.database,

@@ -69,7 +69,7 @@ class BehaviouralAgent:
         self.profile = profile
         self._body = body
         self._clock = clock
-        self._mailbox = Mailbox(profile.name, link)
+        self._mailbox = Mailbox(profile.name, link, round_trip_s=profile.round_trip_s)
         self._perception = Perception(profile)
         self._repertoire = repertoire if repertoire is not None else load_repertoire()
         self._tuning_version, self._tuning = 0, PacketTunings()

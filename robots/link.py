@@ -1,8 +1,9 @@
 """The link between agent models and robots: a channel that carries messages and may lose, delay or repeat them."""
 
-from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
 from threading import Lock
 from typing import Protocol
 
@@ -36,23 +37,27 @@ class Link(Protocol):
 class InMemoryLink:
     """Both ends in one process; used by tests. Messages cross as JSON, as on any other link."""
 
-    def __init__(self, inbox: deque[str], outbox: deque[str]) -> None:
+    def __init__(self, inbox: "SimpleQueue[str]", outbox: "SimpleQueue[str]") -> None:
         self._inbox, self._outbox = inbox, outbox
 
     @classmethod
     def pair(cls) -> "tuple[InMemoryLink, InMemoryLink]":
         """The service's end and the robots' end."""
-        one: deque[str] = deque()
-        other: deque[str] = deque()
+        one: SimpleQueue[str] = SimpleQueue()
+        other: SimpleQueue[str] = SimpleQueue()
         return cls(one, other), cls(other, one)
 
     def send(self, message: Message) -> None:
-        self._outbox.append(message.model_dump_json())
+        self._outbox.put(message.model_dump_json())
 
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
-        arrived = []
-        while self._inbox:
-            arrived.append(Message.model_validate_json(self._inbox.popleft()))
+        arrived: list[Message] = []
+        with suppress(Empty):
+            while True:
+                wait_s = 0.0 if arrived else timeout_s
+                arrived.append(
+                    Message.model_validate_json(self._inbox.get(block=wait_s > 0, timeout=wait_s or None))
+                )
         return arrived
 
     def close(self) -> None:

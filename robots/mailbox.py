@@ -2,7 +2,8 @@
 comes.
 
 No continuous link is assumed (MACTA §4): a link that loses, delays, repeats or closes changes nothing for the
-script.
+script. In silence the oldest report alone is sent, now and then, to find out whether there is contact; once the service
+is heard, all that is overdue goes.
 """
 
 from collections import OrderedDict
@@ -11,11 +12,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from robots.link import Link, LinkClosed
-from robots.memory import KeptReport, MailboxMemory
+from robots.memory import MailboxMemory
 from robots.wire import Body, Message, PacketReport, Performative, Receipt
 
 SERVICE = "service"
-RESEND_S, RESEND_AT_MOST_S = 2.0, 30.0
+RESEND_S = 2.0
+"""A report is sent again so long after its receipt could have come (world's clock)."""
+SILENT_AT_MOST_S = 8.0
+"""The longest pause of a robot in silence: some try must fall into a window of contact of 10 s."""
+AT_ONCE = 16
+"""So many reports are sent again in one tick at most."""
 KEPT_REPORTS = 256
 KEPT_ANSWERS = 256
 """A request that comes again after so many others is taken for a new one."""
@@ -24,16 +30,19 @@ KEPT_ANSWERS = 256
 @dataclass(slots=True)
 class _Kept:
     message: Message
-    due_s: float
-    pause_s: float = RESEND_S
+    sent_s: float
 
 
 class Mailbox:
     """One robot's end of the link."""
 
-    def __init__(self, name: str, link: Link) -> None:
+    def __init__(self, name: str, link: Link, *, round_trip_s: float = 0.0) -> None:
+        """:param round_trip_s: what a report and its receipt may be under way together, by the radio."""
         self._name = name
         self._link = link
+        self._pace_s = self._pause_s = round_trip_s + RESEND_S
+        self._hears = False
+        self._heard_s = float("-inf")
         self._answers: OrderedDict[str, Message | None] = OrderedDict()
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
 
@@ -46,15 +55,16 @@ class Mailbox:
         """What to keep. A request that has no answer yet is not: when it comes again it is attended to."""
         return MailboxMemory(
             answers=tuple(answer for answer in self._answers.values() if answer is not None),
-            reports=tuple(KeptReport(message=k.message, pause_s=k.pause_s) for k in self._kept.values()),
+            reports=tuple(kept.message for kept in self._kept.values()),
         )
 
     def recall(self, memory: MailboxMemory, now_s: float) -> None:
         """Answer as before, and send at once what has no receipt: it may never have left."""
         for answer in memory.answers:
             self._note(answer.in_reply_to or "", answer)
-        for one in memory.reports:
-            self._kept[one.message.id] = _Kept(one.message, now_s, one.pause_s)
+        for report in memory.reports:
+            self._kept[report.id] = _Kept(report, float("-inf"))
+        self._heard_s = now_s
 
     def collect(self) -> Sequence[Message]:
         """New messages for this robot. A repeated one gets its earlier answer again and is not handed on."""
@@ -84,7 +94,7 @@ class Mailbox:
     def report(self, performative: Performative, body: Body, now_s: float) -> None:
         """Send a report and keep it until its receipt."""
         message = self._compose(performative, body, now_s)
-        self._kept[message.id] = _Kept(message, now_s + RESEND_S)
+        self._kept[message.id] = _Kept(message, now_s)
         if len(self._kept) > KEPT_REPORTS:
             self._drop_one()
         self._send(message)
@@ -94,18 +104,30 @@ class Mailbox:
         self._send(self._compose(Performative.INFORM, body, now_s))
 
     def resend(self, now_s: float) -> None:
-        """Send again every report whose receipt is overdue, each time later."""
-        for kept in self._kept.values():
-            if now_s >= kept.due_s:
-                self._send(kept.message)
-                kept.pause_s = min(2 * kept.pause_s, RESEND_AT_MOST_S)
-                kept.due_s = now_s + kept.pause_s
+        """Send again what has not got its receipt in time: all of it if the service has been heard since, a few a tick;
+        else the oldest, each time later.
+        """
+        if self._hears:
+            self._hears, self._heard_s, self._pause_s = False, now_s, self._pace_s
+        if not self._kept:
+            return
+        overdue = [kept for kept in self._kept.values() if now_s - kept.sent_s >= self._pace_s]
+        oldest = next(iter(self._kept.values()))
+        again = [kept for kept in overdue if self._heard_s > kept.sent_s]
+        if not again and now_s - oldest.sent_s >= self._pause_s:
+            self._pause_s = max(min(2 * self._pause_s, SILENT_AT_MOST_S), self._pace_s)
+            again = [oldest]
+        for kept in again[:AT_ONCE]:
+            self._send(kept.message)
+            kept.sent_s = now_s
 
     def _arrived(self) -> Sequence[Message]:
         try:
-            return [message for message in self._link.receive() if message.receiver == self._name]
+            arrived = [message for message in self._link.receive() if message.receiver == self._name]
         except LinkClosed:
             return []
+        self._hears |= bool(arrived)
+        return arrived
 
     def _send(self, message: Message) -> None:
         with suppress(LinkClosed):  # what matters is kept and sent again

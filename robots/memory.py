@@ -62,18 +62,11 @@ class ExecutiveMemory(Wire):
     states: dict[str, ScriptState] = Field(default_factory=dict)
 
 
-class KeptReport(Wire):
-    """A report without a receipt, and the pause before it is sent once more than it was."""
-
-    message: Message
-    pause_s: float
-
-
 class MailboxMemory(Wire):
     """Answers given, each to the request that it names, and reports without a receipt; oldest first."""
 
     answers: tuple[Message, ...] = ()
-    reports: tuple[KeptReport, ...] = ()
+    reports: tuple[Message, ...] = ()
 
 
 class EstimateMemory(Wire):

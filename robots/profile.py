@@ -39,7 +39,7 @@ class RobotProfile:
 
     `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
     nor one of `others` it takes for the tag of a sample. `lengths_m`: of the objects that take two robots.
-    `home` is the beacon where it is charged, None without one.
+    `home` is the beacon where it is charged, None without one. `round_trip_s`: there and back by its radio.
     """
 
     name: str
@@ -54,6 +54,7 @@ class RobotProfile:
     sensors: frozenset[Sensor] = ALL_SENSORS
     whisker_least_m: float = 0.0
     lengths_m: Mapping[str, float] = field(default_factory=dict)
+    round_trip_s: float = 0.0
     places: Mapping[str, BeaconSpec] = field(init=False)
     fellows: frozenset[str] = field(init=False)
     """`others`, to be looked up."""

@@ -31,6 +31,7 @@ def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) ->
         architecture=Architecture(fitting.spec.architecture),
         whisker_least_m=fitting.spec.whisker_least_m,
         lengths_m=fitting.lengths_m,
+        round_trip_s=fitting.round_trip_s,
     )
     return BehaviouralAgent(
         profile=profile,

@@ -46,8 +46,8 @@ class Remembering(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitting:
-    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its seams, and
-    what it remembers.
+    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its radio's round
+    trip, its seams, and what it remembers.
     """
 
     spec: RobotSpec
@@ -55,6 +55,7 @@ class Fitting:
     others: tuple[str, ...]
     lengths_m: Mapping[str, float]
     told: Pose
+    round_trip_s: float
     body: Body
     link: Link
     clock: Clock
@@ -216,6 +217,7 @@ class Simulation:
             others=tuple(other for other in self.bodies if other != spec.name),
             lengths_m={one.name: one.length_m for one in self.world.samples if one.length_m},
             told=self._places.told[spec.name],
+            round_trip_s=self.world.link_of(spec).round_trip_s,
             body=self.bodies[spec.name],
             link=self.hub.end_of(spec.name),
             clock=self.clock,

@@ -7,11 +7,12 @@ sent, so a robot acts on it once.
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from sqlalchemy import or_, select
 
 from app.agents.board import RobotBoard
+from app.agents.pace import LEAST_S, Pace
 from app.agents.questions import Questions
 from app.database import Database, MissionRow, ScriptRow, is_away
 from app.missions.reports import ReportBook
@@ -34,11 +35,12 @@ from robots.wire import (
     Telemetry,
     TuningReport,
 )
+from robots.world import LinkSpec
 
 SERVICE = "service"
 LISTEN_S = 0.05
-RESEND_S = 1.0
-"""Wall-clock seconds after which an unanswered message is sent again."""
+LOOK_S = 1.0
+"""Wall-clock seconds after which the record is looked at again, though nothing is outstanding."""
 
 logger = logging.getLogger(__name__)
 
@@ -49,7 +51,7 @@ class AgentModels:
     def __init__(
         self,
         *,
-        robots: Sequence[str],
+        robots: Mapping[str, LinkSpec],
         link: Link,
         clock: Clock,
         database: Database,
@@ -61,14 +63,16 @@ class AgentModels:
         speaks: Callable[[], bool] = lambda: True,
     ) -> None:
         """
+        :param robots: each with its radio.
         :param speaks: True while this process, of those that share the record, delivers and records. While it does
             not it listens, for what robots say of themselves now, and asks what its own clients ask.
         """
         self._speaks = speaks
         self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
+        self._pace = Pace(clock, robots)
         self._database, self._reports, self._board = database, reports, board
         self._questions, self._tunings = questions, tunings
-        self._sent_at: dict[str, float] = {}
+        self._outstanding: set[str] = set()
         self._due = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"agents-{world}", daemon=True)
@@ -93,7 +97,7 @@ class AgentModels:
                     self._due.clear()
                     if self._speaks():
                         self._deliver()
-                    due_at = time.monotonic() + RESEND_S
+                    due_at = time.monotonic() + (LEAST_S if self._pace.outstanding else LOOK_S)
             except LinkClosed:
                 logger.warning("the link to the robots of %s is closed", self._world)
                 self._board.broke(self._world)
@@ -105,11 +109,12 @@ class AgentModels:
                     logger.warning("agent models of %s wait for the database", self._world)
                 else:
                     logger.exception("agent models of %s: a message could not be handled", self._world)
-                self._stop.wait(RESEND_S)
+                self._stop.wait(LOOK_S)
 
     def _take(self, message: Message) -> None:
         if message.sender not in self._robots:
             return
+        self._pace.heard(message.sender)
         if isinstance(message.body, Telemetry):
             self._board.heard(message.sender, message.body)
             return
@@ -129,7 +134,8 @@ class AgentModels:
             self._send(question.robot, Performative.QUERY, question.body, message_id=question.id)
 
     def _deliver(self) -> None:
-        """Send what the record says is not answered yet, each at most once every `RESEND_S`."""
+        """Send what the record says is not answered yet, as far as it is due."""
+        self._outstanding.clear()
         for row in self._tunings.pending(self._world):
             retune = Retune(version=row.version, tuning=row.tuning)
             self._repeat(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
@@ -151,6 +157,7 @@ class AgentModels:
             elif script.question is not None:
                 query = StatusQuery(script_id=script.id)
                 self._repeat(script.robot, script.question, Performative.QUERY, query)
+        self._pace.keep(self._outstanding)
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
         unanswered = or_(
@@ -179,12 +186,9 @@ class AgentModels:
         ]
 
     def _repeat(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
-        now = time.monotonic()
-        if now - self._sent_at.get(message_id, -RESEND_S) < RESEND_S:
-            return
-        self._sent_at = {known: at for known, at in self._sent_at.items() if now - at < RESEND_S}
-        self._sent_at[message_id] = now
-        self._send(robot, performative, body, message_id=message_id)
+        self._outstanding.add(message_id)
+        if self._pace.is_due(robot, message_id):
+            self._send(robot, performative, body, message_id=message_id)
 
     def _send(
         self,

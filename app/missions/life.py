@@ -30,10 +30,20 @@ SHORTEST_SLEEP_S = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldTime:
-    """A world's clock and its rate: world seconds a wall-clock second, None when it runs flat out."""
+    """A world's clock, its rate (world seconds a wall-clock second, None when it runs flat out) and its radio's pace.
+
+    :param answer_s: world seconds that an answer from a robot that is in order may take by its radio.
+    """
 
     clock: Clock
     rate: float | None
+    answer_s: float = 0.0
+
+    def patience_s(self, wall_s: float) -> float:
+        """Wall-clock seconds that an answer may take: so many by itself, and the radio's time. Flat out is not slower
+        than real time.
+        """
+        return wall_s + self.answer_s / (self.rate or 1.0)
 
     def wall_s(self, world_s: float) -> float:
         """Wall-clock seconds to sleep for a span of the world's time, bounded on both sides."""
@@ -90,6 +100,7 @@ class MissionLife:
                 self._repertoires[mission.world],
                 mission_id,
                 self._knowledge_base,
+                answer_s=self._times[mission.world].answer_s,
             )
             now_s = self._times[mission.world].clock.now_s()
             if isinstance(organised, OrganiserFailure):
@@ -122,7 +133,7 @@ class MissionLife:
             scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission_id)).all()
             times = self._times[mission.world]
             now_s = times.clock.now_s()
-            verdict = review(_view(mission, scripts, now_s), patience_s=self._patience_s)
+            verdict = review(_view(mission, scripts, now_s), patience_s=times.patience_s(self._patience_s))
             if verdict.state.ended:
                 self._close(session, mission, self._checked(session, mission, verdict))
                 return None

@@ -121,13 +121,13 @@ class ReportBook:
         if report.state in TERMINAL_PACKETS:
             known["finished_at_s"] = report.at_s
         script.packets = {**script.packets, report.packet_id: known}
-        script.heard_at_s = report.at_s
+        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
         if script.state is None:
             script.state = ScriptState.RUNNING
         self._started(session, mission, report.at_s)
         if report.state is PacketState.FINISHED:
             if has_ended(scripts_of(session, mission), report.packet_id):
-                self._came_true(session, report, script, mission)
+                self._came_true(session, report.packet_id, report.at_s, script, mission)
             learn(session, mission, script, report.packet_id, known)
             renew_clearances(session, self._events, mission)
         self._events.append(
@@ -151,33 +151,37 @@ class ReportBook:
             self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
 
     def _came_true(
-        self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow
+        self, session: Session, action_id: str, at_s: float, script: ScriptRow, mission: MissionRow
     ) -> None:
+        """An action has ended. What is known to have been done after it stands, for reports overtake each other."""
         plan = session.get_one(PlanRow, mission.plan_id)
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
         before = self._facts.facts(session, mission.world)
-        after = before
-        for action in (net.action(report.packet_id), *_done_since(net, report.packet_id, session, mission)):
+        after = applied(before, net.action(action_id))
+        touched = after ^ before
+        for action in _done_since(net, action_id, session, mission):
             after = applied(after, action)
         self._facts.change(
             session,
             mission.world,
-            add=after - before,
-            remove=before - after,
+            add=(after - before) & touched,
+            remove=(before - after) & touched,
             source=f"report of {script.robot}",
-            at_s=report.at_s,
+            at_s=at_s,
         )
 
     def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
         if script.state in TERMINAL_SCRIPTS:
             return
-        script.state, script.detail, script.heard_at_s = report.state, report.detail, report.at_s
+        script.state, script.detail = report.state, report.detail
+        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
         script.category = report.category
         script.perceived = [fact.model_dump(mode="json") for fact in report.perceived]
         script.control = script.question = script.clearance = None
         if script.delivery == "pending":
             script.delivery = "withdrawn" if script.stopping else "acknowledged"
         if report.state is ScriptState.FINISHED:
+            self._finish_all(session, report, script, mission)
             renew_clearances(session, self._events, mission)
         else:
             self._reconcile(session, report, script, mission)
@@ -190,6 +194,19 @@ class ReportBook:
             at_s=report.at_s,
             detail=report.detail,
         )
+
+    def _finish_all(
+        self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
+    ) -> None:
+        """A script that has finished has finished each of its packets, though the report of it is still under way."""
+        for packet in [one["id"] for one in script.body["packets"]]:
+            known = script.packets.get(packet, {})
+            if known.get("state") == PacketState.FINISHED:
+                continue
+            told = {"state": PacketState.FINISHED.value, "at_s": report.at_s, "finished_at_s": report.at_s}
+            script.packets = {**script.packets, packet: {**known, **told}}
+            if has_ended(scripts_of(session, mission), packet):
+                self._came_true(session, packet, report.at_s, script, mission)
 
     def _reconcile(
         self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
@@ -212,7 +229,7 @@ class ReportBook:
 
     def _status(self, session: Session, report: StatusReport, script: ScriptRow) -> None:
         script.question = None
-        script.heard_at_s = report.at_s
+        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
         if script.state in TERMINAL_SCRIPTS:
             return
         if report.state is None:
@@ -244,18 +261,13 @@ class ReportBook:
 def _done_since(
     net: PlanNet, action_id: str, session: Session, mission: MissionRow
 ) -> tuple[PlanNetAction, ...]:
-    """What the action's robots are known to have done after it, in order.
+    """What is known to have been done after the action, in order.
 
-    What robots do together is known to have ended by the last one's report, and another may have gone on meanwhile.
+    Its report may come late: others went on with what it brought about, and theirs came before it.
     """
-    action, scripts = net.action(action_id), scripts_of(session, mission)
-    later = {
-        other.id: other
-        for robot in action.agents
-        for other in net.of_robot(robot)
-        if other.earliest_start_s > action.earliest_start_s and has_ended(scripts, other.id)
-    }
-    return tuple(sorted(later.values(), key=lambda other: other.earliest_start_s))
+    begun_s, scripts = net.action(action_id).earliest_start_s, scripts_of(session, mission)
+    later = [one for one in net.actions if one.earliest_start_s > begun_s and has_ended(scripts, one.id)]
+    return tuple(sorted(later, key=lambda one: one.earliest_start_s))
 
 
 def _row(message: Message) -> MessageRow:

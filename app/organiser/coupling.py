@@ -22,6 +22,11 @@ def awaited(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Awaits:
     return awaits_of(plan_net, types_in(facts, knowledge_base), knowledge_base)
 
 
+def exchanges(plan_net: PlanNet) -> int:
+    """How many words of the service robots wait for, one after the other at most: the script, and clearances."""
+    return 1 + len(cleared(plan_net))
+
+
 def cleared(plan_net: PlanNet) -> Mapping[str, tuple[str, ...]]:
     """For each action those that must have ended and that its robots have to be told of."""
     found: dict[str, list[str]] = defaultdict(list)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from app.organiser.coupling import Awaits, awaited, cleared
+from app.organiser.coupling import Awaits, awaited, cleared, exchanges
 from app.organiser.library import Library
 from app.organiser.matching import Found, find_packet, linking_goals
 from app.vocabulary import symbolic_all
@@ -41,11 +41,13 @@ def organise(
     knowledge_base: KnowledgeBase,
     *,
     script_ids: Callable[[str], str] | None = None,
+    answer_s: float = 0.0,
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
 
     :param repertoires: robot → tags of the packets it can carry out.
     :param script_ids: robot → script id; by default mission and robot.
+    :param answer_s: what a word to a robot and its answer may take by radio: so much longer robots wait for each other.
     """
     found: dict[tuple[str, str], Found] = {}
     for action in plan_net.actions:
@@ -62,7 +64,8 @@ def organise(
                 return OrganiserFailure(reason=packet)
             found[action.id, agent] = packet
     name = script_ids or (lambda robot: f"{mission_id}-{robot}")
-    write = _Writer(plan_net, knowledge_base, found, awaited(plan_net, knowledge_base))
+    patience_s = exchanges(plan_net) * answer_s
+    write = _Writer(plan_net, knowledge_base, found, awaited(plan_net, knowledge_base), patience_s)
     return Organised(
         scripts=tuple(
             BehaviourScript(
@@ -86,7 +89,9 @@ class _Writer:
         knowledge_base: KnowledgeBase,
         found: Mapping[tuple[str, str], Found],
         awaits: Awaits,
+        radio_s: float,
     ) -> None:
+        self._radio_s = radio_s
         self._plan_net, self._knowledge_base = plan_net, knowledge_base
         self._found, self._awaits, self._cleared = found, awaits, cleared(plan_net)
         self._agents = {action.id: action.agents for action in plan_net.actions}
@@ -110,7 +115,7 @@ class _Writer:
             expected_start_s=action.earliest_start_s,
             expected_duration_s=action.duration_s,
             timeout_s=max(SHORTEST_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
-            wait_timeout_s=max(SHORTEST_WAIT_S, WAIT_FACTOR * self._plan_net.makespan_s),
+            wait_timeout_s=max(SHORTEST_WAIT_S, WAIT_FACTOR * self._plan_net.makespan_s) + self._radio_s,
             description=action.description,
         )
 

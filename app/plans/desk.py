@@ -104,7 +104,7 @@ class PlanDesk:
             state=MissionState.PENDING,
             estimate_s=body.makespan_s,
             original_estimate_s=body.makespan_s,
-            margin_s=self._margin.of(net, learned_durations(session, plan.world)),
+            margin_s=self._margin.of(net, learned_durations(session, plan.world), plan.world),
             deadline_s=goal.deadline_at_s,
         )
         session.add(mission)

@@ -96,6 +96,11 @@ class WorldFile(Part):
         """The robot's radio: its own, and where that says nothing the world's."""
         return self.link if robot.link is None else robot.link.over(self.link)
 
+    @property
+    def answer_s(self) -> float:
+        """`LinkSpec.answer_s` of the robot with the poorest radio."""
+        return max(self.link_of(robot).answer_s for robot in self.robots)
+
     def area_of(self, robot: RobotSpec) -> Aisle:
         """The robot's allocated area: its aisle, else its whole compartment."""
         compartment = next(c for c in self.compartments if c.name == robot.compartment)

@@ -8,7 +8,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from robots.world.part import Part
 
-ONE_IN = 1000
+ONE_IN = 100
 """Of so many exchanges one may take longer than `LinkSpec.answer_s` says."""
 RESENT_S = 1.0
 """An unanswered message is sent again so long after its answer could have come (world's clock)."""
@@ -108,7 +108,7 @@ class LinkSpec(Part):
 
     @property
     def answer_s(self) -> float:
-        """Within so long a question that is sent again and again is answered, but for one in a thousand.
+        """Within so long a question that is sent again and again is answered, but for one in `ONE_IN`.
 
         Outages are not known beforehand and so not counted. 0 for a perfect link.
         """

@@ -4,7 +4,7 @@ import pytest
 
 from robots.body import Pose
 from robots.link import InMemoryLink, LinkClosed
-from robots.mailbox import KEPT_REPORTS, Mailbox
+from robots.mailbox import AT_ONCE, KEPT_REPORTS, Mailbox
 from robots.wire import (
     Acknowledgement,
     Clearance,
@@ -105,11 +105,13 @@ def test_a_report_is_sent_again_until_its_receipt() -> None:
     service = fred(world, receipts=False)
     service.order(script("fred", packet("NAVIGATE", ref2="door", timeout_s=1)))
     run_for(world, [service], 20)
-    last = [m for m in service.heard if isinstance(m.body, ScriptReport)]
-    assert len(last) >= 3
-    assert len({m.id for m in last}) == 1
+    reports = [m for m in service.heard if isinstance(m.body, ScriptReport | PacketReport)]
+    times_heard = [sum(m.id == one.id for m in reports) for one in {m.id: m for m in reports}.values()]
+    assert times_heard[0] >= 3  # in silence the oldest alone asks whether there is contact
+    assert set(times_heard[1:]) == {1}
     service.receipts = True
-    run_for(world, [service], 40)
+    run_for(world, [service], 10)
+    assert len({m.id for m in service.heard if isinstance(m.body, ScriptReport)}) == 1
     before = len(service.heard)
     run_for(world, [service], 40)
     assert not [m for m in service.heard[before:] if isinstance(m.body, ScriptReport | PacketReport)]
@@ -127,6 +129,52 @@ def test_reports_kept_are_bounded_and_how_a_script_ended_stays_longest() -> None
     box._link = theirs
     box.resend(100)
     assert isinstance(ours.receive()[0].body, ScriptReport)
+
+
+def _said(box_end: InMemoryLink) -> list[float]:
+    return [m.body.at_s for m in box_end.receive() if isinstance(m.body, PacketReport)]
+
+
+def test_once_the_service_is_heard_all_that_is_overdue_is_sent_again_a_few_a_tick() -> None:
+    ours, theirs = InMemoryLink.pair()
+    box = Mailbox("fred", theirs)
+    for at_s in range(AT_ONCE + 5):
+        step = PacketReport(script_id="s", packet_id="p", state=PacketState.RUNNING, at_s=at_s)
+        box.report(Performative.INFORM, step, 0.0)
+    ours.receive()
+    tries = []
+    for second in range(1, 60):
+        box.resend(float(second))
+        tries += [(second, at_s) for at_s in _said(ours)]
+    assert tries == [(when, 0) for when in (2, 6, 14, 22, 30, 38, 46, 54)]
+    ours.send(
+        Message(
+            performative=Performative.QUERY,
+            sender="service",
+            receiver="fred",
+            sent_at_s=60.0,
+            body=StatusQuery(script_id="s"),
+        )
+    )
+    box.collect()
+    box.resend(60.0)
+    assert _said(ours) == list(range(AT_ONCE))
+    box.resend(60.05)
+    assert _said(ours) == list(range(AT_ONCE, AT_ONCE + 5))
+    box.resend(60.1)
+    assert _said(ours) == []
+
+
+def test_a_far_robot_gives_a_receipt_the_time_it_takes() -> None:
+    ours, theirs = InMemoryLink.pair()
+    box = Mailbox("fred", theirs, round_trip_s=20.0)
+    step = PacketReport(script_id="s", packet_id="p", state=PacketState.RUNNING, at_s=0)
+    box.report(Performative.INFORM, step, 0.0)
+    tries = []
+    for second in range(60):
+        box.resend(float(second))
+        tries += [second] * len(_said(ours))
+    assert tries == [0, 22, 44]
 
 
 class DeadLink:
