@@ -134,7 +134,9 @@ class Service:
         )
         self.questions = Questions(patience_s=settings.answer_patience_s)
         self._own_worker = worker is None
-        self._worker = worker or PlanningWorker(make_engine, processes=settings.planning_processes)
+        self._worker = worker or PlanningWorker(
+            make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
+        )
         self._wire_desks()
         self._agents = [self._agents_of(world) for world in worlds]
 

@@ -104,7 +104,9 @@ class FarWorld:
         link, far = InMemoryLink.pair()
         hub = Hub(far, list(self.radios), telemetry_gap_s=0.05, wall_s=time.monotonic, radios=self.radios)
         self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=0.0, hub=hub)
-        self.running = RunningWorld(file=world, link=link, clock=self.simulation.clock, rate=rate)
+        self.running = RunningWorld(
+            file=world, link=link, clock=self.simulation.clock, rate=rate, run=self.simulation.run
+        )
         self._pacer, self._stop = Pacer(time.monotonic, rate), threading.Event()
         self._thread = threading.Thread(target=self._run, name="far world", daemon=True)
 
@@ -194,11 +196,11 @@ def _facts(service: Service, world: str) -> list[str]:
         return [row.atom for row in service._core.facts.rows(session, world)]
 
 
-def _sends(kind: str) -> IsWorst:
+def sends(kind: str) -> IsWorst:
     return lambda message: message.body.kind == kind
 
 
-def _finishes(message: Message) -> bool:
+def finishes(message: Message) -> bool:
     return isinstance(message.body, PacketReport) and message.body.state is PacketState.FINISHED
 
 
@@ -206,11 +208,10 @@ CONDITIONS: Mapping[str, tuple[Mapping[str, object], IsWorst | None]] = {
     "perfect": ({}, None),
     "half lost": ({"loss": 0.5}, None),
     "half lost, late, repeated": ({"loss": 0.5, "delay_s": 0.5, "jitter_s": 2.0, "duplication": 0.3}, None),
-    "20 s out at a script": ({}, _sends("script_request")),
-    "20 s out at an agreement": ({}, _sends("acknowledgement")),
-    "20 s out at a packet's end": ({}, _finishes),
-    "20 s out at a script's end": ({}, _sends("script_report")),
-    "20 s out at a clearance": ({}, _sends("clearance")),
+    "20 s out at a script": ({}, sends("script_request")),
+    "20 s out at an agreement": ({}, sends("acknowledgement")),
+    "20 s out at a packet's end": ({}, finishes),
+    "20 s out at a script's end": ({}, sends("script_report")),
     "20 s out in every 40": ({"outages": [{"start_s": 10, "end_s": 30, "every_s": 40}]}, None),
     "in contact 10 s in 120": ({"contacts": [{"for_s": 10, "every_s": 120}]}, None),
     "5 s of light-time": ({"light_time_s": 5.0}, None),

@@ -46,8 +46,8 @@ class Remembering(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitting:
-    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its radio's round
-    trip, its seams, and what it remembers.
+    """What an agent is fitted out with: spec, the locations of its reach, long objects, its told pose, its radio's
+    round trip, its seams, and what it remembers.
     """
 
     spec: RobotSpec

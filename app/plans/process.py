@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeAlias
 
+from app.plans.tree import kill, tree_of
 from planner import (
     Observer,
     PlanningEngine,
@@ -27,7 +28,12 @@ from planner import (
 GRACE_S = 10.0
 """An engine keeps its own time limit; past this much more its process is given up."""
 POLL_S = 0.1
-END_S = 5.0
+END_S = 0.5
+"""An engine is given so long to end by itself, with its native engines; then all of it is killed."""
+MEMORY_MB = 2048
+
+GONE_S = 5.0
+"""So long after its pipe a process that ends is waited for, and one whose service is gone may take to end."""
 
 MakeEngine = Callable[[], PlanningEngine]
 Work = Callable[[PlanningEngine, Observer], Any]
@@ -98,14 +104,19 @@ class _Ready:
 class PlanningProcess:
     """The service's side. One problem at a time; `end` may come from any thread."""
 
-    def __init__(self, make_engine: MakeEngine) -> None:
-        """Start the process. :param make_engine: picklable; builds the warm engine inside it."""
+    def __init__(self, make_engine: MakeEngine, *, memory_mb: float = MEMORY_MB) -> None:
+        """Start the process.
+
+        :param make_engine: picklable; builds the warm engine inside it.
+        :param memory_mb: what it may hold beyond what it holds when warm, native engines included.
+        """
         context = multiprocessing.get_context("spawn")
         self._pipe, far = context.Pipe()
         self._process = context.Process(target=_serve, args=(make_engine, far), name="planning", daemon=True)
         _start_deaf_to_interrupts(self._process.start)
         far.close()
         self._ending = threading.Lock()
+        self._allowed_mb, self._most_mb = memory_mb, float("inf")
 
     @property
     def pid(self) -> int | None:
@@ -114,6 +125,7 @@ class PlanningProcess:
     def wait_until_ready(self) -> None:
         """:raises ProcessDied: if it does not come up."""
         self._receive()
+        self._most_mb = self._memory_mb() + self._allowed_mb
 
     def do(self, work: Work, time_limit_s: float, watch: Watch) -> Any:
         """What the work answers. One that hangs, or is wanted no more, is ended with its process.
@@ -142,6 +154,9 @@ class PlanningProcess:
                 watch.progress(message)
             if watch.is_cancelled():
                 raise cancelled()
+            if self._memory_mb() > self._most_mb:
+                reason = f"planning took more than {self._allowed_mb:.0f} MB (MACTA_PLANNING_MEMORY_MB)"
+                raise WorkFailed(PlanningStatus.OUT_OF_MEMORY, reason)
             if not stopped and watch.should_stop():
                 self._send(_Stop())
                 give_up, stopped = min(give_up, time.monotonic() + GRACE_S), True
@@ -152,13 +167,18 @@ class PlanningProcess:
         return self._process.is_alive()
 
     def end(self) -> None:
-        """End the process, with the native engines it runs."""
+        """End the process, with the native engines it runs, whatever they are at."""
         with self._ending:
+            running = [] if self.pid is None else tree_of(self.pid)
             self._process.terminate()
             self._process.join(END_S)
             if self._process.is_alive():
                 self._process.kill()
                 self._process.join()
+            kill(running)
+
+    def _memory_mb(self) -> float:
+        return sum(one.memory_mb for one in tree_of(self.pid)) if self.pid is not None else 0.0
 
     def _poll(self) -> bool:
         try:
@@ -176,7 +196,7 @@ class PlanningProcess:
         try:
             return self._pipe.recv()
         except (EOFError, OSError) as error:
-            self._process.join(END_S)
+            self._process.join(GONE_S)
             raise ProcessDied(f"exit code {self._process.exitcode}") from error
 
 
@@ -244,7 +264,8 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(END_S)
+        time.sleep(GONE_S)
+        kill(tree_of(os.getpid())[1:])
         os._exit(1)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from app.errors import Unavailable
 from app.plans.process import (
+    MEMORY_MB,
     POLL_S,
     MakeEngine,
     Planned,
@@ -30,12 +31,13 @@ class WorkerClosed(Exception):
 class PlanningWorker:
     """Plans in warm processes, each replaced when it dies or hangs. Thread-safe; problems wait their turn."""
 
-    def __init__(self, make_engine: MakeEngine, *, processes: int = 1) -> None:
+    def __init__(self, make_engine: MakeEngine, *, processes: int = 1, memory_mb: float = MEMORY_MB) -> None:
         """
         :param make_engine: picklable; builds the warm engine inside a process.
         :param processes: with none, one is started once there is work after all: a plan to explain, say.
+        :param memory_mb: what a process may hold beyond what it holds when warm, native engines included.
         """
-        self._make_engine, self._count = make_engine, processes
+        self._make_engine, self._count, self._memory_mb = make_engine, processes, memory_mb
         self._lock = threading.Lock()
         self._all: list[PlanningProcess] = []
         self._free: Queue[PlanningProcess] = Queue()
@@ -141,7 +143,7 @@ class PlanningWorker:
         with self._lock:
             if self._closed:
                 return
-            process = PlanningProcess(self._make_engine)
+            process = PlanningProcess(self._make_engine, memory_mb=self._memory_mb)
             self._all.append(process)
         threading.Thread(target=self._welcome, args=(process,), daemon=True).start()
 

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -63,6 +64,25 @@ class FakeEngine:
 
     def slip(self, _: Observer) -> None:
         raise ZeroDivisionError("a slip")
+
+    def hang_deaf(self, observer: Observer, file: str) -> None:
+        """Never return, nor hear of being ended, with a native engine that runs for long."""
+        import signal
+
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        self.run_a_child(observer, file)
+
+    def eat(self, _: Observer) -> None:
+        """Take ever more memory."""
+        eaten = []
+        while True:
+            eaten.append(bytes(bytearray(os.urandom(1)) * 20_000_000))
+            time.sleep(0.02)
+
+    def have_a_child_eat(self, _: Observer) -> None:
+        """A native engine that takes ever more memory."""
+        eat = "eaten = []\nwhile True: eaten.append(bytearray(b'x' * 20_000_000)); __import__('time').sleep(0.02)"
+        subprocess.run([sys.executable, "-c", eat], check=True)
 
     def run_a_child(self, observer: Observer, file: str) -> None:
         """A native engine that runs for long, as `planner.native` runs them."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.errors import Unavailable
-from app.plans.process import Watch
+from app.plans.process import END_S, POLL_S, Watch
 from app.plans.worker import PlanningWorker, WorkerClosed
 from planner import PlanningRequest, PlanningStatus, Progress
 from tests.app.plans.fake_engine import make_fake_engine, make_no_engine, problem
@@ -102,6 +102,31 @@ def test_cancelling_ends_the_work_and_all_it_started(
     assert "cancelled" in planning.result(PATIENCE_S).reason
     until(lambda: gone(int(file.read_text())))
     assert worker.plan(problem("answer"), REQUEST).plan_net is not None
+
+
+def test_cancelling_an_engine_that_never_returns_takes_less_than_a_second(
+    worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
+) -> None:
+    watch, file = Watching(), tmp_path / "pid"
+    planning = threads.submit(worker.plan, problem("hang_deaf", str(file)), REQUEST, watch)
+    until(file.is_file)
+    assert POLL_S + END_S < 1.0  # what it may take by design; the machine's load comes on top
+    watch.cancel.set()
+    assert "cancelled" in planning.result(PATIENCE_S).reason
+    until(lambda: gone(int(file.read_text())))
+
+
+@pytest.mark.parametrize("deed", ["eat", "have_a_child_eat"])
+def test_an_engine_that_takes_too_much_memory_is_ended_with_that_reason(deed: str) -> None:
+    greedy = PlanningWorker(make_fake_engine, memory_mb=200)
+    greedy.warm_up().result(timeout=PATIENCE_S)
+    (before,) = greedy.pids
+    result = greedy.plan(problem(deed), REQUEST)
+    assert result.status is PlanningStatus.OUT_OF_MEMORY
+    assert "more than 200 MB" in result.reason
+    assert gone(before)
+    assert greedy.plan(problem("answer"), REQUEST).plan_net is not None
+    greedy.close()
 
 
 def test_a_long_problem_blocks_no_short_one(worker: PlanningWorker, threads: ThreadPoolExecutor) -> None:

@@ -1,0 +1,64 @@
+"""A process and all that it has started: what memory they hold, and how to end them."""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+PROCESSES = Path("/proc")
+PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A process by its id and the instant it began, in the kernel's ticks: ids are given out again."""
+
+    pid: int
+    began: str
+
+    @property
+    def is_alive(self) -> bool:
+        return _began(self.pid) == self.began
+
+    @property
+    def memory_mb(self) -> float:
+        """What it holds in memory right now; 0 once it is gone."""
+        try:
+            return int((PROCESSES / str(self.pid) / "statm").read_text().split()[1]) * PAGE_BYTES / 2**20
+        except (OSError, IndexError):
+            return 0.0
+
+
+def tree_of(pid: int) -> list[Running]:
+    """The process and all that it has started and that still runs, itself first; empty where that cannot be told."""
+    return [Running(one, began) for one in _pids(pid) if (began := _began(one))]
+
+
+def kill(tree: list[Running]) -> None:
+    """End what still runs of it, at once."""
+    for one in tree:
+        if one.is_alive:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(one.pid, signal.SIGKILL)
+
+
+def _pids(pid: int) -> Iterator[int]:
+    yield pid
+    try:
+        tasks = list((PROCESSES / str(pid) / "task").iterdir())
+        children = [int(child) for task in tasks for child in (task / "children").read_text().split()]
+    except OSError:  # it is gone, or this is no Linux
+        return
+    for child in children:
+        yield from _pids(child)
+
+
+def _began(pid: int) -> str:
+    """Empty if there is no such process, or it has ended and only its name is left."""
+    try:
+        fields = (PROCESSES / str(pid) / "stat").read_text().rsplit(")", 1)[1].split()
+    except (OSError, IndexError):
+        return ""
+    return "" if fields[0] in "ZX" else fields[19]
