@@ -21,6 +21,7 @@ from app.goals.desk import GoalRequest
 from app.plans.worker import PlanningWorker
 from app.settings import Settings
 from app.states import MissionState
+from app.vocabulary import symbolic_all
 from robots.link import InMemoryLink
 from robots.wire import Message, PacketReport, PacketState, ScriptState, SymbolicFact, Telemetry
 from robots.world import LinkSpec, WorldFile, load_world
@@ -177,7 +178,7 @@ def carry_out(
             time.sleep(0.05)
         truth = far.simulation.truth()
         wanted = [SymbolicFact.model_validate(fact) for fact in row.goal]
-        facts = [str(fact) for fact in _facts(service, world.name)]
+        facts = _facts(service, world.name)
         failed = [f"{s.robot}: {s.state} {s.detail}" for s in scripts if s.state != ScriptState.FINISHED]
         return Ended(
             state=MissionState(mission.state),
@@ -193,7 +194,8 @@ def carry_out(
 
 def _facts(service: Service, world: str) -> list[str]:
     with service.database.read() as session:
-        return [row.atom for row in service._core.facts.rows(session, world)]
+        facts = service._core.facts.facts(session, world)
+    return sorted(str(fact) for fact in symbolic_all(facts, service._core.knowledge_base))
 
 
 def sends(kind: str) -> IsWorst:
@@ -249,6 +251,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5)
     options = parser.parse_args()
     worker = PlanningWorker(make_engine)
+    worker.warm_up().result()
     print("| radio | came true | seconds | unknown meanwhile | packets twice | letters down | up |")
     print("|---|---|---|---|---|---|---|", flush=True)
     try:

@@ -16,8 +16,6 @@ from sim.radio import Way
 from tests.app.scripted import ScriptedWorker
 from tests.app.store import Store
 
-OUT_S = 20.0
-
 
 @pytest.fixture(scope="module")
 def worker() -> Iterator[PlanningWorker]:
@@ -39,11 +37,9 @@ def assert_well_ended(ended: Ended) -> None:
     ("link", "seed"),
     [
         ({"loss": 0.5, "delay_s": 0.5, "jitter_s": 2.0, "duplication": 0.3}, 1),
-        ({"loss": 0.5, "delay_s": 0.5, "jitter_s": 2.0, "duplication": 0.3}, 2),
-        ({"contacts": [{"for_s": 10, "every_s": 60}]}, 0),
         ({"light_time_s": 5.0}, 0),
     ],
-    ids=["half lost", "half lost again", "windows of contact", "light-time"],
+    ids=["half lost", "light-time"],
 )
 def test_a_mission_comes_true_under_a_poor_radio(
     link: dict[str, Any], seed: int, worker: PlanningWorker, tmp_path: Path
@@ -53,8 +49,8 @@ def test_a_mission_comes_true_under_a_poor_radio(
 
 @pytest.mark.parametrize(
     "worst",
-    [sends("script_request"), sends("acknowledgement"), finishes, sends("script_report")],
-    ids=["a script", "an agreement", "a packet's end", "a script's end"],
+    [sends("script_request"), finishes, sends("script_report")],
+    ids=["a script", "a packet's end", "a script's end"],
 )
 def test_20_s_without_radio_from_the_worst_instant_on_change_nothing_but_the_time(
     worst: IsWorst, worker: PlanningWorker, tmp_path: Path
@@ -70,7 +66,9 @@ def test_a_clearance_that_is_due_in_an_outage_is_given_after_it(tmp_path: Path) 
     assert (ended.state, ended.came_true, ended.twice) == (MissionState.COMPLETED, True, []), ended
 
 
-def test_a_far_robot_is_not_flooded_with_letters(worker: PlanningWorker, tmp_path: Path) -> None:
+def test_in_short_windows_of_contact_alone_a_mission_comes_true_with_few_letters(
+    worker: PlanningWorker, tmp_path: Path
+) -> None:
     """Out of contact but for 10 s in 120, a mission of 52 s takes minutes; the letters do not grow with them."""
     link = LinkSpec.model_validate({"contacts": [{"start_s": 3, "for_s": 10, "every_s": 120}]})
     ended = carry_out(with_link(link.model_dump()), worker, tmp_path)
