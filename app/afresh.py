@@ -19,6 +19,8 @@ from app.world_model.layout import layout_of
 from robots.wire import FailureCategory
 from robots.world import WorldFile
 
+UNMET = ""
+"""The run of a world whose fleet has not been heard of yet: its facts are as its file says."""
 OPEN_GOALS = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED)
 
 
@@ -36,7 +38,8 @@ def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_
         session.add(row)
     row.title, row.layout = world.title or world.name, layout_of(world)
     session.flush()
-    if row.run == run:
+    if row.run in (run, UNMET):
+        row.run = run
         return True
     row.run = run
     session.execute(delete(FactRow).where(FactRow.world == world.name))
@@ -47,6 +50,13 @@ def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_
     _end_missions(session, core.events, world.name, reason)
     _reopen_goals(session, core.events, world.name, reason, runs=True)
     return False
+
+
+def expect_world(session: Session, core: Core, world: WorldFile) -> None:
+    """Its fleet is not known yet: until it is the record stands, if there is one to go on with."""
+    row = session.get(WorldRow, world.name)
+    known = row.run if row is not None else None
+    meet_world(session, core, world, UNMET if known is None else known)
 
 
 def part_from_others(session: Session, core: Core, running: Collection[str]) -> None:

@@ -1,14 +1,14 @@
 """The composition root: wires the concrete parts into a service. Nothing is made at import."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from threading import Event
 
 from fastapi import FastAPI
+from sqlalchemy.orm import Session
 
-from app.afresh import meet_world, part_from_others
+from app.afresh import expect_world, meet_world, part_from_others
 from app.agents import AgentModels, Questions, RobotBoard
 from app.api.app import build_api
 from app.core import Core
@@ -18,6 +18,7 @@ from app.database.migrate import migrate
 from app.durable import MISSIONS, QUEUES, Queue, Workflows
 from app.events import EventLog
 from app.goals.desk import GoalDesk
+from app.meeting import Meeting
 from app.missions.desk import MissionDesk
 from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.missions.life import MissionLife, WorldTime
@@ -38,6 +39,7 @@ from app.plans.waiting import WORKFLOW as PLAN_WAITING
 from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
 from app.replicas import Presence
+from app.running import RunningWorld
 from app.settings import Settings, lock_folder
 from app.tuning import TuningDesk
 from app.world_model import initial_spots, spot_of
@@ -45,27 +47,11 @@ from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
 from planner import PlanningEngine, load_knowledge_base
 from robots.clock import Clock
-from robots.link import Link
 from robots.world import WorldFile
 
+__all__ = ["RunningWorld", "Service", "make_engine"]
+
 WEB = Path(__file__).parent.parent / "web" / "static"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunningWorld:
-    """A world whose robots can be reached: over `link`, in the time of `clock`.
-
-    :param rate: world seconds a wall-clock second, None flat out.
-    :param run: names the world from its building on, however often it is resumed.
-    :param why_afresh: why it was built, if one that was there before might have gone on.
-    """
-
-    file: WorldFile
-    link: Link
-    clock: Clock
-    rate: float | None = 1.0
-    run: str
-    why_afresh: str = ""
 
 
 def make_engine() -> PlanningEngine:
@@ -137,6 +123,7 @@ class Service:
         self._worker = worker or PlanningWorker(
             make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
         )
+        self._rested: set[str] = set()
         self._wire_desks()
         self._agents = [self._agents_of(world) for world in worlds]
 
@@ -151,7 +138,7 @@ class Service:
         mine = [world for name, world in self._worlds.items() if self.presence.speaks_for(name)]
         with self.database.write() as session:
             for world in mine:
-                meet_world(session, self._core, world.file, world.run, why_afresh=world.why_afresh)
+                self._begin(session, world)
             if not self.database.shared:
                 part_from_others(session, self._core, self._files.keys())
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
@@ -161,6 +148,10 @@ class Service:
         self._core.workflows.launch()
         self.presence.start()
         self._listening.start()
+        for world in self._worlds.values():
+            if world.fleet is not None:
+                world.fleet.listen(self.board)
+                world.fleet.start()
         for agents in self._agents:
             agents.start()
         with self.database.write() as session:
@@ -227,7 +218,7 @@ class Service:
             library=load_library(core.knowledge_base),
             repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
             times={
-                n: WorldTime(clock=w.clock, rate=w.rate, answer_s=w.file.answer_s)
+                n: WorldTime(clock=w.clock, rate=w.pace, answer_s=w.file.answer_s)
                 for n, w in self._worlds.items()
             },
             patience_s=settings.answer_patience_s,
@@ -241,7 +232,7 @@ class Service:
         )
         proposing = Proposing(core, clocks=self.clocks)
         self._waiting = WaitingGoals(core)
-        self.board.rested.append(self._rested)
+        self.board.rested.append(self._rested.add)
         self._planning = Planning(
             core,
             posing=posing,
@@ -267,12 +258,32 @@ class Service:
             tunings=self.tunings,
             world=world.file.name,
             speaks=partial(self.presence.speaks_for, world.file.name),
+            between=self._seeing_to(world),
         )
 
-    def _rested(self, world: str) -> None:
-        """A robot of the world may be recruited again."""
-        with self.database.write() as session:
-            self._waiting.release(session, world)
+    def _begin(self, session: Session, world: RunningWorld) -> None:
+        if world.run is None:
+            expect_world(session, self._core, world.file)
+        else:
+            meet_world(session, self._core, world.file, world.run, why_afresh=world.why_afresh)
+
+    def _seeing_to(self, world: RunningWorld) -> Callable[[], None]:
+        """What a world's agent models see to between messages: who drives it, and who of it may be recruited again."""
+        name, release, fleet = world.file.name, self._waiting.release, world.fleet
+        speaks = partial(self.presence.speaks_for, name)
+        meeting = None
+        if fleet is not None:
+            meeting = Meeting(self._core, world.file, fleet, released=release, speaks=speaks)
+
+        def see() -> None:
+            if meeting is not None:
+                meeting.look()
+            if name in self._rested:
+                with self.database.write() as session:
+                    release(session, name)
+                self._rested.discard(name)
+
+        return see
 
     def _spots(self, world: str) -> Mapping[str, tuple[float, float]]:
         """Where robots stand that stand at no named place: as they last said, else as the world file says."""

@@ -4,12 +4,15 @@ import fcntl
 import os
 import secrets
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
-from pydantic import Field
+from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from app.errors import Invalid, Unavailable
+
+if TYPE_CHECKING:
+    from robots.mqtt import Broker
 
 
 class Settings(BaseSettings):
@@ -42,6 +45,51 @@ class Settings(BaseSettings):
     low_battery: float = Field(
         default=0.2, ge=0, le=1, description="a robot whose battery holds less is not recruited"
     )
+
+    broker_url: str | None = Field(
+        default=None, description="MQTT broker that robots are reached over; unset: the world is embedded"
+    )
+    broker_username: str | None = None
+    broker_password: SecretStr | None = None
+    broker_ca: Path | None = Field(default=None, description="authority of the broker's certificate, PEM")
+    broker_certificate: Path | None = Field(default=None, description="our own certificate for it, PEM")
+    broker_key: Path | None = None
+
+    @field_validator(
+        "broker_url",
+        "broker_username",
+        "broker_password",
+        "broker_ca",
+        "broker_certificate",
+        "broker_key",
+        mode="before",
+    )
+    @classmethod
+    def _unset(cls, value: object) -> object:
+        """A variable that is empty, as Compose leaves those that nobody sets, is not set."""
+        return None if value == "" else value
+
+    def broker(self) -> "Broker | None":
+        """Where robots are reached; None if the world is embedded.
+
+        :raises Invalid: if address or credentials cannot be used.
+        """
+        if self.broker_url is None:
+            return None
+        # NOTE: imported here, for an embedded service has no use for it.
+        from robots.mqtt import Broker, BrokerError
+
+        try:
+            return Broker.at(
+                self.broker_url,
+                username=self.broker_username,
+                password=self.broker_password,
+                ca=self.broker_ca,
+                certificate=self.broker_certificate,
+                key=self.broker_key,
+            )
+        except BrokerError as error:
+            raise Invalid(f"MACTA_BROKER_URL: {error}") from error
 
     def resolved_database_url(self) -> str:
         return self.database_url or f"sqlite:///{self.data / 'macta.sqlite'}"

@@ -15,7 +15,7 @@ from sim.error import SimulationError
 from sim.runner import Order, run
 from sim.truth import Truth
 
-START_S = 60.0
+START_S = 180.0
 ANSWER_S = 10.0
 STOP_S = 5.0
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from app.states import Connection
+from robots.mqtt.announcement import ConnectionState
 from robots.wire import Telemetry
 
 SILENT_AFTER_S = 5.0
@@ -19,6 +20,8 @@ REFRESHED = 0.05
 class RobotView:
     """A robot as last heard. `heard_at` is the wall clock's epoch seconds, None before the first word.
 
+    :param broken: the link that it is reached over is gone for good.
+    :param gone: what was last said of its connection, if that was not that it is there.
     :param resting: why the robot is not recruited now, in words; empty if it may be.
     """
 
@@ -27,11 +30,14 @@ class RobotView:
     telemetry: Telemetry | None = None
     heard_at: float | None = None
     broken: bool = False
+    gone: Connection | None = None
     resting: str = ""
 
     def connection(self, now: float) -> Connection:
         if self.broken:
             return Connection.CONNECTION_BROKEN
+        if self.gone is not None:
+            return self.gone
         if self.heard_at is None or now - self.heard_at > SILENT_AFTER_S:
             return Connection.OFFLINE
         return Connection.ONLINE
@@ -66,7 +72,7 @@ class RobotBoard:
             telemetry = telemetry or view.telemetry
             resting = "" if telemetry is None else self._why_resting(telemetry, was=view.resting)
             self._views[robot] = replace(
-                view, telemetry=telemetry, heard_at=time.time(), broken=False, resting=resting
+                view, telemetry=telemetry, heard_at=time.time(), broken=False, gone=None, resting=resting
             )
             self._generation += 1
             self._changed.notify_all()
@@ -88,6 +94,19 @@ class RobotBoard:
             for name, view in self._views.items():
                 if view.world == world:
                     self._views[name] = replace(view, broken=True)
+            self._generation += 1
+            self._changed.notify_all()
+
+    def connected(self, robot: str, state: ConnectionState, *, now: bool) -> None:
+        """The link says whether the robot is there; not `now`: whether it was when that was last heard of."""
+        with self._changed:
+            view = self._views.get(robot)
+            if view is None:
+                return
+            there = state is ConnectionState.ONLINE
+            heard_at = time.time() if there and now else view.heard_at
+            gone = None if there else Connection(state.value)
+            self._views[robot] = replace(view, gone=gone, heard_at=heard_at)
             self._generation += 1
             self._changed.notify_all()
 

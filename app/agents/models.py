@@ -61,13 +61,15 @@ class AgentModels:
         tunings: TuningDesk,
         world: str,
         speaks: Callable[[], bool] = lambda: True,
+        between: Callable[[], None] = lambda: None,
     ) -> None:
         """
         :param robots: each with its radio.
         :param speaks: True while this process, of those that share the record, delivers and records. While it does
             not it listens, for what robots say of themselves now, and asks what its own clients ask.
+        :param between: what else is to be seen to for the world, called again and again; before any message.
         """
-        self._speaks = speaks
+        self._speaks, self._between = speaks, between
         self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
         self._pace = Pace(clock, robots)
         self._database, self._reports, self._board = database, reports, board
@@ -90,6 +92,7 @@ class AgentModels:
         due_at = 0.0
         while not self._stop.is_set():
             try:
+                self._between()
                 for message in self._link.receive(LISTEN_S):
                     self._take(message)
                 self._ask()

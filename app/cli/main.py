@@ -1,23 +1,15 @@
 """The commands and their options. Each command's work lies in a module of its own, imported when it is called."""
 
-import gc
 import os
-import sys
-import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
-from app.errors import MactaError
-from app.world_model import initial_facts
-from planner import KnowledgeBase, KnowledgeBaseError, Objective, PlanningRequest, load_knowledge_base
-from robots.world import WorldFile, WorldFileError, load_world
-from sim import SimulationError
+from app.cli import production
+from app.cli.options import Broker, Speed, World, carefully, fail, leave, named_world
+from planner import Objective, PlanningRequest, load_knowledge_base
+from robots.world import WorldFile
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -29,47 +21,7 @@ worlds = typer.Typer(no_args_is_help=True, help="World files: make and check the
 app.add_typer(worlds, name="world")
 experiments = typer.Typer(no_args_is_help=True, help="Experiments on the simulated robots, over many seeds.")
 app.add_typer(experiments, name="experiment")
-
-World = Annotated[
-    str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")
-]
-Speed = Annotated[
-    float | None, typer.Option(min=0.01, help="World seconds a second; left out: see the command.")
-]
-
-
-def fail(message: str) -> NoReturn:
-    """Say what is wrong on standard error and end with 2."""
-    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {escape(message)}")
-    raise typer.Exit(2)
-
-
-def leave(code: int) -> NoReturn:
-    """End the process now that everything is closed.
-
-    A workflow that sleeps holds a thread until its time is up. What it waits for is in the record, so the process
-    need not wait with it.
-    """
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
-
-
-@contextmanager
-def carefully() -> Iterator[None]:
-    """What can be expected to go wrong is a line on standard error; an interruption ends at once."""
-    try:
-        yield
-    except (KeyboardInterrupt, typer.Abort) as interruption:
-        # NOTE: what the interrupted calls still hold, semaphores among it, is let go; else they count as leaked.
-        traceback.clear_frames(interruption.__traceback__)
-        gc.collect()
-        Console(stderr=True).print("macta: interrupted")
-        leave(130)
-    except MactaError as error:
-        fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
-    except (SimulationError, KnowledgeBaseError) as error:
-        fail(str(error))
+app.command()(production.fleet)
 
 
 def main() -> None:
@@ -85,13 +37,14 @@ def serve(
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="0: any free one. Default 8000.")] = None,
     data: Annotated[Path | None, typer.Option(help="Folder of the record. Default ./macta-data.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
+    broker: Broker = None,
 ) -> None:
-    """Serve the HTTP API, the operator's page and the simulated world."""
+    """Serve the HTTP API and the operator's page; the world is simulated here or, given a broker, by `macta fleet`."""
     from app.cli.serve import serve as run
 
-    given = {"host": host, "port": port, "data": data}
+    given = {"host": host, "port": port, "data": data, "broker_url": broker}
     with carefully():
-        run(_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
+        run(named_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
     leave(0)
 
 
@@ -109,7 +62,7 @@ def demo(
     from app.cli.demo import demo as run
 
     with carefully():
-        leave(run(_world(world), goal, None if flat_out else speed, seed))
+        leave(run(named_world(world), goal, None if flat_out else speed, seed))
 
 
 @app.command()
@@ -161,7 +114,7 @@ def plan(
         base = load_knowledge_base(knowledge_base)
         raise typer.Exit(
             run(
-                _world(world, base),
+                named_world(world, base),
                 base,
                 goal,
                 request,
@@ -180,7 +133,7 @@ def validate(
 ) -> None:
     """Check a world file; the error names the slot and the choices."""
     with carefully():
-        world = _world(file)
+        world = named_world(file)
     robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
     berths = [len(row) for row in world.rows.values() if len(row) > 1]
     told = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
@@ -262,17 +215,5 @@ def sweep(
     from app.cli.sweep import sweep as run
 
     with carefully():
-        plot = Plot(world=_world(world), sentences=tuple(goal or ()), goals=goals)
+        plot = Plot(world=named_world(world), sentences=tuple(goal or ()), goals=goals)
         run(plot, range(first, first + seeds), jobs=jobs or os.cpu_count() or 1, as_json=json)
-
-
-def _world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:
-    """The world, its file valid and its extra facts of the vocabulary; ends the command otherwise."""
-    try:
-        world = load_world(name)
-        initial_facts(world, knowledge_base or load_knowledge_base())
-    except WorldFileError as error:
-        fail(str(error))
-    except KnowledgeBaseError as error:
-        fail(f"{name} is not a valid world: facts: {error}")
-    return world

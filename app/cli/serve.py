@@ -9,7 +9,8 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
@@ -17,13 +18,16 @@ import uvicorn
 from rich.console import Console
 from rich.markup import escape
 
+from app.cli.fleet import warn_if_open
 from app.cli.settings import settings_of
 from app.cli.show import tell_of_start
 from app.composition import RunningWorld, Service
 from app.errors import Invalid
 from app.settings import Settings
+from robots.mqtt import Broker, ServiceLink
 from robots.world import WorldFile
 from sim import SimulationProcess
+from sim.snapshot import digest_of
 
 GRACE_S = 3
 """Seconds that open event streams may hold up the end."""
@@ -95,32 +99,48 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     :raises Invalid: if a setting is wrong or the address is not to be had, before anything is started.
     """
     settings = settings_of(given)
+    broker = settings.broker()
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     listener = listen(settings)
     tell_of_start(Console(stderr=True))
     viewer = Viewer()
-    with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
-        running = RunningWorld(
-            file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
+    reached = _embedded(world, speed, seed) if broker is None else over(broker, world)
+    with reached as running, Service(settings, [running], viewer=viewer.address) as service:
+        config = uvicorn.Config(
+            service.api,
+            log_level="warning",
+            access_log=False,
+            timeout_graceful_shutdown=GRACE_S,
+            ws_max_size=64 * 2**20,
         )
-        with Service(settings, [running], viewer=viewer.address) as service:
-            config = uvicorn.Config(
-                service.api,
-                log_level="warning",
-                access_log=False,
-                timeout_graceful_shutdown=GRACE_S,
-                ws_max_size=64 * 2**20,
-            )
-            server = Server(config, service.stopping)
-            announce = threading.Thread(
-                target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
-            )
-            announce.start()
-            gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
-            try:
-                server.run(sockets=[listener])
-            finally:
-                viewer.stop()
+        server = Server(config, service.stopping)
+        announce = threading.Thread(
+            target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
+        )
+        announce.start()
+        gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
+        try:
+            server.run(sockets=[listener])
+        finally:
+            viewer.stop()
+
+
+@contextmanager
+def _embedded(world: WorldFile, speed: float, seed: int) -> Iterator[RunningWorld]:
+    """The world simulated by a process of this service's."""
+    with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
+        yield RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run)
+
+
+@contextmanager
+def over(broker: Broker, world: WorldFile) -> Iterator[RunningWorld]:
+    """The world as a fleet drives it that is reached over a broker, there already or not."""
+    warn_if_open(broker)
+    fleet = ServiceLink(world.name, [robot.name for robot in world.robots], broker, digest=digest_of(world))
+    try:
+        yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
+    finally:
+        fleet.close()
 
 
 def listen(settings: Settings) -> socket.socket:

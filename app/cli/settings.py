@@ -26,7 +26,8 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
 
 
 def _source(name: str, given: Mapping[str, Any]) -> str:
-    return f"--{name.replace('_', '-')}" if name in given else f"MACTA_{name.upper()}"
+    option = {"broker_url": "broker"}.get(name, name)
+    return f"--{option.replace('_', '-')}" if name in given else f"MACTA_{name.upper()}"
 
 
 def _make_folder(folder: Path, source: str) -> None:

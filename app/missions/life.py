@@ -30,24 +30,25 @@ SHORTEST_SLEEP_S = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldTime:
-    """A world's clock, its rate (world seconds a wall-clock second, None when it runs flat out) and its radio's pace.
+    """A world's clock, its rate now (world seconds a wall-clock second, None flat out) and its radio's pace.
 
     :param answer_s: world seconds that an answer from a robot that is in order may take by its radio.
     """
 
     clock: Clock
-    rate: float | None
+    rate: Callable[[], float | None]
     answer_s: float = 0.0
 
     def patience_s(self, wall_s: float) -> float:
         """Wall-clock seconds that an answer may take: so many by itself, and the radio's time. Flat out is not slower
         than real time.
         """
-        return wall_s + self.answer_s / (self.rate or 1.0)
+        return wall_s + self.answer_s / (self.rate() or 1.0)
 
     def wall_s(self, world_s: float) -> float:
         """Wall-clock seconds to sleep for a span of the world's time, bounded on both sides."""
-        wall_s = world_s / self.rate if self.rate else SHORTEST_SLEEP_S
+        rate = self.rate()
+        wall_s = world_s / rate if rate else SHORTEST_SLEEP_S
         return min(max(wall_s, SHORTEST_SLEEP_S), LONGEST_SLEEP_S)
 
 

@@ -69,6 +69,11 @@ class FleetLink:
         return self._reactor.complaint
 
     @property
+    def refused(self) -> bool:
+        """True if the broker is there but does not let a client in."""
+        return self._reactor.refused
+
+    @property
     def superseded(self) -> bool:
         """True if a later fleet drives this world at the broker. This one does not connect any more: close it."""
         return self._superseded

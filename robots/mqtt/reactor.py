@@ -37,6 +37,8 @@ class Reactor:
         self._mouth.setblocking(False)
         self._selector.register(self._ear, selectors.EVENT_READ)
         self._pause_s, self._next_s, self._complaint = FIRST_PAUSE_S, 0.0, ""
+        self.refused = False
+        """True if the broker is there but does not let a client in."""
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
         for session in self._sessions:
             session.wake = self._wake
@@ -105,7 +107,7 @@ class Reactor:
         if events & selectors.EVENT_WRITE or client.want_write():
             self._write(session)
         if session.connected:
-            self._pause_s, self._complaint = FIRST_PAUSE_S, ""
+            self._pause_s, self._complaint, self.refused = FIRST_PAUSE_S, "", False
 
     def _write(self, session: Session) -> None:
         client = session.client
@@ -123,7 +125,7 @@ class Reactor:
                 continue
             if session.refused:
                 self._complain(f"does not let {session.name} in: {session.refused}")
-                session.refused = ""
+                session.refused, self.refused = "", True
             if self._wall_s() < self._next_s or self._stop:
                 return
             try:

@@ -1,5 +1,6 @@
 """One MQTT 5 client: who it is, what it hears, what it says when it comes and what is said when it is lost."""
 
+import logging
 import socket
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -21,6 +22,8 @@ LEAVE_S = 1.0
 QUEUED_AT_MOST = 1000
 """Messages of one client that wait for the broker's receipt. More are dropped: their senders send them again."""
 RUN = "run"
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +143,10 @@ class Session:
             retain=message.retain,
             run=run,
         )
-        self._takes(parcel)
+        try:
+            self._takes(parcel)
+        except Exception:  # what cannot be done with one arrival must not end the listening
+            logger.exception("%s: what came on %s could not be taken", self.name, message.topic)
 
 
 def _hear_out(sock: Any) -> None:

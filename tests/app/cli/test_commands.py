@@ -143,7 +143,7 @@ def test_an_interruption_is_one_line_and_130(
 
     # NOTE: `app.cli.main` as an attribute is the entry point, so the modules are asked for by name.
     monkeypatch.setattr(import_module("app.cli.plan"), "plan", interrupted)
-    monkeypatch.setattr(import_module("app.cli.main"), "leave", left)
+    monkeypatch.setattr(import_module("app.cli.options"), "leave", left)
     ended = macta("plan", "--goal", "move sample_1 to bay_7")
     assert ended.exit_code == 130
     assert ended.stderr == "macta: interrupted\n"

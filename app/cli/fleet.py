@@ -1,0 +1,116 @@
+"""`macta fleet`: a world's simulation and its robots, reached over a broker. Ends in order when told to."""
+
+import logging
+import signal
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+
+from app.cli.settings import settings_of
+from app.errors import Invalid, Unavailable
+from robots.link import LinkClosed
+from robots.mqtt import Broker, FleetLink
+from robots.world import WorldFile
+from sim import SimulationProcess
+from sim.snapshot import digest_of
+
+TURN_S = 0.02
+"""How long a message to the robots may wait for one from them."""
+
+
+def fleet(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
+    """Run until interrupted or terminated.
+
+    :raises Invalid: if no broker is named, or it does not let the fleet in.
+    :raises Unavailable: if another fleet drives the world, or the world cannot go on.
+    """
+    settings = settings_of(given)
+    broker = settings.broker()
+    if broker is None:
+        raise Invalid("--broker: say where the broker is, as mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
+    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    warn_if_open(broker)
+    with (
+        _told_to_end() as ending,
+        SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation,
+        _at(broker, world, simulation.run) as link,
+    ):
+        relay = _Relay(world, simulation, link, broker, speed)
+        while not ending.is_set():
+            relay.turn()
+
+
+def warn_if_open(broker: Broker) -> None:
+    """Say so if a password is about to be sent in the clear."""
+    if broker.password is not None and not broker.is_private:
+        Console(stderr=True).print(
+            f"[yellow]{escape(str(broker))} is not encrypted: the password can be read on its way; say mqtts://[/]"
+        )
+
+
+class _Relay:
+    """Between the simulation's process and the broker: the robots' words out, what is said to them in."""
+
+    def __init__(
+        self, world: WorldFile, simulation: SimulationProcess, link: FleetLink, broker: Broker, speed: float
+    ) -> None:
+        self._world, self._simulation, self._link = world, simulation, link
+        self._broker, self._speed = broker, speed
+        self._is_ready = False
+
+    def turn(self) -> None:
+        """Pass on what there is, waiting a moment for the robots."""
+        try:
+            for message in self._simulation.link.receive(TURN_S):
+                self._link.send(message)
+            for message in self._link.receive():
+                self._simulation.link.send(message)
+        except LinkClosed as error:
+            raise Unavailable(f"world {self._world.name} cannot go on: {error}") from error
+        self._link.proclaim(self._simulation.now_s(), self._speed)
+        if self._link.superseded:
+            raise Unavailable(
+                f"another fleet drives world {self._world.name} at {self._broker}; this one ends"
+            )
+        if not self._is_ready:
+            self._get_ready()
+
+    def _get_ready(self) -> None:
+        if self._link.refused:
+            # NOTE: only at the start: a broker that is about to be set up anew may refuse for a while.
+            raise Invalid(
+                f"broker {self._broker} {self._link.complaint}; see MACTA_BROKER_USERNAME, …_PASSWORD"
+            )
+        if self._link.connected:
+            self._is_ready = True
+            robots = len(self._world.robots)
+            # NOTE: plain print: a terminal's width must not break the line.
+            print(f"The fleet of {self._world.name} is ready: {robots} robots at {self._broker}", flush=True)
+
+
+@contextmanager
+def _at(broker: Broker, world: WorldFile, run: str) -> Iterator[FleetLink]:
+    link = FleetLink(world.name, [r.name for r in world.robots], broker, run=run, digest=digest_of(world))
+    link.start()
+    try:
+        yield link
+    finally:
+        link.close()
+
+
+@contextmanager
+def _told_to_end() -> Iterator[threading.Event]:
+    """Set by SIGINT and SIGTERM for the length of the block."""
+    ending = threading.Event()
+    before = {
+        number: signal.signal(number, lambda *_: ending.set()) for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield ending
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,77 @@
+"""What the commands share: options, world files, and how they end."""
+
+import gc
+import os
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated, NoReturn
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from app.errors import MactaError
+from app.world_model import initial_facts
+from planner import KnowledgeBase, KnowledgeBaseError, load_knowledge_base
+from robots.world import WorldFile, WorldFileError, load_world
+from sim import SimulationError
+
+World = Annotated[
+    str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")
+]
+Speed = Annotated[
+    float | None, typer.Option(min=0.01, help="World seconds a second; left out: see the command.")
+]
+
+Broker = Annotated[
+    str | None,
+    typer.Option(help="MQTT broker that robots are reached over.", metavar="mqtt[s]://HOST[:PORT]"),
+]
+
+
+def fail(message: str) -> NoReturn:
+    """Say what is wrong on standard error and end with 2."""
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {escape(message)}")
+    raise typer.Exit(2)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process now that everything is closed.
+
+    A workflow that sleeps holds a thread until its time is up. What it waits for is in the record, so the process
+    need not wait with it.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+@contextmanager
+def carefully() -> Iterator[None]:
+    """What can be expected to go wrong is a line on standard error; an interruption ends at once."""
+    try:
+        yield
+    except (KeyboardInterrupt, typer.Abort) as interruption:
+        # NOTE: what the interrupted calls still hold, semaphores among it, is let go; else they count as leaked.
+        traceback.clear_frames(interruption.__traceback__)
+        gc.collect()
+        Console(stderr=True).print("macta: interrupted")
+        leave(130)
+    except MactaError as error:
+        fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
+    except (SimulationError, KnowledgeBaseError) as error:
+        fail(str(error))
+
+
+def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:
+    """The world, its file valid and its extra facts of the vocabulary; ends the command otherwise."""
+    try:
+        world = load_world(name)
+        initial_facts(world, knowledge_base or load_knowledge_base())
+    except WorldFileError as error:
+        fail(str(error))
+    except KnowledgeBaseError as error:
+        fail(f"{name} is not a valid world: facts: {error}")
+    return world

@@ -1,0 +1,31 @@
+"""A world as the composition root is given it."""
+
+from dataclasses import dataclass
+
+from robots.clock import Clock
+from robots.link import Link
+from robots.mqtt import ServiceLink
+from robots.world import WorldFile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunningWorld:
+    """A world whose robots can be reached: over `link`, in the time of `clock`.
+
+    :param rate: world seconds a wall-clock second, None flat out.
+    :param run: names the world from its building on, however often it is resumed; None if `fleet` says so.
+    :param fleet: what drives the robots, if it comes and goes by itself; `link` and `clock` are its then.
+    :param why_afresh: why it was built, if one that was there before might have gone on.
+    """
+
+    file: WorldFile
+    link: Link
+    clock: Clock
+    rate: float | None = 1.0
+    run: str | None
+    why_afresh: str = ""
+    fleet: ServiceLink | None = None
+
+    def pace(self) -> float | None:
+        """Its rate now."""
+        return self.rate if self.fleet is None else self.fleet.clock.rate
