@@ -1,5 +1,6 @@
 """Debian's Mosquitto as a process of the test's own: on a free port, configured by the test, to be killed at will."""
 
+import getpass
 import shutil
 import signal
 import socket
@@ -35,8 +36,9 @@ class Mosquitto:
         assert BINARY is not None
         config = self.folder / "mosquitto.conf"
         lines = self.lines or ("allow_anonymous true",)
-        # NOTE: the listener first: it is what certificates are of.
-        config.write_text("\n".join([f"listener {self.port} 127.0.0.1", *lines]) + "\n")
+        # NOTE: started as root it would become a user who cannot read the test's files.
+        own = [f"user {getpass.getuser()}", f"listener {self.port} 127.0.0.1"]
+        config.write_text("\n".join([*own, *lines]) + "\n")
         with (self.folder / "mosquitto.log").open("ab") as log:
             self._process = subprocess.Popen([BINARY, "-c", str(config)], stdout=log, stderr=log)
         give_up = time.monotonic() + START_S

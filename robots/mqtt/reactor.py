@@ -126,6 +126,11 @@ class Reactor:
             if session.refused:
                 self._complain(f"does not let {session.name} in: {session.refused}")
                 session.refused, self.refused = "", True
+            if session.turned_away:
+                self._complain(
+                    f"closes before it lets {session.name} in; does it want TLS, or a certificate of ours?"
+                )
+                session.turned_away = False
             if self._wall_s() < self._next_s or self._stop:
                 return
             try:

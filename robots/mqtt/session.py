@@ -60,6 +60,8 @@ class Session:
         self.dropped = 0
         self.refused = ""
         """Why the broker does not let it in; empty if it does, or is away."""
+        self.turned_away = False
+        """The connection was closed before it was let in or refused."""
         self.leaving = False
         """It is about to disconnect."""
         self.retired = False
@@ -129,6 +131,7 @@ class Session:
         reason: ReasonCode,
         properties: Properties | None,
     ) -> None:
+        self.turned_away = not (self.connected or self.refused or self.leaving)
         self.connected = False
         if self.leaving and (sock := client.socket()) is not None:
             _hear_out(sock)

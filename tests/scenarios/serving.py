@@ -30,27 +30,37 @@ class Served:
 
 
 @contextmanager
-def macta_serve(data: Path, *options: str) -> Iterator[Served]:
-    """Run `macta serve` on a free port for the length of the block, and end it as an operator would."""
-    command = [
-        sys.executable,
-        "-c",
-        "from app.cli import main; main()",
-        "serve",
-        "--port",
-        "0",
-        "--data",
-        str(data),
-    ]
+def macta_serve(data: Path, *options: str, **variables: str) -> Iterator[Served]:
+    """Run `macta serve` on a free port for the length of the block, and end it as an operator would.
+
+    :param variables: of its environment, without `MACTA_`.
+    """
+    with _macta("serve", "--port", "0", "--data", str(data), *options, **variables) as process:
+        found = _said(process, r"Macta is ready: (http://\S+)/\?token=(\S+)")
+        yield Served(address=found[1], token=found[2], process=process)
+
+
+@contextmanager
+def macta_fleet(data: Path, *options: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
+    """Run `macta fleet` for the length of the block."""
+    with _macta("fleet", "--data", str(data), *options, **variables) as process:
+        _said(process, r"The fleet of \w+ is ready: .*")
+        yield process
+
+
+@contextmanager
+def _macta(*arguments: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
+    """A command as a process of its own; ended by SIGTERM after the block."""
     process = subprocess.Popen(
-        [*command, *options],
+        [sys.executable, "-c", "from app.cli import main; main()", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={k: v for k, v in os.environ.items() if not k.startswith("MACTA_")},
+        env={k: v for k, v in os.environ.items() if not k.startswith("MACTA_")}
+        | {f"MACTA_{name.upper()}": value for name, value in variables.items()},
     )
     try:
-        yield _ready(process)
+        yield process
     finally:
         if process.poll() is None:
             process.send_signal(signal.SIGTERM)
@@ -61,16 +71,17 @@ def macta_serve(data: Path, *options: str) -> Iterator[Served]:
             process.communicate()
 
 
-def _ready(process: subprocess.Popen[str]) -> Served:
+def _said(process: subprocess.Popen[str], expected: str) -> re.Match[str]:
+    """What the process says once it is ready."""
     assert process.stdout is not None
     late = threading.Timer(START_S, process.kill)
     late.start()
     begun = time.monotonic()
     line = process.stdout.readline()
     late.cancel()
-    found = re.fullmatch(r"Macta is ready: (http://\S+)/\?token=(\S+)\n", line)
+    found = re.fullmatch(expected + r"\n", line)
     if found is None:
         process.kill()
         _, complaints = process.communicate()
         raise AssertionError(f"not ready after {time.monotonic() - begun:.0f} s: {line!r} {complaints}")
-    return Served(address=found[1], token=found[2], process=process)
+    return found
