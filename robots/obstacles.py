@@ -96,7 +96,7 @@ class Surroundings:
         :param lengths_m: shape (N,): a sample's length, 0 of a compact one; `ROBOT` or `NOTHING_SOLID`.
         :param whiskers: how many there are.
         """
-        # NOTE: room is made here for the compiled code to fill: it takes long to hand over arrays of its own.
+        # NOTE: room for all is made here, so that bodies are the first part of what is about, and nothing is copied.
         most = len(LONG_SHARES) * len(things) + whiskers + 1
         self._at, self._radii_m = np.empty(most, np.complex128), np.empty(most)
         self._robots = np.empty(most, np.bool_)

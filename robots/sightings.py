@@ -73,9 +73,7 @@ class Sightings(Mapping[str, Sighting]):
 
     def in_world(self, x_m: float, y_m: float, heading_rad: float) -> NDArray[np.complex128]:
         """Shape (N,), complex, metres: where they are in the frame in which the observer's pose is given."""
-        at = np.empty(len(self.read), np.complex128)
-        _put_in_world(self.read, x_m, y_m, heading_rad, at)
-        return at
+        return _in_world(self.read, x_m, y_m, heading_rad)
 
     def only(self, names: Collection[str]) -> "Sightings":
         """Those of them that have these identities."""
@@ -110,14 +108,15 @@ class Sightings(Mapping[str, Sighting]):
 
 
 @numba.njit(cache=True)
-def _put_in_world(
-    read: NDArray[np.float64], x_m: float, y_m: float, heading_rad: float, at: NDArray[np.complex128]
-) -> None:
-    # NOTE: `at` is made by the caller: it takes long to hand over arrays that compiled code has made.
+def _in_world(
+    read: NDArray[np.float64], x_m: float, y_m: float, heading_rad: float
+) -> NDArray[np.complex128]:
     ahead = complex(cos(heading_rad), sin(heading_rad))
+    at = np.empty(len(read), np.complex128)
     for n in range(len(read)):
         seen = complex(read[n, 0] * cos(read[n, 1]), read[n, 0] * sin(read[n, 1]))
         at[n] = complex(x_m, y_m) + seen * ahead
+    return at
 
 
 NONE_IN_VIEW = Sightings((), np.empty((0, 3)))

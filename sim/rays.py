@@ -105,18 +105,16 @@ def in_sight(
 
 
 @numba.njit(cache=True)
-def near(points: Floats, x: float, y: float, within_m: float, found: NDArray[np.int64]) -> int:
-    """Fill in the rows of the points, shape (N, 2 or more), that are within a distance of one in the plane; how many.
-
-    :param found: shape (N,): made by the caller, for it takes long to hand over arrays that compiled code has made.
-    """
+def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int64]:
+    """The rows of the points, shape (N, 2 or more), that are within a distance of one in the plane."""
+    found = np.empty(len(points), np.int64)
     count = 0
     for n in range(len(points)):
         off_x, off_y = points[n, 0] - x, points[n, 1] - y
         if off_x * off_x + off_y * off_y <= within_m * within_m:
             found[count] = n
             count += 1
-    return count
+    return found[:count]
 
 
 @numba.njit(cache=True)

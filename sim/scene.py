@@ -89,7 +89,6 @@ class Scene:
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
         self._samples = {name: self._add_sample(placed) for name, placed in samples.items()}
         self._names = tuple(samples)
-        self._near = np.empty(len(samples), np.int64)
         self._long = frozenset(self._samples[name] for name, placed in samples.items() if placed.length_m)
         self._held: set[str] = set()
         self._balls: dict[int, float] = {}
@@ -112,8 +111,7 @@ class Scene:
 
     def samples_near(self, point: tuple[float, float], within_m: float) -> list[str]:
         """The samples whose middles are within a distance of a point in the plane."""
-        found = near(self.sample_points(), *point, within_m, self._near)
-        return [self._names[n] for n in self._near[:found].tolist()]
+        return [self._names[n] for n in near(self.sample_points(), *point, within_m).tolist()]
 
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""

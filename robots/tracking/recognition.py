@@ -45,7 +45,7 @@ def by_whiskers(ranges_m: Floats, pose: Pose, cursors: Cursors) -> Observation:
     :param ranges_m: shape (N,), metres from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
     """
     met: dict[str, complex] = {}
-    for at in alone(ranges_m).tolist():
+    for at in alone(ranges_m, RADIUS_M).tolist():
         there = to_world(pose, at)
         met.setdefault(_name(there, cursors, met), there)
     return Observation(tuple(met), Modality.ULTRASONIC, np.array(list(met.values()), dtype=np.complex128))
@@ -56,21 +56,17 @@ def by_touch(felt: complex, cursors: Cursors) -> Observation:
     return Observation.of_one(_name(felt, cursors, {}), Modality.TOUCH, felt)
 
 
-def alone(ranges_m: Floats) -> Points:
+@numba.njit(cache=True)
+def alone(ranges_m: Floats, hull_m: float) -> Points:
     """The middles of what is met by neighbouring beams and is narrow, with free space on either side.
 
+    :param hull_m: from the robot's middle to where whiskers begin.
     :returns: shape (G,), complex, robot's frame, metres.
     """
-    middles = np.empty(len(ranges_m), np.complex128)
-    return middles[: _put_alone(ranges_m, RADIUS_M, middles)]
-
-
-@numba.njit(cache=True)
-def _put_alone(ranges_m: Floats, hull_m: float, middles: Points) -> int:
-    """Fill in the middles, as many as there may be beams; how many. `hull_m`: where whiskers begin."""
     count, found = len(ranges_m), 0
     near = np.minimum(ranges_m, OUT_OF_REACH_M)
     breaks = [beam for beam in range(count) if abs(near[beam] - near[beam - 1]) >= GAP_M]
+    middles = np.empty(len(breaks), np.complex128)
     for n in range(len(breaks)):
         begin = breaks[n]
         end = breaks[n + 1] if n + 1 < len(breaks) else breaks[0] + count
@@ -84,7 +80,7 @@ def _put_alone(ranges_m: Floats, hull_m: float, middles: Points) -> int:
         if farthest <= NEAR_M and beside - farthest >= GAP_M and width_m <= WIDE_M:
             middles[found] = hits / (end - begin)
             found += 1
-    return found
+    return middles[:found]
 
 
 def _name(at: complex, cursors: Cursors, taken: Mapping[str, complex]) -> str:

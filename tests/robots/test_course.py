@@ -2,7 +2,7 @@
 
 from cmath import phase
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.body import RADIUS_M
@@ -44,6 +44,7 @@ def test_no_course_is_found_where_everything_is_blocked() -> None:
     assert clear_course(TARGET, ring) is None
 
 
+@settings(deadline=None)  # the first call compiles
 @given(
     st.lists(st.tuples(st.floats(0.5, 2.5), st.floats(-3.1, 3.1)), max_size=6),
     st.floats(0.5, 4),

@@ -47,7 +47,7 @@ def whiskers(hits: dict[int, float]) -> list[float]:
 def test_narrow_things_with_free_space_beside_stand_alone(
     hits: dict[int, float], groups: list[list[int]]
 ) -> None:
-    met = alone(np.array(whiskers(hits)))
+    met = alone(np.array(whiskers(hits)), RADIUS_M)
     assert met == pytest.approx([np.mean([at(beam, hits[beam]) for beam in group]) for group in groups])
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.tracking import Cursor, Modality, ObjectTracking, Observation
@@ -24,6 +24,7 @@ def watch(
     return tracking.cursors["ball"]
 
 
+@settings(deadline=None)  # the first call compiles
 @given(st.lists(st.sampled_from(list(Modality)), min_size=1, max_size=30))
 def test_every_observation_adds_evidence_and_none_makes_it_certain(told: list[Modality]) -> None:
     tracking, before = ObjectTracking(), 0.0
