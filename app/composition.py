@@ -134,7 +134,8 @@ class Service:
     def start(self) -> None:
         """Begin: the worlds that go on or start afresh, the workflows that were left, the links to the robots."""
         ready = self._worker.warm_up()
-        self.presence.register()
+        simulated = [name for name, world in self._worlds.items() if world.run is not None]
+        self.presence.register(simulated if self._speaks else ())
         mine = [world for name, world in self._worlds.items() if self.presence.speaks_for(name)]
         with self.database.write() as session:
             for world in mine:

@@ -20,9 +20,10 @@ from sqlalchemy.orm import Session
 
 from app.database import Database, ExecutorRow, LeaseRow, is_away
 from app.database.tables import utc_now
+from app.errors import Unavailable
 
-BEAT_S = 2.0
-DEAD_AFTER_S = 8.0
+BEAT_S = 1.0
+DEAD_AFTER_S = 6.0
 FORGOTTEN_AFTER_S = 60.0
 """A dead process' row goes then; until then it is looked whether it came back, began something, and died again."""
 HELD_S = DEAD_AFTER_S - BEAT_S
@@ -75,9 +76,25 @@ class Presence:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="presence", daemon=True)
 
-    def register(self) -> None:
-        """Say that this process lives, before it begins anything that others would have to take over."""
-        self._beat()
+    def register(self, simulates: Collection[str] = ()) -> None:
+        """Say that this process lives, before it begins anything that others would have to take over.
+
+        :param simulates: the worlds that there are only here: nobody else is to speak for them. Waited for, should a
+            process that has just died have done so.
+        :raises Unavailable: if one that lives does.
+        """
+        give_up = time.monotonic() + DEAD_AFTER_S + 2 * BEAT_S
+        while True:
+            self._beat()
+            others = [world for world in simulates if not self.speaks_for(world)]
+            if not others:
+                return
+            if time.monotonic() > give_up:
+                raise Unavailable(
+                    f"another process on this database has world {', '.join(others)}; "
+                    "give this one a database of its own, or reach the world's robots over --broker"
+                )
+            self._stop.wait(BEAT_S)
 
     def start(self) -> None:
         if self._database.shared:
@@ -105,27 +122,7 @@ class Presence:
 
     def executors(self) -> Sequence[Executor]:
         """All that are known, the longest there first."""
-        with self._database.read() as session:
-            now = _now(session, self._database)
-            worlds: dict[str, list[str]] = {}
-            for lease in session.scalars(select(LeaseRow).order_by(LeaseRow.world)):
-                worlds.setdefault(lease.holder, []).append(lease.world)
-            rows = session.scalars(select(ExecutorRow).order_by(ExecutorRow.started_at, ExecutorRow.id)).all()
-        return [self._known(row, worlds.get(row.id, ()), now) for row in rows]
-
-    def _known(self, row: ExecutorRow, worlds: Sequence[str], now: float) -> Executor:
-        seen_s = max(now - row.seen_at, 0.0) if self._database.shared else 0.0
-        alive = seen_s < DEAD_AFTER_S
-        return Executor(
-            id=row.id,
-            serves=row.serves,
-            worlds=worlds if alive else (),
-            host=row.host,
-            pid=row.pid,
-            started_at=row.started_at,
-            seen_s=round(seen_s, 3),
-            alive=alive,
-        )
+        return executors(self._database)
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -178,6 +175,32 @@ class Presence:
                     logger.warning("took over %d workflows of %s on %s", count, dead.id, dead.host)
                 if dead.seen_at < now - FORGOTTEN_AFTER_S:
                     session.execute(delete(ExecutorRow).where(ExecutorRow.id == dead.id))
+
+
+def executors(database: Database) -> Sequence[Executor]:
+    """The processes on a database that are known, the longest there first."""
+    with database.read() as session:
+        now = _now(session, database)
+        worlds: dict[str, list[str]] = {}
+        for lease in session.scalars(select(LeaseRow).order_by(LeaseRow.world)):
+            worlds.setdefault(lease.holder, []).append(lease.world)
+        rows = session.scalars(select(ExecutorRow).order_by(ExecutorRow.started_at, ExecutorRow.id)).all()
+    silences = {row.id: max(now - row.seen_at, 0.0) if database.shared else 0.0 for row in rows}
+    return [_executor(row, worlds.get(row.id, ()), silences[row.id]) for row in rows]
+
+
+def _executor(row: ExecutorRow, worlds: Sequence[str], seen_s: float) -> Executor:
+    alive = seen_s < DEAD_AFTER_S
+    return Executor(
+        id=row.id,
+        serves=row.serves,
+        worlds=worlds if alive else (),
+        host=row.host,
+        pid=row.pid,
+        started_at=row.started_at,
+        seen_s=round(seen_s, 3),
+        alive=alive,
+    )
 
 
 def _now(session: Session, database: Database) -> float:

@@ -8,6 +8,7 @@ from sqlalchemy import update
 
 from app.database import Database, ExecutorRow
 from app.database.migrate import migrate
+from app.errors import Unavailable
 from app.replicas import DEAD_AFTER_S, Presence
 from tests.databases import ON_POSTGRESQL, SQLITE
 
@@ -128,3 +129,18 @@ def test_on_sqlite_the_one_process_always_speaks_for_its_worlds(join: Join, data
     assert presence.speaks_for("store")
     assert not presence.speaks_for("another")
     assert [one.alive for one in presence.executors()] == [True]
+
+
+@ON_POSTGRESQL
+def test_a_world_that_is_simulated_here_is_refused_while_another_process_has_it(
+    join: Join, database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.replicas.presence.DEAD_AFTER_S", 1.0)
+    monkeypatch.setattr("app.replicas.presence.BEAT_S", 0.2)
+    first, second = join("first"), join("second")
+    first.start()
+    with pytest.raises(Unavailable, match="world store"):
+        second.register(["store"])
+    first.close()
+    second.register(["store"])
+    assert second.speaks_for("store")
