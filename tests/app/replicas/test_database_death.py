@@ -1,0 +1,93 @@
+"""The database server is killed with a mission under way: everything waits, comes back by itself and goes on."""
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+
+from app.composition import RunningWorld, Service
+from app.plans.worker import PlanningWorker
+from app.settings import Settings
+from robots.world import WorldFile
+from tests.app.conftest import PATIENCE_S, TOKEN
+from tests.app.fake_robots import FakeTeam
+from tests.app.serving import served
+from tests.cluster import Cluster, own_cluster
+
+WaitFor = Callable[[Callable[[], bool]], None]
+GIVE_UP_S = 90.0
+HEADERS = {"authorization": f"Bearer {TOKEN}"}
+
+
+@pytest.fixture
+def cluster() -> Iterator[Cluster]:
+    with own_cluster() as cluster:
+        yield cluster
+
+
+@pytest.fixture
+def address(
+    cluster: Cluster, tmp_path: Path, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+) -> Iterator[str]:
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=cluster.url, answer_patience_s=PATIENCE_S)
+    world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
+    with Service(settings, [world], worker=worker) as service, served(service.api) as address:
+        yield address
+
+
+class Follower(threading.Thread):
+    """A client on one open event stream."""
+
+    def __init__(self, address: str) -> None:
+        super().__init__(daemon=True)
+        self.seen: list[dict[str, Any]] = []
+        self.ended = ""
+        self._address = f"{address}/v1/events?after=0"
+
+    def run(self) -> None:
+        try:
+            with httpx2.stream("GET", self._address, headers=HEADERS, timeout=120) as answer:
+                for line in answer.iter_lines():
+                    if line.startswith("data:"):
+                        self.seen.append(json.loads(line[5:]))
+        except httpx2.HTTPError as error:
+            self.ended = repr(error)
+
+
+def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
+    cluster: Cluster, address: str, team: FakeTeam, wait_for: WaitFor
+) -> None:
+    follower = Follower(address)
+    follower.start()
+    team.patient = True
+    team.faults.stuck.add("store_2")
+    goal = {"text": "move sample_1 to bay_7", "auto_approve": True}
+    with httpx2.Client(base_url=address, headers=HEADERS, timeout=60) as api:
+        assert api.post("/v1/goals", json=goal).status_code == 202
+
+        def mission() -> dict[str, Any]:
+            items = api.get("/v1/missions").json()["items"]
+            return items[0] if items else {"state": ""}  # type: ignore[no-any-return]
+
+        wait_for(lambda: mission()["state"] == "running")
+        cluster.kill()
+        refused = api.get("/v1/missions")
+        assert (refused.status_code, refused.json()["title"]) == (503, "Database away")
+        assert int(refused.headers["retry-after"]) > 0
+        team.faults.stuck.clear()  # robots finish meanwhile, and keep their reports
+        time.sleep(6.0)
+        cluster.start()
+        wait_for(lambda: api.get("/v1/missions").status_code == 200)
+        give_up = time.monotonic() + GIVE_UP_S
+        while (last := mission())["state"] != "completed":
+            assert time.monotonic() < give_up, last
+            time.sleep(0.1)
+        wait_for(lambda: "goal.finished" in [event["type"] for event in follower.seen])
+    assert not follower.ended
+    numbers = [event["seq"] for event in follower.seen]
+    assert numbers == sorted(set(numbers))
