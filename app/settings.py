@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+from sqlalchemy import make_url
 
 from app.errors import Invalid, Unavailable
 
@@ -94,11 +95,22 @@ class Settings(BaseSettings):
     def resolved_database_url(self) -> str:
         return self.database_url or f"sqlite:///{self.data / 'macta.sqlite'}"
 
+    @property
+    def database_is_shared(self) -> bool:
+        """True if other processes may work on the record, too."""
+        return not self.resolved_database_url().startswith("sqlite")
+
+    @property
+    def place_of_record(self) -> str:
+        """Where the record is, for people; without the password."""
+        url = make_url(self.resolved_database_url())
+        return f"database {url.database} on {url.host}" if self.database_is_shared else str(self.data)
+
     def resolved_token(self) -> str:
         """The administrator's token: from the environment, else the one kept in the data folder, else a new one."""
         if self.token is not None:
             return self.token
-        if not self.resolved_database_url().startswith("sqlite"):
+        if self.database_is_shared:
             raise Invalid(
                 "set MACTA_TOKEN: of a token made here the other processes on MACTA_DATABASE_URL would not know",
                 code="token-needed",

@@ -35,7 +35,7 @@ def fleet(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     warn_if_open(broker)
     with (
-        _told_to_end() as ending,
+        told_to_end() as ending,
         SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
@@ -103,7 +103,7 @@ def _at(broker: Broker, world: WorldFile, run: str) -> Iterator[FleetLink]:
 
 
 @contextmanager
-def _told_to_end() -> Iterator[threading.Event]:
+def told_to_end() -> Iterator[threading.Event]:
     """Set by SIGINT and SIGTERM for the length of the block."""
     ending = threading.Event()
     before = {

@@ -22,6 +22,8 @@ app.add_typer(worlds, name="world")
 experiments = typer.Typer(no_args_is_help=True, help="Experiments on the simulated robots, over many seeds.")
 app.add_typer(experiments, name="experiment")
 app.command()(production.fleet)
+app.command()(production.worker)
+app.add_typer(production.alive, name="alive")
 
 
 def main() -> None:

@@ -22,3 +22,37 @@ def fleet(
     with carefully():
         run(named_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
     leave(0)
+
+
+def worker(world: World = "sample_store", broker: Broker = None) -> None:
+    """Plan the goals of the service's processes on the same database (MACTA_DATABASE_URL)."""
+    from app.cli.worker import worker as run
+
+    given = {} if broker is None else {"broker_url": broker}
+    with carefully():
+        run(named_world(world), given)
+    leave(0)
+
+
+alive = typer.Typer(
+    no_args_is_help=True, help="Whether a part of the production shape is well; ends with 2 if not."
+)
+
+
+@alive.command("worker")
+def worker_is_alive() -> None:
+    """Whether the planning worker on this host says that it lives."""
+    from app.cli.alive import worker_alive
+
+    with carefully():
+        typer.echo(worker_alive())
+
+
+@alive.command("fleet")
+def fleet_is_alive(world: World = "sample_store") -> None:
+    """Whether the world's fleet is heard of at the broker."""
+    from app.cli.alive import fleet_alive
+
+    with carefully():
+        typer.echo(fleet_alive(named_world(world)))
+    leave(0)

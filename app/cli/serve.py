@@ -182,5 +182,5 @@ def _announce(
     # NOTE: plain print: a terminal's width must not break the address.
     print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
     Console(stderr=True).print(
-        f"[dim]World {world}; the record is in {escape(str(service.settings.data))}. Ctrl-C ends.[/]"
+        f"[dim]World {world}; the record is in {escape(service.settings.place_of_record)}. Ctrl-C ends.[/]"
     )

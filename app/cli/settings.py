@@ -11,9 +11,10 @@ from app.errors import Invalid
 from app.settings import Settings
 
 
-def settings_of(given: Mapping[str, Any]) -> Settings:
+def settings_of(given: Mapping[str, Any], *, keeps_folder: bool = True) -> Settings:
     """The settings: the command's options first, then the environment.
 
+    :param keeps_folder: the command keeps something in the data folder, which is then made.
     :raises Invalid: naming the option or the variable, and what is wrong with it.
     """
     try:
@@ -21,7 +22,8 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
     except ValidationError as error:
         wrong = (f"{_source(str(e['loc'][0]), given)}: {e['msg']}" for e in error.errors())
         raise Invalid("; ".join(wrong)) from error
-    _make_folder(settings.data, _source("data", given))
+    if keeps_folder:
+        _make_folder(settings.data, _source("data", given))
     return settings
 
 

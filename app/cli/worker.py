@@ -1,0 +1,53 @@
+"""`macta worker`: plans for the service's processes on the same database. Ends in order when told to."""
+
+import logging
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console
+
+from app.cli.fleet import told_to_end
+from app.cli.serve import over
+from app.cli.settings import settings_of
+from app.cli.show import tell_of_start
+from app.composition import Service
+from app.durable import PLANNING, WAITING
+from app.errors import Invalid
+from app.settings import Settings
+from robots.world import WorldFile
+
+
+def worker(world: WorldFile, given: Mapping[str, Any]) -> None:
+    """Run until interrupted or terminated.
+
+    :raises Invalid: if there is nobody to plan for, or no way to hear of the world's robots.
+    """
+    settings = settings_of(given, keeps_folder=False)
+    broker = settings.broker()
+    _refuse_alone(settings)
+    if broker is None:
+        raise Invalid("--broker: say where the broker is that robots are heard over, as mqtt://HOST[:PORT]")
+    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    tell_of_start(Console(stderr=True))
+    serves = (PLANNING, WAITING)
+    with (
+        told_to_end() as ending,
+        over(broker, world) as running,
+        Service(settings, [running], serves=serves),
+    ):
+        # NOTE: plain print: a terminal's width must not break the line.
+        print(
+            f"The planning worker of {world.name} is ready: {settings.planning_processes} goals side by side",
+            flush=True,
+        )
+        ending.wait()
+
+
+def _refuse_alone(settings: Settings) -> None:
+    if not settings.database_is_shared:
+        raise Invalid(
+            "MACTA_DATABASE_URL: a worker plans for others, on a PostgreSQL that it shares with them; "
+            "alone, `macta serve` plans by itself"
+        )
+    if settings.planning_processes == 0:
+        raise Invalid("MACTA_PLANNING_PROCESSES: a worker with none would plan nothing")

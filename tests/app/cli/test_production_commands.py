@@ -1,0 +1,69 @@
+"""`macta worker` and `macta alive`: what they refuse, and what they know of a process that lives."""
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from app.cli.alive import worker_alive
+from app.cli.main import app
+from app.database import Database
+from app.database.migrate import migrate
+from app.durable import PLANNING
+from app.errors import Invalid, Unavailable
+from app.replicas import Presence
+from app.settings import Settings
+from tests.databases import ON_POSTGRESQL
+
+SHARED = "postgresql+psycopg://macta:open-sesame@database.example:5432/macta"
+
+
+def macta(*words: str) -> Result:
+    return CliRunner().invoke(app, words)
+
+
+def test_a_worker_without_anybody_to_plan_for_is_refused() -> None:
+    done = macta("worker", "--broker", "mqtt://127.0.0.1")
+    assert (done.exit_code, "MACTA_DATABASE_URL" in done.stderr) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("settings", "named"), [({}, "--broker"), ({"MACTA_PLANNING_PROCESSES": "0"}, "MACTA_PLANNING_PROCESSES")]
+)
+def test_a_worker_that_could_not_plan_is_refused(
+    monkeypatch: pytest.MonkeyPatch, settings: dict[str, str], named: str
+) -> None:
+    for name, value in {"MACTA_DATABASE_URL": SHARED, **settings}.items():
+        monkeypatch.setenv(name, value)
+    done = macta("worker")
+    assert (done.exit_code, named in done.stderr) == (2, True)
+    assert "open-sesame" not in done.stderr
+
+
+def test_a_record_that_others_share_wants_a_token_that_they_know() -> None:
+    with pytest.raises(Invalid, match="MACTA_TOKEN"):
+        Settings(database_url=SHARED).resolved_token()
+    assert Settings(database_url=SHARED, token="known-to-all-of-them").resolved_token()
+
+
+def test_where_the_record_is_told_without_the_password() -> None:
+    assert Settings(database_url=SHARED).place_of_record == "database macta on database.example"
+
+
+def test_nothing_is_alive_where_nothing_is_shared() -> None:
+    done = macta("alive", "worker")
+    assert (done.exit_code, "MACTA_DATABASE_URL" in done.stderr) == (2, True)
+
+
+@ON_POSTGRESQL
+def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MACTA_DATABASE_URL", database_url)
+    with pytest.raises(Unavailable, match="does not answer"):
+        worker_alive()  # the tables are not there yet
+    database = Database(database_url)
+    migrate(database)
+    with pytest.raises(Unavailable, match="no living process"):
+        worker_alive()
+    Presence(
+        database, executor="worker", serves=[PLANNING.name], speaks_for=(), take_over=lambda _: 0
+    ).register()
+    assert "plans" in worker_alive()
+    database.close()
