@@ -9,7 +9,7 @@ RUN uv sync --no-default-groups
 # Where the planner's compiled inner loop is kept; compiled here, so that no start has to wait for it.
 ENV XDG_CACHE_HOME=/home/macta/.cache
 RUN uv run --no-sync python -c "from planner import load_knowledge_base as base; from planner.engines import portfolio; portfolio(base()).warm_up()"
-ENV MACTA_DATA=/data MACTA_HOST=0.0.0.0
+ENV MACTA_DATA=/data MACTA_HOST=0.0.0.0 PATH=/srv/macta/.venv/bin:$PATH
 EXPOSE 8000
-HEALTHCHECK CMD ["uv", "run", "--no-sync", "python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"]
-CMD ["uv", "run", "--no-sync", "macta", "serve"]
+HEALTHCHECK CMD ["python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')"]
+CMD ["macta", "serve"]

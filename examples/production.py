@@ -1,0 +1,155 @@
+"""The production shape without containers: the processes of docker-compose.yml on this machine, from the same settings.
+
+Database and broker are given: MACTA_DATABASE_HOST, …_PORT, …_USER, …_PASSWORD, …_NAME, MACTA_BROKER_URL and
+MACTA_TOKEN, as docker-compose.yml names them.
+
+    uv run python -m examples.production FOLDER
+"""
+
+import argparse
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+COMPOSE = Path(__file__).parent.parent / "docker-compose.yml"
+VARIABLE = re.compile(r"\$(?:\$|\{(\w+)(?::([-?])([^}]*))?\})")
+MACTA = [sys.executable, "-c", "from app.cli import main; main()"]
+READY = re.compile(r"(?:Macta|The planning worker|The fleet).* is ready.*")
+
+
+class Incomplete(Exception):
+    """Raised when docker-compose.yml wants a variable that is not set."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """A service of docker-compose.yml that is ours: what each of its processes is started with."""
+
+    name: str
+    arguments: Sequence[str]
+    environment: Mapping[str, str]
+    copies: int
+
+
+@dataclass(slots=True, kw_only=True)
+class Running:
+    """A process; `said` is what it printed when it was ready."""
+
+    name: str
+    process: subprocess.Popen[str]
+    said: str = ""
+    ready: threading.Event = field(default_factory=threading.Event)
+
+
+def parts_of(compose: Mapping[str, Any], given: Mapping[str, str]) -> list[Part]:
+    """The services that are built here, with their variables filled in.
+
+    :raises Incomplete: naming the variable that is missing.
+    """
+    return [
+        Part(
+            name=name,
+            arguments=[filled(word, given) for word in service["command"][1:]],
+            environment={
+                key: value for key, raw in service["environment"].items() if (value := filled(raw, given))
+            },
+            copies=service["deploy"]["replicas"],
+        )
+        for name, service in compose["services"].items()
+        if "build" in service
+    ]
+
+
+def filled(text: str, given: Mapping[str, str]) -> str:
+    """`${NAME}`, `${NAME:-default}` and `${NAME:?complaint}` as Compose replaces them."""
+
+    def value(found: re.Match[str]) -> str:
+        name, kind, more = found.groups()
+        if name is None:
+            return "$"
+        if kind == "?" and not given.get(name):
+            raise Incomplete(f"{name}: {more}")
+        return given.get(name) or (more if kind == "-" else "")
+
+    return VARIABLE.sub(value, text)
+
+
+def start(part: Part, number: int, folder: Path) -> Running:
+    """One process of the part, with a folder of its own; the API on any free port of loopback."""
+    own = ["--data", str(folder / f"{part.name}-{number}")] if part.name != "worker" else []
+    own += ["--port", "0"] if part.name == "api" else []
+    inherited = {k: v for k, v in os.environ.items() if not k.startswith("MACTA_")}
+    process = subprocess.Popen(
+        [*MACTA, *_without_data(part.arguments), *own],
+        env={**inherited, **part.environment},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    running = Running(name=f"{part.name}-{number}", process=process)
+    threading.Thread(target=_listen, args=(running,), daemon=True).start()
+    return running
+
+
+def _without_data(arguments: Sequence[str]) -> list[str]:
+    """A container's folder is not this machine's."""
+    at = list(arguments).index("--data") if "--data" in arguments else len(arguments)
+    return [*arguments[:at], *arguments[at + 2 :]]
+
+
+def _listen(running: Running) -> None:
+    assert running.process.stdout is not None
+    for line in running.process.stdout:
+        if READY.match(line):
+            running.said = line.strip()
+            running.ready.set()
+
+
+def start_all(folder: Path, given: Mapping[str, str]) -> list[Running]:
+    """Every process of every part."""
+    parts = parts_of(yaml.safe_load(COMPOSE.read_text()), given)
+    return [start(part, number, folder) for part in parts for number in range(1, part.copies + 1)]
+
+
+def end_all(processes: Sequence[Running]) -> None:
+    for running in processes:
+        running.process.send_signal(signal.SIGTERM)
+    for running in processes:
+        try:
+            running.process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            running.process.kill()
+            running.process.wait()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("folder", type=Path, help="where each process keeps what it keeps")
+    try:
+        processes = start_all(parser.parse_args().folder, os.environ)
+    except Incomplete as missing:
+        parser.error(str(missing))
+    try:
+        for running in processes:
+            running.ready.wait()
+            print(f"{running.name}: {running.said}", flush=True)
+        for running in processes:
+            running.process.wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        end_all(processes)
+
+
+if __name__ == "__main__":
+    main()
