@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
 import psycopg
@@ -22,7 +22,7 @@ from app.replicas import Presence
 SERVER = "postgresql://postgres@127.0.0.1:5432"
 TICK_S = 0.1
 GIVE_UP_S = 60.0
-EXECUTE = "--execute"
+EXECUTE, BEGINS = "--execute", "begins"
 
 
 @contextmanager
@@ -45,12 +45,14 @@ def takeover_s(url: str) -> float:
     database = Database(url)
     migrate(database)
     log = EventLog(database)
-    with _executor(url, "first") as first, _executor(url, "second"):
-        _until_ticked_by(log, "first", after=0)
-        first.kill()
-        first.wait()
+    with _executor(url, "idle") as idle, _executor(url, BEGINS) as begins:
+        processes = {"idle": idle, BEGINS: begins}
+        runs = _ticks_of(processes, log, after=0)
+        dying = processes.pop(runs)
+        dying.kill()
+        dying.wait()
         killed, seen = time.perf_counter(), log.last()
-        _until_ticked_by(log, "second", after=seen)
+        _ticks_of(processes, log, after=seen)
         took_s = time.perf_counter() - killed
     database.close()
     return took_s
@@ -69,16 +71,18 @@ def _executor(url: str, name: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-def _until_ticked_by(log: EventLog, name: str, *, after: int) -> None:
+def _ticks_of(names: Collection[str], log: EventLog, *, after: int) -> str:
+    """In which of these processes the workflow ticks."""
     give_up = time.monotonic() + GIVE_UP_S
-    while all(event.subject != name for event in log.since(after)):
-        if time.monotonic() > give_up:
-            raise TimeoutError(f"the workflow does not run in the {name} process")
+    while time.monotonic() < give_up:
+        if ticking := [event.subject for event in log.since(after) if event.subject in names]:
+            return ticking[0]
         time.sleep(0.02)
+    raise TimeoutError(f"the workflow runs in none of {', '.join(names)}")
 
 
 def execute(url: str, name: str) -> None:
-    """Be an executor until killed; the first of them begins a workflow that never ends."""
+    """Be an executor until killed; the one named so begins a workflow that never ends."""
     database = Database(url)
     log = EventLog(database)
     workflows = Workflows(url)
@@ -103,7 +107,7 @@ def execute(url: str, name: str) -> None:
     presence.register()
     workflows.launch()
     presence.start()
-    if name == "first":
+    if name == BEGINS:
         with database.write() as session:
             workflows.start(session, MISSIONS, "life", "life", "life")
     print("ready", flush=True)

@@ -47,6 +47,7 @@ class Running:
     name: str
     process: subprocess.Popen[str]
     said: str = ""
+    listener: threading.Thread = field(init=False)
     ready: threading.Event = field(default_factory=threading.Event)
 
 
@@ -97,7 +98,8 @@ def start(part: Part, number: int, folder: Path) -> Running:
         start_new_session=True,
     )
     running = Running(name=f"{part.name}-{number}", process=process)
-    threading.Thread(target=_listen, args=(running,), daemon=True).start()
+    running.listener = threading.Thread(target=_listen, args=(running,), daemon=True)
+    running.listener.start()
     return running
 
 
@@ -109,10 +111,11 @@ def _without_data(arguments: Sequence[str]) -> list[str]:
 
 def _listen(running: Running) -> None:
     assert running.process.stdout is not None
-    for line in running.process.stdout:
-        if READY.match(line):
-            running.said = line.strip()
-            running.ready.set()
+    with running.process.stdout as lines:
+        for line in lines:
+            if READY.match(line):
+                running.said = line.strip()
+                running.ready.set()
 
 
 def start_all(folder: Path, given: Mapping[str, str]) -> list[Running]:
@@ -130,6 +133,7 @@ def end_all(processes: Sequence[Running]) -> None:
         except subprocess.TimeoutExpired:
             running.process.kill()
             running.process.wait()
+        running.listener.join(timeout=5)
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ import re
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,9 +65,9 @@ def shape(database_url: str, broker: Mosquitto, tmp_path: Path) -> Iterator[Shap
         for running in processes:
             ready = running.ready.wait(max(give_up - time.monotonic(), 0.0))
             assert ready, f"{running.name} is not ready, {running.process.poll()}"
-        yield Shape(
-            processes=processes, clients={r.process.pid: _client(r) for r in processes if _address(r)}
-        )
+        with ExitStack() as clients:
+            apis = {r.process.pid: clients.enter_context(_client(r)) for r in processes if _address(r)}
+            yield Shape(processes=processes, clients=apis)
     finally:
         end_all(processes)
 
