@@ -101,8 +101,10 @@ class Reactor:
         client = session.client
         if events & selectors.EVENT_READ:
             client.loop_read()
-            # NOTE: what TLS has decrypted already does not make the socket readable again.
-            while (sock := client.socket()) is not None and getattr(sock, "pending", int)():
+            # NOTE: what is read already, or decrypted, does not make the socket readable again.
+            while (sock := client.socket()) is not None and (
+                client.has_more or getattr(sock, "pending", int)()
+            ):
                 client.loop_read()
         if events & selectors.EVENT_WRITE or client.want_write():
             self._write(session)

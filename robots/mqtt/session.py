@@ -14,6 +14,7 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 
 from robots.mqtt.broker import Broker
+from robots.mqtt.reading import ReadingClient
 
 KEEPALIVE_S = 10
 """A client that is silent for one and a half times this is taken for lost, and its last will is sent."""
@@ -89,8 +90,8 @@ class Session:
         )
         return info.rc == MQTTErrorCode.MQTT_ERR_SUCCESS
 
-    def _client(self, broker: Broker, client_id: str, queued: int) -> Client:
-        client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+    def _client(self, broker: Broker, client_id: str, queued: int) -> ReadingClient:
+        client = ReadingClient(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
         client.connect_timeout = CONNECT_S
         client.max_queued_messages_set(queued)
         if broker.username is not None:

@@ -145,6 +145,31 @@ def test_with_another_run_the_world_begins_afresh_and_its_missions_have_failed(
     assert [m for m in second.receive(0.5) if m.body.kind == "script_request"] == []
 
 
+def test_robots_that_were_offline_get_their_scripts_when_they_return_hours_later(
+    service: Service,
+    api: TestClient,
+    follow: Callable[..., dict[str, Any]],
+    fleet: Callable[[str], FleetLink],
+    link: ServiceLink,
+) -> None:
+    before = fleet("run-7")
+    until(lambda: link.taken_up == "run-7")
+    before.close()
+    goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
+    committed = follow(f"/v1/goals/{goal['id']}", "committed")
+    scripts = f"/v1/missions/{committed['mission_id']}/scripts"
+    until(lambda: len(api.get(scripts).json()["items"]) == 2)
+    time.sleep(3.0)  # they are sent again and again meanwhile, to nobody
+
+    returned = fleet("run-7")
+    until(lambda: returned.connected)
+    until(lambda: returned.proclaim(3 * 3600.0, 1.0) or service.clocks["sample_store"].now_s() >= 3 * 3600)
+    orders: list[Message] = []
+    until(lambda: orders.extend(returned.receive(0.05)) or len({m.receiver for m in orders}) == 2)
+    assert {m.body.kind for m in orders} <= {"script_request", "status_query"}
+    assert len(orders) <= 4, "the newest sending of each, not all that were sent in between"
+
+
 def test_robots_of_a_fleet_that_breaks_down_are_shown_as_broken_until_they_come_again(
     api: TestClient, service: Service, fleet: Callable[[str], FleetLink]
 ) -> None:
