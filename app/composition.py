@@ -40,6 +40,7 @@ from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
 from app.replicas import Presence
 from app.running import RunningWorld
+from app.retention import Retention
 from app.settings import Settings, lock_folder
 from app.tuning import TuningDesk
 from app.world_model import initial_spots, spot_of
@@ -125,6 +126,7 @@ class Service:
         )
         self._rested: set[str] = set()
         self._wire_desks()
+        self._retention = Retention.of(self.database, self._core.workflows, settings)
         self._agents = [self._agents_of(world) for world in worlds]
 
     @cached_property
@@ -158,10 +160,12 @@ class Service:
         with self.database.write() as session:
             for world in mine:
                 self._waiting.release(session, world.file.name)
+        self._retention.start()
         ready.result(timeout=300)
 
     def close(self) -> None:
         self.stopping.set()
+        self._retention.close()
         for agents in self._agents:
             agents.close()
         self._listening.close()
@@ -186,12 +190,7 @@ class Service:
 
     def _wire_desks(self) -> None:
         core, settings = self._core, self.settings
-        limits = PlanningLimits(
-            time_limit_s=settings.planning_time_limit_s,
-            longest_s=settings.planning_longest_s,
-            effort_s=settings.planning_effort_s,
-            memory_mb=settings.planning_memory_mb,
-        )
+        limits = PlanningLimits.of(settings)
         self.worlds = WorldDesk(core, worlds=self._files, clocks=self.clocks, board=self.board)
         self.tunings = TuningDesk(core, worlds=self._files)
         self.missions = MissionDesk(core)
@@ -211,6 +210,7 @@ class Service:
             world=self.worlds.world,
             clocks=self.clocks,
             limits=limits,
+            open_goals=settings.open_goals,
             enqueue=self._planning.enqueue,
         )
         self._reports = ReportBook(core, released=self._waiting.release)

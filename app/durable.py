@@ -148,6 +148,18 @@ class Workflows:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
         self._connected.send_in_transaction(session, workflow_id, key, WAKE, key)
 
+    def forget(self, before: str, most: int) -> int:
+        """Delete workflows that were over before an instant (ISO 8601), so many at most; answers how many."""
+        over = self._connected.list_workflows(
+            status=["SUCCESS", "ERROR", "CANCELLED"],
+            completed_before=before,
+            limit=most,
+            load_input=False,
+            load_output=False,
+        )
+        self._connected.delete_workflows([one.workflow_id for one in over])
+        return len(over)
+
     @property
     def _connected(self) -> DBOSClient:
         if self._client is None:

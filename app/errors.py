@@ -7,6 +7,8 @@ class MactaError(Exception):
     """Root of the service's errors. `code` is stable, `detail` is for people, `choices` are what would work."""
 
     code = "error"
+    retry_after_s: float | None = None
+    """When to ask again, where that helps."""
 
     def __init__(self, detail: str, *, code: str | None = None, choices: Sequence[str] = ()) -> None:
         super().__init__(detail)
@@ -43,6 +45,14 @@ class Unavailable(MactaError):
     """Raised when the service cannot take a request now but will later."""
 
     code = "unavailable"
+    retry_after_s = 5.0
+
+
+class Busy(MactaError):
+    """Raised when there is no room for one more of its kind until some of them have ended."""
+
+    code = "busy"
+    retry_after_s = 10.0
 
 
 class Silent(MactaError):

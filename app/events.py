@@ -35,6 +35,12 @@ class EventLog:
             query = select(EventRow.seq).order_by(EventRow.seq.desc()).limit(1)
             return session.scalar(query) or 0
 
+    def has_forgotten(self, seq: int) -> bool:
+        """True if something after `seq` is not kept any more."""
+        with self._database.read() as session:
+            oldest = session.scalar(select(EventRow.seq).order_by(EventRow.seq).limit(1))
+        return oldest is not None and seq + 1 < oldest
+
     @property
     def generation(self) -> int:
         return self._generation

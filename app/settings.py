@@ -43,6 +43,16 @@ class Settings(BaseSettings):
     )
     margin_relative: float = Field(default=0.5, ge=0)
     margin_s: float = Field(default=20.0, ge=0)
+    open_goals: int = Field(
+        default=2000, ge=1, description="goals that may be open at a time; of more is said to come later"
+    )
+    open_streams: int = Field(default=500, ge=1, description="clients that may follow a stream at a time")
+    keep_days: float = Field(
+        default=30.0,
+        gt=0,
+        description="how long events, robots' messages and workflows that are over are kept",
+    )
+    keep_events: int = Field(default=1_000_000, ge=1000, description="so many events at most are kept")
     low_battery: float = Field(
         default=0.2, ge=0, le=1, description="a robot whose battery holds less is not recruited"
     )

@@ -7,8 +7,11 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from dataclasses import dataclass, field
 
-from app.errors import Silent
+from app.errors import Busy, Silent
 from robots.wire import Body, Message, TraceQuery, TraceReport, new_message_id
+
+OPEN_AT_MOST = 8
+"""Questions to one robot that may be open at a time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +38,7 @@ class Questions:
         """What the robot's synthesis did in the last seconds. Blocks until the robot answers.
 
         :raises Silent: if it does not in time.
+        :raises Busy: if too many questions to it are open.
         """
         answer = self._ask(Question(robot=robot, body=TraceQuery(seconds=seconds)))
         assert isinstance(answer, TraceReport)
@@ -58,6 +62,11 @@ class Questions:
 
     def _ask(self, question: Question) -> Body:
         with self._lock:
+            if sum(one.robot == question.robot for one in self._open.values()) >= OPEN_AT_MOST:
+                detail = (
+                    f"{OPEN_AT_MOST} questions to {question.robot} are open; ask again when it has answered"
+                )
+                raise Busy(detail, code="too-many-questions")
             self._unsent.append(question)
             self._open[question.id] = question
         try:

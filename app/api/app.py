@@ -50,6 +50,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
             clocks=service.clocks,
             stopping=service.stopping,
             snapshot=lambda: _snapshot(service),
+            most=service.settings.open_streams,
         )
     )
     api.include_router(replicas_router(service.presence))

@@ -11,13 +11,14 @@ from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
 from app.database import is_away
-from app.errors import Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
+from app.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
 
 STATUS: dict[type[MactaError], int] = {
     Invalid: 422,
     NotFound: 404,
     Conflict: 409,
     Outdated: 412,
+    Busy: 429,
     Unavailable: 503,
     Silent: 504,
 }
@@ -49,7 +50,10 @@ def install(app: FastAPI) -> None:
 
 async def _domain(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, MactaError)
-    return problem(STATUS.get(type(error), 400), error.code, error.detail, error.choices)
+    answer = problem(STATUS.get(type(error), 400), error.code, error.detail, error.choices)
+    if error.retry_after_s is not None:
+        answer.headers["retry-after"] = f"{error.retry_after_s:.0f}"
+    return answer
 
 
 async def _malformed(_: Request, error: Exception) -> JSONResponse:

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import anyio
@@ -14,15 +14,13 @@ from sqlalchemy.exc import DBAPIError
 
 from app.agents import RobotBoard
 from app.database import EventRow, is_away
-from app.errors import NotFound
+from app.errors import Busy, NotFound
 from app.events import EventLog
 from robots.clock import Clock
 
 WAIT_S = 1.0
 """Longest block of a waiting stream, so that a closed connection is noticed."""
 TELEMETRY_INTERVAL_S = 0.1
-WAITING_STREAMS = 500
-"""Streams that wait at a time; any more take turns."""
 GREATEST_SEQ = 2**63 - 1
 """Of the record's integers."""
 
@@ -33,12 +31,26 @@ def envelope(row: EventRow) -> dict[str, Any]:
     return {"seq": row.seq, "time": row.time, "type": row.type, "subject": row.subject, "data": row.data}
 
 
+class _Count:
+    """How many blocks are entered; all in the one thread of the event loop."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def __enter__(self) -> None:
+        self.count += 1
+
+    def __exit__(self, *_: object) -> None:
+        self.count -= 1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Streams:
     """What the streams tell, each until its client leaves or the service ends.
 
     :param stopping: once set, streams end.
     :param snapshot: the current state as (type, subject, data), sent first to a client that does not resume.
+    :param most: so many streams may be open at a time.
     :param waiting: the threads of waiting streams. Never those that other requests are answered in: a few
         dozen open pages would take them all.
     """
@@ -49,13 +61,21 @@ class Streams:
     stopping: threading.Event
     snapshot: Snapshot
     waiting: anyio.CapacityLimiter
+    most: int
+    open: _Count = field(default_factory=_Count)
 
     async def changes(self, request: Request, seen: int | None) -> AsyncIterator[ServerSentEvent]:
-        """Every change after event `seen`; the current state first where nothing or too much was seen."""
+        """Every change after event `seen`; the current state first where nothing or too much was seen.
+
+        So also where changes after it are not kept any more, and a word of that before.
+        """
         generation = self.events.generation
         seq = await to_thread.run_sync(self.events.last)
         # An event above the newest is of another record, say one begun afresh: nothing follows it here.
-        if seen is None or seen > seq:
+        forgotten = seen is not None and await to_thread.run_sync(self.events.has_forgotten, seen)
+        if forgotten:
+            yield ServerSentEvent(data=_reset(seen))
+        if seen is None or seen > seq or forgotten:
             for event in await self._state(seq):
                 yield event
         else:
@@ -100,6 +120,14 @@ class Streams:
             for index, item in enumerate(items)
         ]
 
+    def refuse_too_many(self) -> None:
+        """:raises Busy: if as many streams are open as may be."""
+        if self.open.count >= self.most:
+            raise Busy(
+                f"{self.open.count} streams are open, as many as may be (MACTA_OPEN_STREAMS); close some",
+                code="too-many-streams",
+            )
+
     async def _open(self, request: Request) -> bool:
         return not self.stopping.is_set() and not await request.is_disconnected()
 
@@ -114,6 +142,7 @@ def streams_router(
     clocks: Mapping[str, Clock],
     stopping: threading.Event,
     snapshot: Snapshot,
+    most: int,
 ) -> APIRouter:
     """The routes of `Streams`, which says what the parameters are."""
     router = APIRouter(prefix="/v1", tags=["streams"])
@@ -123,18 +152,22 @@ def streams_router(
         clocks=clocks,
         stopping=stopping,
         snapshot=snapshot,
-        waiting=anyio.CapacityLimiter(WAITING_STREAMS),
+        waiting=anyio.CapacityLimiter(most),
+        most=most,
     )
 
-    @router.get("/events", response_class=EventSourceResponse)
+    room = [Depends(streams.refuse_too_many)]
+
+    @router.get("/events", response_class=EventSourceResponse, dependencies=room)
     async def stream_events(
         request: Request,
         last_event_id: Annotated[int | None, Header(ge=0, le=GREATEST_SEQ)] = None,
         after: Annotated[int | None, Query(ge=0, le=GREATEST_SEQ, description="like Last-Event-ID")] = None,
     ) -> AsyncIterator[ServerSentEvent]:
         """The current state first, then every change; `Last-Event-ID` resumes after that event instead."""
-        async for event in streams.changes(request, after if last_event_id is None else last_event_id):
-            yield event
+        with streams.open:
+            async for event in streams.changes(request, after if last_event_id is None else last_event_id):
+                yield event
 
     _add_telemetry(router, streams)
     return router
@@ -147,13 +180,21 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
             raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(streams.clocks))
         return world
 
-    @router.get("/telemetry", response_class=EventSourceResponse)
+    @router.get(
+        "/telemetry", response_class=EventSourceResponse, dependencies=[Depends(streams.refuse_too_many)]
+    )
     async def stream_telemetry(
         request: Request, world: Annotated[str, Depends(known_world)]
     ) -> AsyncIterator[ServerSentEvent]:
         """What the world's robots say of themselves, at most every 0.1 s; the newest of each."""
-        async for event in streams.telemetry(request, world):
-            yield event
+        with streams.open:
+            async for event in streams.telemetry(request, world):
+                yield event
+
+
+def _reset(seen: int | None) -> dict[str, Any]:
+    """What a client missed is not to be had any more; the current state follows."""
+    return {"seq": seen, "time": None, "type": "stream.reset", "subject": "events", "data": {"seen": seen}}
 
 
 def _telemetry(board: RobotBoard, world: str, now_s: float) -> dict[str, Any]:

@@ -4,12 +4,13 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow
 from app.database.paging import page
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Busy, Conflict, Invalid, NotFound
 from app.goals.check import GoalIssue, blocking, check_goals
 from app.goals.grammar import Clarification, parse_goal
 from app.goals.record import goal_to_change
@@ -22,6 +23,7 @@ from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
+OPEN = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED, GoalState.COMMITTED)
 CANCELLED = "cancelled"
 """The outcome of a goal that was cancelled before it was carried out."""
 
@@ -49,21 +51,25 @@ class GoalDesk:
         world: Callable[[str | None], WorldFile],
         clocks: Mapping[str, Clock],
         limits: PlanningLimits,
+        open_goals: int,
         enqueue: Callable[[Session, GoalRow], None],
     ) -> None:
         """
         :param world: the running world of a name, or the only one; raises NotFound.
+        :param open_goals: so many goals may be open at a time.
         :param enqueue: has a goal planned if the transaction commits.
         """
         self._database, self._events, self._facts = core.database, core.events, core.facts
         self._knowledge_base = core.knowledge_base
         self._world, self._clocks, self._limits, self._enqueue = world, clocks, limits, enqueue
+        self._open_goals = open_goals
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
         """Record a goal and have it planned. The same idempotency key answers the same goal again.
 
         :raises Invalid: if it is not understood or can never be achieved, naming the thing and the choices.
         :raises Conflict: if the world stands against it now, likewise; nothing is recorded then.
+        :raises Busy: if too many goals are open.
         """
         world = self._world(request.world)
         self._limits.check(request.planning)
@@ -73,6 +79,7 @@ class GoalDesk:
             known = session.get(GoalRow, goal_id)
             if known is not None:
                 return _same(known, request, world)
+            self._refuse_too_many(session)
             facts = self._facts.facts(session, world.name)
             goals = list(request.goal or _understood(request.text or "", world, facts))
             _refuse(blocking(check_goals(goals, world, facts, self._knowledge_base)))
@@ -96,6 +103,15 @@ class GoalDesk:
             self._events.append(session, "goal.submitted", row.id, actor=actor, text=row.text)
             self._enqueue(session, row)
             return row
+
+    def _refuse_too_many(self, session: Session) -> None:
+        count = session.scalar(select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(OPEN))) or 0
+        if count >= self._open_goals:
+            raise Busy(
+                f"{count} goals are open, as many as may be (MACTA_OPEN_GOALS); cancel some, decide on their plans, or "
+                "ask again when missions have ended",
+                code="too-many-goals",
+            )
 
     def get(self, goal_id: str) -> GoalRow:
         with self._database.read() as session:

@@ -63,7 +63,8 @@ class ReportBook:
             self._consequences(session, message, script, mission)
             if self._holdings.of_mission(session, mission) != before:
                 self._released(session, mission.world)
-            self._workflows.wake(session, mission.id, message.id)
+            if not MissionState(mission.state).ended:  # its workflow is over, and may be forgotten
+                self._workflows.wake(session, mission.id, message.id)
             return True
 
     def _consequences(

@@ -1,5 +1,6 @@
 """Explains plans: in a planning process, for what a robot is worth is told by planning without it."""
 
+import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,9 @@ from planner.explanation import Explanation, explain
 
 PATIENCE_S = 10.0
 """What an explanation may take, trials included; without them it takes no time."""
+
+AT_ONCE = 8
+"""Explanations with trials at a time: each holds one of the threads that requests are answered in."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +48,7 @@ class Explaining:
 
     def __init__(self, core: Core, *, posing: Posing, worker: PlanningWorker, limits: PlanningLimits) -> None:
         self._core, self._posing, self._worker, self._limits = core, posing, worker, limits
+        self._room = threading.BoundedSemaphore(AT_ONCE)
 
     def explanation(self, plan_id: str) -> ExplanationBody:
         """:raises NotFound: if there is no such plan."""
@@ -86,10 +91,14 @@ class Explaining:
 
     def _tried(self, asked: _Asked) -> Explanation | None:
         """With robots tried to do without; None if the planning processes have no time for it."""
+        if not self._room.acquire(blocking=False):
+            return None
         try:
             explanation: Explanation = self._worker.do(asked, PATIENCE_S, _Patience())
         except (WorkFailed, WorkerClosed):
             return None
+        finally:
+            self._room.release()
         return explanation
 
 

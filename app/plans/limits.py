@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from app.errors import Invalid
+from app.settings import Settings
 from planner import Objective, PlanningRequest
 
 
@@ -37,6 +38,16 @@ class PlanningLimits:
     longest_s: float = 600.0
     effort_s: float | None = None
     memory_mb: int = 2048
+
+    @classmethod
+    def of(cls, settings: Settings) -> "PlanningLimits":
+        """As the settings say."""
+        return cls(
+            time_limit_s=settings.planning_time_limit_s,
+            longest_s=settings.planning_longest_s,
+            effort_s=settings.planning_effort_s,
+            memory_mb=settings.planning_memory_mb,
+        )
 
     def check(self, wish: PlanningWish) -> None:
         """:raises Invalid: if the wish goes beyond the limits."""

@@ -1,0 +1,109 @@
+"""Of what there may be only so many, one more is told when to come again; nothing grows without end."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from threading import Thread
+
+import httpx2
+import pytest
+from fastapi.testclient import TestClient
+
+from app.agents.questions import OPEN_AT_MOST, Questions
+from app.composition import RunningWorld, Service
+from app.errors import Busy, Silent
+from app.plans.worker import PlanningWorker
+from app.retention import Retention
+from app.settings import Settings
+from robots.world import WorldFile
+from tests.app.api.test_events import post, stream, until
+from tests.app.conftest import TOKEN
+from tests.app.fake_robots import FakeTeam
+from tests.app.serving import served
+
+GOALS, STREAMS = 3, 2
+HEADERS = {"authorization": f"Bearer {TOKEN}"}
+
+
+@pytest.fixture
+def service(
+    tmp_path: Path, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+) -> Iterator[Service]:
+    settings = Settings(
+        data=tmp_path,
+        token=TOKEN,
+        database_url=None,
+        open_goals=GOALS,
+        open_streams=STREAMS,
+        keep_events=1000,
+    )
+    world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
+    with Service(settings, [world], worker=worker) as service:
+        yield service
+
+
+@pytest.fixture
+def address(service: Service) -> Iterator[str]:
+    with served(service.api) as address:
+        yield address
+
+
+def test_of_goals_only_so_many_may_be_open_and_one_that_is_cancelled_makes_room(api: TestClient) -> None:
+    goals = [api.post("/v1/goals", json={"text": f"move sample_1 to bay_{7 + n}"}) for n in range(GOALS)]
+    assert {answer.status_code for answer in goals} == {202}
+    refused = api.post("/v1/goals", json={"text": "move sample_4 to door_2"})
+    assert (refused.status_code, refused.json()["type"]) == (429, "urn:macta:problem:too-many-goals")
+    assert int(refused.headers["retry-after"]) > 0
+    assert "MACTA_OPEN_GOALS" in refused.json()["detail"]
+    assert len(api.get("/v1/goals").json()["items"]) == GOALS
+    api.post(f"/v1/goals/{goals[0].json()['id']}:cancel")
+    assert api.post("/v1/goals", json={"text": "move sample_4 to door_2"}).status_code == 202
+
+
+def test_of_streams_only_so_many_may_be_open(address: str) -> None:
+    with ExitStack() as streams:
+        for _ in range(STREAMS):
+            events = streams.enter_context(stream(address, "/v1/telemetry?world=sample_store"))
+            next(events)
+        for path in ("/v1/events", "/v1/telemetry?world=sample_store"):
+            refused = httpx2.get(address + path, headers=HEADERS)
+            assert (refused.status_code, refused.json()["type"]) == (
+                429,
+                "urn:macta:problem:too-many-streams",
+            )
+            assert "retry-after" in refused.headers
+
+
+def test_a_client_that_resumes_after_what_is_forgotten_is_told_and_gets_the_current_state(
+    address: str, service: Service
+) -> None:
+    goal = post(address, "move sample_1 to bay_7")
+    with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:
+        until(events, "plan.proposed")
+    Retention(service.database, service._core.workflows, days=30, events=1).sweep()
+    with stream(address, "/v1/events", **{"last-event-id": "1"}) as events:
+        first, second = next(events), next(events)
+    assert (first["type"], first["data"]) == ("stream.reset", {"seen": 1})
+    assert (second["type"], second["subject"]) == ("goal.state", goal["id"])
+
+
+def test_of_questions_to_a_robot_only_so_many_may_be_open() -> None:
+    questions, silent = Questions(patience_s=5.0), []
+
+    def ask() -> None:
+        try:
+            questions.trace("fred", 1.0)
+        except Silent as error:
+            silent.append(error)
+
+    waiting = [Thread(target=ask) for _ in range(OPEN_AT_MOST)]
+    for thread in waiting:
+        thread.start()
+    sent: list[str] = []
+    while len(sent) < OPEN_AT_MOST:
+        sent += [one.id for one in questions.to_send({"fred"})]
+    with pytest.raises(Busy, match="8 questions to fred are open"):
+        questions.trace("fred", 1.0)
+    for thread in waiting:
+        thread.join()
+    assert len(silent) == OPEN_AT_MOST
