@@ -39,8 +39,8 @@ from app.plans.waiting import WORKFLOW as PLAN_WAITING
 from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
 from app.replicas import Presence
-from app.running import RunningWorld
 from app.retention import Retention
+from app.running import RunningWorld
 from app.settings import Settings, lock_folder
 from app.tuning import TuningDesk
 from app.world_model import initial_spots, spot_of
