@@ -4,14 +4,15 @@ afresh, as its file says, so what ran in it before is over.
 
 from collections.abc import Collection
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, inspect, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import FactRow, GoalRow, MissionRow, WorldRow
+from app.database import Database, FactRow, GoalRow, MissionRow, WorldRow
 from app.events import EventLog
 from app.missions.ending import end_mission
 from app.plans.proposing import close_plans
+from app.settings import Settings
 from app.states import ENDED, GoalState, MissionState, PlanState
 from app.tuning.desk import renew_tunings
 from app.world_model import initial_facts
@@ -22,6 +23,21 @@ from robots.world import WorldFile
 UNMET = ""
 """The run of a world whose fleet has not been heard of yet: its facts are as its file says."""
 OPEN_GOALS = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED)
+
+
+def recorded_run(settings: Settings, world: str) -> str | None:
+    """The run of a world that the record tells of; None if there is no record yet, or it knows none to go on with."""
+    settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    database = Database(settings.resolved_database_url())
+    try:
+        known = inspect(database.engine)
+        columns = known.get_columns(WorldRow.__tablename__) if known.has_table(WorldRow.__tablename__) else []
+        if all(column["name"] != WorldRow.run.key for column in columns):
+            return None  # of before there were runs; it is brought up to date when the service begins
+        with database.read() as session:
+            return session.scalar(select(WorldRow.run).where(WorldRow.id == world))
+    finally:
+        database.close()
 
 
 def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_afresh: str = "") -> bool:

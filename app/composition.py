@@ -162,6 +162,8 @@ class Service:
                 self._waiting.release(session, world.file.name)
         self._retention.start()
         ready.result(timeout=300)
+        for world in self._worlds.values():
+            world.let_go()
 
     def close(self) -> None:
         self.stopping.set()

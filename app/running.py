@@ -1,11 +1,15 @@
 """A world as the composition root is given it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from robots.clock import Clock
 from robots.link import Link
 from robots.mqtt import ServiceLink
 from robots.world import WorldFile
+
+
+def _nothing() -> None: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,6 +20,7 @@ class RunningWorld:
     :param run: names the world from its building on, however often it is resumed; None if `fleet` says so.
     :param fleet: what drives the robots, if it comes and goes by itself; `link` and `clock` are its then.
     :param why_afresh: why it was built, if one that was there before might have gone on.
+    :param let_go: called once somebody listens: a world that stands still until then misses no deadline.
     """
 
     file: WorldFile
@@ -24,6 +29,7 @@ class RunningWorld:
     rate: float | None = 1.0
     run: str | None
     why_afresh: str = ""
+    let_go: Callable[[], None] = _nothing
     fleet: ServiceLink | None = None
 
     def pace(self) -> float | None:

@@ -4,8 +4,18 @@ Only the composition root and the command line may import from here. `sim.world.
 inside the caller's process, for tests and benchmarks; it loads PyBullet, this package alone does not.
 """
 
-from sim.error import SimulationError
+from sim.error import NotResumable, SimulationError
+from sim.keep import Keep
+from sim.lasting import LastingWorld
 from sim.process import SimulationProcess
 from sim.truth import SampleTruth, Truth
 
-__all__ = ["SampleTruth", "SimulationError", "SimulationProcess", "Truth"]
+__all__ = [
+    "Keep",
+    "LastingWorld",
+    "NotResumable",
+    "SampleTruth",
+    "SimulationError",
+    "SimulationProcess",
+    "Truth",
+]

@@ -37,9 +37,10 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The first word of a world that is built or resumed: its run."""
+    """The first word of a world: its run, and why it begins afresh where it might have gone on."""
 
     run: str
+    why_afresh: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,15 +13,16 @@ class Pacer:
 
     :param speed: world seconds a wall second; None is as fast as it can.
     :param wall_s: the wall clock.
+    :param from_s: the world's time now.
     """
 
-    def __init__(self, wall_s: Callable[[], float], speed: float | None) -> None:
+    def __init__(self, wall_s: Callable[[], float], speed: float | None, from_s: float = 0.0) -> None:
         self._wall_s = wall_s
         self._speed = speed
         self._paused = False
         self._origin_wall_s = wall_s()
-        self._origin_world_s = 0.0
-        self._measured = (self._origin_wall_s, 0.0)
+        self._origin_world_s = from_s
+        self._measured = (self._origin_wall_s, from_s)
         self.real_time_factor = 0.0
 
     @property

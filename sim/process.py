@@ -12,6 +12,7 @@ from robots.link import PipeLink
 from robots.world import WorldFile
 from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop
 from sim.error import SimulationError
+from sim.keep import Keep
 from sim.runner import Order, run
 from sim.truth import Truth
 
@@ -34,21 +35,30 @@ class SimulationProcess:
         self.link = link
         self.run = ""
         """Names the world from its building on, however often it is resumed."""
+        self.why_afresh = ""
+        """Why it was built where it might have gone on."""
 
     @classmethod
     def start(
-        cls, world: WorldFile, *, seed: int = 0, speed: float | None = 1.0, jitter_m: float = 0.4
+        cls,
+        world: WorldFile,
+        *,
+        seed: int = 0,
+        speed: float | None = 1.0,
+        jitter_m: float = 0.4,
+        keep: Keep | None = None,
     ) -> "SimulationProcess":
         """Start a world and wait until it is built.
 
         :param speed: world seconds a wall second; None is flat out.
+        :param keep: where it is kept on the disk, to go on from; not at all unless given.
         :raises SimulationError: if it cannot be built; the message says why.
         """
         context = multiprocessing.get_context("spawn")
         control, far_control = context.Pipe()
         link, far_link = context.Pipe()
         now, factor = context.RawValue("d", 0.0), context.RawValue("d", 0.0)
-        order = Order(world=world, seed=seed, speed=speed, jitter_m=jitter_m)
+        order = Order(world=world, seed=seed, speed=speed, jitter_m=jitter_m, keep=keep)
         process = context.Process(
             target=run,
             args=(order, far_control, far_link, now, factor),
@@ -138,7 +148,7 @@ class SimulationProcess:
             raise SimulationError(
                 answer.reason if isinstance(answer, Failed) else f"the world began by {answer}"
             )
-        self.run = answer.run
+        self.run, self.why_afresh = answer.run, answer.why_afresh
 
     @staticmethod
     def _expect_done(answer: Answer) -> None:

@@ -12,7 +12,9 @@ from typing import Any
 from robots.link import LinkClosed, PipeLink
 from robots.world import WorldFile
 from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop
+from sim.error import SimulationError
 from sim.hub import Hub
+from sim.keep import Keep
 from sim.pacing import Pacer
 from sim.radio import radios_of
 
@@ -25,12 +27,13 @@ NAP_S = 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """What a world's process is to run."""
+    """What a world's process is to run. With `keep` it is kept on the disk, and goes on from there."""
 
     world: WorldFile
     seed: int
     speed: float | None
     jitter_m: float
+    keep: Keep | None = None
 
 
 def run(
@@ -41,6 +44,9 @@ def run(
     try:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError, LinkClosed):
             WorldLoop(order, control, link, now, factor).run()
+    except SimulationError as error:
+        with contextlib.suppress(OSError):
+            control.send(Failed(str(error)))
     except Exception:
         with contextlib.suppress(OSError):
             control.send(Failed(traceback.format_exc()))
@@ -61,21 +67,36 @@ class WorldLoop:
         factor: Gauge,
     ) -> None:
         from sim.agents import behavioural_agent
+        from sim.beginning import begin
+        from sim.commit import OutputCommit
+        from sim.snapshot_file import SnapshotFile
         from sim.world import Simulation
 
+        world, keep = order.world, order.keep
         hub = Hub(
             PipeLink(link),
-            [spec.name for spec in order.world.robots],
+            [spec.name for spec in world.robots],
             telemetry_gap_s=TELEMETRY_GAP_S,
             wall_s=time.monotonic,
             has_room=lambda: bool(select.select([], [link], [], 0)[1]),
-            radios=radios_of(order.world, order.seed),
+            radios=radios_of(world, order.seed),
+            holds=keep is not None,
         )
-        self._simulation = Simulation(
-            order.world, make_agent=behavioural_agent, seed=order.seed, jitter_m=order.jitter_m, hub=hub
-        )
+        drawn: dict[str, Any] = {"seed": order.seed, "jitter_m": order.jitter_m, "hub": hub}
+        self._why_afresh = ""
+        self._file: SnapshotFile | None = None
+        self._commit: OutputCommit | None = None
+        if keep is None:
+            self._simulation = Simulation(world, make_agent=behavioural_agent, **drawn)
+        else:
+            self._file = SnapshotFile(keep.file_of(world))
+            begun = begin(world, keep, self._file, **drawn)
+            self._simulation, self._why_afresh = begun.simulation, begun.why_afresh
+            self._commit = OutputCommit(self._simulation, self._file, time.monotonic)
+            self._commit.take()
         self._control, self._link, self._now, self._factor = control, link, now, factor
-        self._pacer = Pacer(time.monotonic, order.speed)
+        self._pacer = Pacer(time.monotonic, order.speed, self._simulation.clock.now_s())
+        self._show_time()
         self._stopped = False
 
     def run(self) -> None:
@@ -83,9 +104,18 @@ class WorldLoop:
 
         :raises EOFError: if the parent is gone; so does `LinkClosed`.
         """
-        self._control.send(Ready(self._simulation.run))
+        self._control.send(Ready(self._simulation.run, self._why_afresh))
+        try:
+            self._go_on()
+        finally:
+            if self._file is not None:
+                self._file.close()
+
+    def _go_on(self) -> None:
         while not self._stopped:
             wait_s = self._advance()
+            if self._commit is not None:
+                self._commit.consider()
             self._factor.value = self._pacer.real_time_factor
             if wait_s is None:  # a world that stands still must not let the service's messages fill the pipe
                 wait([self._control, self._link])
@@ -99,10 +129,20 @@ class WorldLoop:
         clock = self._simulation.clock
         while (wait_s := self._pacer.wait_s(clock.now_s())) == 0.0:
             self._simulation.step()
-            self._now.value = clock.now_s()
+            self._show_time()
             if time.monotonic() >= look_at_s:
                 return 0.0
         return None if wait_s is None else max(wait_s, NAP_S)
+
+    def _take_snapshot(self) -> None:
+        if self._commit is not None:
+            self._commit.take()
+
+    def _show_time(self) -> None:
+        now_s = self._simulation.clock.now_s()
+        if self._file is not None:
+            self._file.show_time(now_s)
+        self._now.value = now_s
 
     def _answer(self, command: Command) -> None:
         world_s = self._simulation.clock.now_s()
@@ -114,7 +154,9 @@ class WorldLoop:
                 answer = self._try_speed(speed, world_s)
             case Pause(paused):
                 self._pacer.pause(paused, world_s)
+                self._take_snapshot()  # what waits for one would wait as long as the world stands still
             case Stop():
+                self._take_snapshot()
                 self._stopped = True
                 return
         self._control.send(answer)

@@ -40,13 +40,20 @@ def serve(
     data: Annotated[Path | None, typer.Option(help="Folder of the record. Default ./macta-data.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
     broker: Broker = None,
+    afresh: Annotated[bool, typer.Option("--afresh", help="Build the world anew; else it goes on.")] = False,
 ) -> None:
     """Serve the HTTP API and the operator's page; the world is simulated here or, given a broker, by `macta fleet`."""
     from app.cli.serve import serve as run
 
     given = {"host": host, "port": port, "data": data, "broker_url": broker}
     with carefully():
-        run(named_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
+        run(
+            named_world(world),
+            speed or 1.0,
+            seed,
+            {k: v for k, v in given.items() if v is not None},
+            afresh=afresh,
+        )
     leave(0)
 
 

@@ -18,6 +18,7 @@ import uvicorn
 from rich.console import Console
 from rich.markup import escape
 
+from app.afresh import recorded_run
 from app.cli.fleet import warn_if_open
 from app.cli.settings import settings_of
 from app.cli.show import tell_of_start
@@ -26,7 +27,7 @@ from app.errors import Invalid
 from app.settings import Settings
 from robots.mqtt import Broker, ServiceLink
 from robots.world import WorldFile
-from sim import SimulationProcess
+from sim import Keep, LastingWorld
 from sim.snapshot import digest_of
 
 GRACE_S = 3
@@ -93,9 +94,12 @@ class Server(uvicorn.Server):
         self.should_exit = True
 
 
-def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
+def serve(
+    world: WorldFile, speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
+) -> None:
     """Run until interrupted or terminated.
 
+    :param afresh: build the world anew, though it might go on.
     :raises Invalid: if a setting is wrong or the address is not to be had, before anything is started.
     """
     settings = settings_of(given)
@@ -104,7 +108,7 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
     listener = listen(settings)
     tell_of_start(Console(stderr=True))
     viewer = Viewer()
-    reached = _embedded(world, speed, seed) if broker is None else over(broker, world)
+    reached = _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
     with reached as running, Service(settings, [running], viewer=viewer.address) as service:
         config = uvicorn.Config(
             service.api,
@@ -126,10 +130,24 @@ def serve(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
 
 
 @contextmanager
-def _embedded(world: WorldFile, speed: float, seed: int) -> Iterator[RunningWorld]:
-    """The world simulated by a process of this service's."""
-    with SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation:
-        yield RunningWorld(file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run)
+def _embedded(
+    world: WorldFile, settings: Settings, speed: float, seed: int, afresh: bool
+) -> Iterator[RunningWorld]:
+    """The world simulated by a process of this service's, as it was kept in the data folder."""
+    keep = Keep(folder=settings.data / "worlds", run=recorded_run(settings, world.name), afresh=afresh)
+    with LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation:
+        running = RunningWorld(
+            file=world,
+            link=simulation,
+            clock=simulation,
+            rate=speed,
+            run=simulation.run,
+            why_afresh=simulation.why_afresh,
+            let_go=lambda: simulation.pause(False),
+        )
+        _tell_of_world(running)
+        simulation.pause()
+        yield running
 
 
 @contextmanager
@@ -141,6 +159,15 @@ def over(broker: Broker, world: WorldFile) -> Iterator[RunningWorld]:
         yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
     finally:
         fleet.close()
+
+
+def _tell_of_world(world: RunningWorld) -> None:
+    """Whether it goes on, on standard error."""
+    console = Console(stderr=True)
+    if world.why_afresh:
+        console.print(f"World {world.file.name} begins afresh: {escape(world.why_afresh)}.", soft_wrap=True)
+    elif world.clock.now_s() > 0:
+        console.print(f"[dim]World {world.file.name} goes on at {world.clock.now_s():.0f} s.[/]")
 
 
 def listen(settings: Settings) -> socket.socket:

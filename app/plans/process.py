@@ -117,6 +117,7 @@ class PlanningProcess:
         far.close()
         self._ending = threading.Lock()
         self._allowed_mb, self._most_mb = memory_mb, float("inf")
+        self.was_ready = False
 
     @property
     def pid(self) -> int | None:
@@ -126,6 +127,7 @@ class PlanningProcess:
         """:raises ProcessDied: if it does not come up."""
         self._receive()
         self._most_mb = self._memory_mb() + self._allowed_mb
+        self.was_ready = True
 
     def do(self, work: Work, time_limit_s: float, watch: Watch) -> Any:
         """What the work answers. One that hangs, or is wanted no more, is ended with its process.

@@ -124,9 +124,12 @@ class PlanningWorker:
             if self._closed:
                 raise WorkerClosed
             try:
-                return self._free.get(timeout=POLL_S)
+                process = self._free.get(timeout=POLL_S)
             except Empty:
                 continue
+            if process.is_alive or not process.was_ready:
+                return process
+            self._give_back(process)  # it died while it had nothing to do, which is no problem's fault
         raise cancelled()
 
     def _give_back(self, process: PlanningProcess) -> None:

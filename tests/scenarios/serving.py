@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-START_S = 180.0
+START_S = 600.0
 END_S = 15.0
 
 

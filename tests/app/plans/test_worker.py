@@ -1,6 +1,7 @@
 """The planning processes: warm, watched, ended at any time, replaced when they die."""
 
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -162,6 +163,19 @@ def test_an_engine_that_hangs_is_given_up(worker: PlanningWorker, monkeypatch: p
 def test_a_problem_whose_process_dies_is_tried_again(worker: PlanningWorker, tmp_path: Path) -> None:
     result = worker.plan(problem("die_once", str(tmp_path / "died")), REQUEST)
     assert result.status is PlanningStatus.SOLVED
+
+
+def test_processes_that_die_with_nothing_to_do_cost_no_problem_its_plan(
+    worker: PlanningWorker, tmp_path: Path
+) -> None:
+    until(lambda: worker._free.qsize() == 2)
+    idle = worker.pids
+    for pid in idle:
+        os.kill(pid, signal.SIGKILL)
+    until(lambda: all(gone(pid) for pid in idle))
+    result = worker.plan(problem("die_once", str(tmp_path / "died")), REQUEST)
+    assert result.status is PlanningStatus.SOLVED
+    until(lambda: not set(worker.pids) & set(idle))
 
 
 def test_a_problem_that_kills_every_process_fails_with_the_reason(worker: PlanningWorker) -> None:

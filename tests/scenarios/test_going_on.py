@@ -1,0 +1,73 @@
+"""Kill -9 of a service and all it started, or of its world alone, in the middle of a mission: it goes on as if nothing
+had been. The plan is given; the instants are drawn by a seed, in the world's time.
+"""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from tests.scenarios.storm import executed, kill_family, truth_of
+
+KILLS = 4
+GIVE_UP_S = 280.0
+MOST_S = 12.0
+"""The mission takes some 50 s of the world's time."""
+
+
+class Lives:
+    """One process after the other on one data folder, and every line that they said."""
+
+    def __init__(self, folder: Path) -> None:
+        self.data, self._err = folder / "data", folder / "err"
+        self.said: list[dict[str, Any]] = []
+
+    def live(self, *, world_s: float, world_alone: bool = False) -> None:
+        """A life that is ended when its world's time has gone on by so much, or when all is done.
+
+        :param world_alone: the world's process is killed first, half-way.
+        """
+        command = [sys.executable, "-m", "tests.scenarios.scripted_service", str(self.data)]
+        with self._err.open("ab") as err:
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=err)
+        assert process.stdout is not None
+        began, give_up = None, time.monotonic() + GIVE_UP_S
+        for line in process.stdout:
+            assert time.monotonic() < give_up, self.complaints
+            self.said.append(now := json.loads(line))
+            began = now["time_s"] if began is None else began
+            if world_alone and now["time_s"] - began >= world_s / 2:
+                os.kill(now["world"], signal.SIGKILL)
+                world_alone = False
+            if now["time_s"] - began >= world_s:
+                kill_family(process.pid)
+                break
+        process.stdout.close()
+        process.wait()
+
+    @property
+    def complaints(self) -> str:
+        return self._err.read_text()
+
+
+def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
+    rng, lives = random.Random(7), Lives(tmp_path)
+    for life in range(KILLS):
+        lives.live(world_s=rng.uniform(0.2, MOST_S), world_alone=life == KILLS // 2)
+    lives.live(world_s=1000.0)
+    last = lives.said[-1]
+    assert last["outcome"] == "completed", (last, lives.complaints)
+    assert {one["goal"] for one in lives.said} == {last["goal"]}
+    assert truth_of(lives.data).samples["sample_1"].ref == "bay_7"
+    twice = {
+        event: count for event, count in executed(f"sqlite:///{lives.data}/macta.sqlite").items() if count > 1
+    }
+    assert not twice, "these were begun or ended more than once"
+    times_s = [one["time_s"] for one in lives.said]
+    assert times_s == sorted(times_s)
+    assert len({one["world"] for one in lives.said}) == KILLS + 2
