@@ -177,7 +177,7 @@ class Kept:
             for robot in WorldSnapshot.model_validate_json(self.path.read_bytes()).robots.values()
         ]
         answers = {answer.id for box in boxes for answer in box.answers}
-        return answers | {report.message.id for box in boxes for report in box.reports}
+        return answers | {report.id for box in boxes for report in box.reports}
 
 
 def test_nothing_leaves_before_the_snapshot_that_contains_it(tmp_path: Path) -> None:
