@@ -8,7 +8,16 @@ from sqlalchemy import delete, inspect, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import Database, FactRow, GoalRow, MissionRow, WorldRow
+from app.database import (
+    Database,
+    FactRow,
+    GoalRow,
+    LostRobotRow,
+    MissionRow,
+    ScriptRow,
+    UnknownRow,
+    WorldRow,
+)
 from app.events import EventLog
 from app.missions.ending import end_mission
 from app.plans.proposing import close_plans
@@ -62,6 +71,9 @@ def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
     core.facts.change(session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0)
+    session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))
+    session.execute(delete(UnknownRow).where(UnknownRow.world == world.name))
+    _forget_abandoned(session, world.name)
     reason = "the simulated world was started afresh" + (f": {why_afresh}" if why_afresh else "")
     _end_missions(session, core.events, world.name, reason)
     _reopen_goals(session, core.events, world.name, reason, runs=True)
@@ -73,6 +85,14 @@ def expect_world(session: Session, core: Core, world: WorldFile) -> None:
     row = session.get(WorldRow, world.name)
     known = row.run if row is not None else None
     meet_world(session, core, world, UNMET if known is None else known)
+
+
+def _forget_abandoned(session: Session, world_id: str) -> None:
+    """Robots that were lost in a world that is no more need not be told to stop."""
+    query = select(ScriptRow).join(MissionRow, MissionRow.id == ScriptRow.mission_id)
+    for script in session.scalars(query.where(MissionRow.world == world_id, ScriptRow.abandoned)).all():
+        script.control = script.question = None
+        script.abandoned, script.delivery = False, "withdrawn"
 
 
 def part_from_others(session: Session, core: Core, running: Collection[str]) -> None:

@@ -20,6 +20,7 @@ from app.events import EventLog
 from app.goals.desk import GoalDesk
 from app.meeting import Meeting
 from app.missions.desk import MissionDesk
+from app.missions.dispatching import Dispatching
 from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.missions.life import MissionLife, WorldTime
 from app.missions.reports import ReportBook
@@ -27,10 +28,11 @@ from app.organiser import Margin, load_library
 from app.plans.active import Holdings
 from app.plans.choices import WORKFLOW as FIND_ALTERNATIVES
 from app.plans.choices import Choices
-from app.plans.desk import AUTOMATIC, PlanDesk
+from app.plans.desk import AUTOMATIC, RECOVERY, PlanDesk
 from app.plans.explaining import Explaining
 from app.plans.exporting import Exporting
 from app.plans.limits import PlanningLimits
+from app.plans.nets import PlanNets
 from app.plans.planning import WORKFLOW as PLAN_GOAL
 from app.plans.planning import Planning
 from app.plans.posing import Posing
@@ -38,12 +40,14 @@ from app.plans.proposing import Proposing
 from app.plans.waiting import WORKFLOW as PLAN_WAITING
 from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
+from app.recovery.lost import LostRobots
+from app.recovery.planning import WORKFLOW as RECOVER_MISSION
+from app.recovery.planning import Recovering
 from app.replicas import Presence
 from app.retention import Retention
 from app.running import RunningWorld
 from app.settings import Settings, lock_folder
 from app.tuning import TuningDesk
-from app.world_model import initial_spots, spot_of
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
 from planner import PlanningEngine, load_knowledge_base
@@ -97,13 +101,15 @@ class Service:
         self.events = EventLog(self.database)
         knowledge_base = load_knowledge_base()
         workflows = Workflows(settings.resolved_database_url(), serves=served)
+        plan_nets = PlanNets(knowledge_base)
         self._core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events),
             workflows=workflows,
             knowledge_base=knowledge_base,
-            holdings=Holdings(knowledge_base),
+            plan_nets=plan_nets,
+            holdings=Holdings(plan_nets),
         )
         looks = {queue.name: partial(workflows.look, queue) for queue in served}
         self._listening = Listening(self.database, {**looks, "messages": workflows.rouse})
@@ -148,6 +154,7 @@ class Service:
         self._core.workflows.register(FIND_ALTERNATIVES, self.choices.run)
         self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
         self._core.workflows.register(MISSION_LIFE, self._life.run)
+        self._core.workflows.register(RECOVER_MISSION, self._recovering.run)
         self._core.workflows.launch()
         self.presence.start()
         self._listening.start()
@@ -205,6 +212,7 @@ class Service:
             ),
             # Desk and planning need each other: a stale plan is repaired, an automatic one approved.
             replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),  # noqa: PLW0108
+            recover=lambda session, goal, reason: self._recovering.plan_again(session, goal, reason),  # noqa: PLW0108
         )
         self._wire_planning(limits)
         self.goals = GoalDesk(
@@ -215,23 +223,29 @@ class Service:
             open_goals=settings.open_goals,
             enqueue=self._planning.enqueue,
         )
+        self.lost = LostRobots(core, clocks=self.clocks, board=self.board, released=self._waiting.release)
         self._reports = ReportBook(core, released=self._waiting.release)
-        self._life = MissionLife(
+        dispatching = Dispatching(
             core,
             library=load_library(core.knowledge_base),
             repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
+        )
+        self._life = MissionLife(
+            core,
+            dispatching=dispatching,
             times={
                 n: WorldTime(clock=w.clock, rate=w.pace, answer_s=w.file.answer_s)
                 for n, w in self._worlds.items()
             },
             patience_s=settings.answer_patience_s,
+            recover=self._recovering.take,
             freed=self._waiting.release,
         )
 
     def _wire_planning(self, limits: PlanningLimits) -> None:
         core, worker = self._core, self._worker
         posing = Posing(
-            core, worlds=self._files, clocks=self.clocks, spots=self._spots, resting=self.board.resting
+            core, worlds=self._files, clocks=self.clocks, points=self.board.points, resting=self.board.resting
         )
         proposing = Proposing(core, clocks=self.clocks)
         self._waiting = WaitingGoals(core)
@@ -244,6 +258,15 @@ class Service:
             worker=worker,
             limits=limits,
             approve=partial(self.plans.approve_or_expire, actor=AUTOMATIC, comment=""),
+        )
+        self._recovering = Recovering(
+            core,
+            posing=posing,
+            proposing=proposing,
+            worker=worker,
+            limits=limits,
+            clocks=self.clocks,
+            approve=partial(self.plans.approve_or_expire, actor=RECOVERY, comment=""),
         )
         self.choices = Choices(core, posing=posing, proposing=proposing, worker=worker, limits=limits)
         self.explaining = Explaining(core, posing=posing, worker=worker, limits=limits)
@@ -259,6 +282,7 @@ class Service:
             board=self.board,
             questions=self.questions,
             tunings=self.tunings,
+            welcome=partial(self.lost.welcome, world.file.name),
             world=world.file.name,
             speaks=partial(self.presence.speaks_for, world.file.name),
             between=self._seeing_to(world),
@@ -287,12 +311,3 @@ class Service:
                 self._rested.discard(name)
 
         return see
-
-    def _spots(self, world: str) -> Mapping[str, tuple[float, float]]:
-        """Where robots stand that stand at no named place: as they last said, else as the world file says."""
-        said = {
-            spot_of(name): (view.telemetry.x_m, view.telemetry.y_m)
-            for name, view in self.board.views(world).items()
-            if view.telemetry is not None
-        }
-        return {**initial_spots(self._files[world]), **said}

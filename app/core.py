@@ -6,6 +6,7 @@ from app.database import Database
 from app.durable import Workflows
 from app.events import EventLog
 from app.plans.active import Holdings
+from app.plans.nets import PlanNets
 from app.world_model.store import FactStore
 from planner import KnowledgeBase
 
@@ -17,4 +18,5 @@ class Core:
     facts: FactStore
     workflows: Workflows
     knowledge_base: KnowledgeBase
+    plan_nets: PlanNets
     holdings: Holdings

@@ -53,11 +53,6 @@ ENDED = frozenset(
 TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
 
 
-def has_ended(delivery: str, state: str | None) -> bool:
-    """True if a script's robot has nothing more to do for it: it refused it, or has ended it, well or badly."""
-    return delivery == "refused" or state in TERMINAL_SCRIPTS
-
-
 class Connection(StrEnum):
     ONLINE = "online"
     OFFLINE = "offline"

@@ -59,6 +59,11 @@ class RobotBoard:
         with self._changed:
             return {n: v for n, v in self._views.items() if world is None or v.world == world}
 
+    def points(self, world: str) -> Mapping[str, tuple[float, float]]:
+        """Where the robots of the world last said they are, (x, y) in metres."""
+        heard = {name: view.telemetry for name, view in self.views(world).items()}
+        return {name: (said.x_m, said.y_m) for name, said in heard.items() if said is not None}
+
     def resting(self, world: str) -> Mapping[str, str]:
         """The robots of the world that are not recruited now, each with the reason in words."""
         return {name: view.resting for name, view in self.views(world).items() if view.resting}

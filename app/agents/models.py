@@ -59,12 +59,14 @@ class AgentModels:
         board: RobotBoard,
         questions: Questions,
         tunings: TuningDesk,
+        welcome: Callable[[], None],
         world: str,
         speaks: Callable[[], bool] = lambda: True,
         between: Callable[[], None] = lambda: None,
     ) -> None:
         """
         :param robots: each with its radio.
+        :param welcome: takes back robots that were given up as silent and are heard again.
         :param speaks: True while this process, of those that share the record, delivers and records. While it does
             not it listens, for what robots say of themselves now, and asks what its own clients ask.
         :param between: what else is to be seen to for the world, called again and again; before any message.
@@ -73,7 +75,7 @@ class AgentModels:
         self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
         self._pace = Pace(clock, robots)
         self._database, self._reports, self._board = database, reports, board
-        self._questions, self._tunings = questions, tunings
+        self._questions, self._tunings, self._welcome = questions, tunings, welcome
         self._outstanding: set[str] = set()
         self._due = threading.Event()
         self._stop = threading.Event()
@@ -99,6 +101,7 @@ class AgentModels:
                 if self._due.is_set() or time.monotonic() >= due_at:
                     self._due.clear()
                     if self._speaks():
+                        self._welcome()
                         self._deliver()
                     due_at = time.monotonic() + (LEAST_S if self._pace.outstanding else LOOK_S)
             except LinkClosed:
@@ -143,8 +146,8 @@ class AgentModels:
             retune = Retune(version=row.version, tuning=row.tuning)
             self._repeat(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
         for script in self._open_scripts():
-            body = BehaviourScript.model_validate(script.body)
             if script.delivery == "pending" and not script.stopping:
+                body = BehaviourScript.model_validate(script.body)
                 self._repeat(
                     script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body)
                 )
@@ -174,7 +177,7 @@ class AgentModels:
             .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
             .where(
                 MissionRow.world == self._world,
-                MissionRow.state.not_in(ENDED),
+                or_(MissionRow.state.not_in(ENDED), ScriptRow.abandoned),
                 ScriptRow.robot.in_(self._robots),
                 unanswered,
             )

@@ -11,8 +11,9 @@ from starlette.types import ASGIApp
 
 from app.api import problems
 from app.api.auth import Door, TokenCheck
-from app.api.bodies import GoalBody, MissionBody, plan_body
+from app.api.bodies import GoalBody, plan_body
 from app.api.goals import goals_router, plans_router
+from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
 from app.api.replicas import replicas_router
 from app.api.robots import robots_router
@@ -42,7 +43,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
     api.include_router(plans_router(service.plans, service.explaining, service.exporting))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
-    api.include_router(robots_router(service.worlds, service.questions, service.tunings))
+    api.include_router(robots_router(service.worlds, service.questions, service.tunings, service.lost))
     api.include_router(
         streams_router(
             events=service.events,

@@ -1,15 +1,15 @@
 """The bodies of requests and answers, beside the plan body."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from app.database import GoalRow, MissionRow, PlanRow, ScriptRow
+from app.database import GoalRow, PlanRow
 from app.plan_body import PlanBody
 from app.plans.choices import Search
+from app.recovery.rules import Policy
 from planner import Objective
-from robots.wire import BehaviourScript, SymbolicFact
+from robots.wire import SymbolicFact
 
 Item = TypeVar("Item")
 
@@ -27,6 +27,11 @@ class SubmitGoal(Request):
     priority: int = Field(default=0, ge=-100, le=100)
     deadline_s: float | None = Field(default=None, gt=0, description="seconds from now, world's clock")
     auto_approve: bool = False
+    recovery: Policy | None = Field(
+        default=None,
+        description="when the mission fails: approve repaired plans at once (auto), have them decided on (ask), or end "
+        "(never); left out: auto with auto_approve, else ask",
+    )
     time_limit_s: float | None = Field(default=None, gt=0, description="for the planning, wall clock")
     effort_s: float | None = Field(
         default=None, ge=0, description="to improve the first plan; left out: by the problem's size"
@@ -38,6 +43,10 @@ class SubmitGoal(Request):
         if (self.text is None) == (self.goal is None):
             raise ValueError('give either "text" (a sentence) or "goal" (a list of facts)')
         return self
+
+
+class SetRecovery(Request):
+    policy: Policy
 
 
 class Decision(Request):
@@ -93,6 +102,7 @@ class GoalBody(BaseModel):
     deadline_s: float | None
     deadline_at_s: float | None = Field(default=None, description="the deadline by the world's clock")
     auto_approve: bool
+    recovery: Policy
     planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
     alternatives: AlternativesSearch | None = Field(
         default=None, description="while plans are open to decision, once alternatives were asked for"
@@ -144,107 +154,22 @@ class PlanChoice(BaseModel):
         return cls(**plain, robots=list(body.robots), actions=len(body.actions))
 
 
-class PacketProgress(BaseModel):
-    id: str
-    tag: str
-    description: str
-    state: str
-    expected_start_s: float
-    expected_duration_s: float
-    started_at_s: float | None = None
-    finished_at_s: float | None = None
-    detail: str = ""
-    waits_for: list[str] = Field(
-        default=[], description="actions, with their robots, that it is not cleared of yet"
-    )
-
-
-class ScriptProgress(BaseModel):
-    robot: str
-    script_id: str
-    delivery: Literal["pending", "acknowledged", "refused", "withdrawn"]
-    state: str | None
-    detail: str
-    heard_at_s: float | None
-    packets: list[PacketProgress]
-
-    @classmethod
-    def of(cls, row: ScriptRow, doers: Mapping[str, Sequence[str]]) -> Self:
-        """:param doers: the robots of each action of the mission."""
-        script = BehaviourScript.model_validate(row.body)
-        packets = [
-            PacketProgress(
-                id=packet.id,
-                tag=packet.tag,
-                description=packet.description,
-                expected_start_s=packet.expected_start_s,
-                expected_duration_s=packet.expected_duration_s,
-                waits_for=[
-                    f"{action} of {' and '.join(doers.get(action, ()))}"
-                    for action in packet.after
-                    if action not in row.cleared
-                ],
-                **_reported(row.packets.get(packet.id, {})),
-            )
-            for packet in script.packets
-        ]
-        return cls(
-            robot=row.robot,
-            script_id=row.id,
-            delivery=row.delivery,  # type: ignore[arg-type]
-            state=row.state,
-            detail=row.detail,
-            heard_at_s=row.heard_at_s,
-            packets=packets,
-        )
-
-
-def _reported(known: dict[str, Any]) -> dict[str, Any]:
-    wanted = ("started_at_s", "finished_at_s", "detail")
-    return {"state": known.get("state", "waiting"), **{k: known[k] for k in wanted if k in known}}
-
-
-class MissionBody(BaseModel):
-    id: str
-    goal_id: str
-    plan_id: str
-    world: str
-    state: str
-    reason: str
-    failure: str | None
-    estimate_s: float
-    original_estimate_s: float
-    margin_s: float
-    started_at_s: float | None
-    deadline_s: float | None
-    enquire_at_s: float | None
-    ended_at_s: float | None
-    created_at: str
-    progress: list[ScriptProgress]
-
-    @classmethod
-    def of(cls, row: MissionRow, scripts: list[ScriptRow]) -> Self:
-        plain = {name: getattr(row, name) for name in cls.model_fields if name != "progress"}
-        doers: dict[str, list[str]] = {}
-        for script in scripts:
-            for packet in script.body["packets"]:
-                doers.setdefault(packet["id"], []).append(script.robot)
-        return cls.model_validate(
-            {**plain, "progress": [ScriptProgress.of(script, doers) for script in scripts]}
-        )
-
-
-class ScriptBody(BaseModel):
-    robot: str
-    delivery: str
-    state: str | None
-    script: BehaviourScript
-
-
 class PoseBody(BaseModel):
     x_m: float
     y_m: float
     heading_rad: float
+
+
+class LostBody(BaseModel):
+    """That a robot was declared lost; one that was `silent` then counts again once it is heard."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    since_s: float
+    silent: bool
+    declared_by: str
+    declared_at: str
+    comment: str
 
 
 class RobotBody(BaseModel):
@@ -262,6 +187,7 @@ class RobotBody(BaseModel):
     packet_state: str | None = None
     mission_id: str | None = None
     script_id: str | None = None
+    lost: LostBody | None = Field(default=None, description="it was given up: missions do without it")
 
 
 class WorldItem(BaseModel):
@@ -287,10 +213,30 @@ class DurationBody(BaseModel):
     factor: float = Field(description="what plans multiply the duration by: few samples drawn towards 1")
 
 
+class BelievedBody(SymbolicFact):
+    """A fact that was believed, with who said so and when (world's clock)."""
+
+    source: str
+    at_s: float
+
+
 class FactBody(SymbolicFact):
     source: str
     at_s: float
     recorded_at: str
+    instead_of: list[BelievedBody] = Field(
+        default=[], description="what was believed before and is contradicted by this"
+    )
+
+
+class UnknownBody(BaseModel):
+    """Something of which it is not known where it is, or how it stands."""
+
+    name: str
+    kind: Literal["sample", "robot"]
+    reason: str
+    since_s: float | None = Field(description="world's clock")
+    last_believed: BelievedBody | None = Field(description="where it was believed to be, and who said so")
 
 
 class FactsBody(Page[FactBody]):

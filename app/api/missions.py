@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 from fastapi import APIRouter
 
-from app.api.bodies import Decision, MissionBody, Page, ScriptBody
+from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR, Limit
+from app.api.mission_bodies import MissionBody, ScriptBody
 from app.database import ScriptRow
 from app.missions.desk import Mission, MissionDesk
 from app.states import MissionState
@@ -34,6 +35,11 @@ def missions_router(missions: MissionDesk) -> APIRouter:
         """What each robot was given."""
         _, scripts = missions.get(mission_id)
         return Page(items=[_script(row) for row in scripts])
+
+    @router.put("/missions/{mission_id}/recovery")
+    def set_recovery(mission_id: str, body: SetRecovery) -> MissionBody:
+        """What becomes of failures from now on: auto, ask or never."""
+        return MissionBody.of(*missions.set_recovery(mission_id, body.policy, ACTOR))
 
     def order(verb: str, carry_out: Callable[[str, str, str], Mission]) -> None:
         @router.post(f"/missions/{{mission_id}}:{verb}", status_code=202, operation_id=f"{verb}_mission")

@@ -8,10 +8,11 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents import Questions
-from app.api.bodies import Page, PoseBody, Request, RobotBody
+from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
 from app.api.goals import ACTOR
 from app.api.versions import IfMatch, version_of
 from app.api.worlds import TAGS
+from app.recovery.lost import LostRobots
 from app.tuning import TunedRobot, TuningDesk
 from app.world_model.desk import RobotReport, WorldDesk
 from robots.wire import TRACED_S, PacketTunings, TraceReport
@@ -44,7 +45,9 @@ class TuningBody(BaseModel):
     decided_at: str | None
 
 
-def robots_router(worlds: WorldDesk, questions: Questions, tunings: TuningDesk) -> APIRouter:
+def robots_router(
+    worlds: WorldDesk, questions: Questions, tunings: TuningDesk, lost: LostRobots
+) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
 
@@ -54,6 +57,23 @@ def robots_router(worlds: WorldDesk, questions: Questions, tunings: TuningDesk) 
 
     @router.get("/robots/{name}")
     def get_robot(name: str) -> RobotBody:
+        return _robot(worlds.robot(name))
+
+    @router.post("/robots/{name}:declare_lost", status_code=202)
+    def declare_lost(name: str, body: Decision | None = None) -> RobotBody:
+        """Give the robot up: its missions are recovered without it. It is told to stop when it is heard again.
+
+        One that was silent counts again once it is heard and has said what became of its script.
+        """
+        world = worlds.robot(name).view.world
+        lost.declare_lost(world, name, actor=ACTOR, comment=body.comment if body else "")
+        return _robot(worlds.robot(name))
+
+    @router.post("/robots/{name}:declare_found", status_code=202)
+    def declare_found(name: str, body: Decision | None = None) -> RobotBody:
+        """Count on a lost robot again. 409 if it is not lost, or owes an answer about its script."""
+        world = worlds.robot(name).view.world
+        lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
         return _robot(worlds.robot(name))
 
     @router.get("/robots/{name}/trace")
@@ -120,5 +140,6 @@ def _robot(report: RobotReport) -> RobotBody:
         repertoire=list(report.repertoire),
         reach=list(report.reach),
         mission_id=report.mission_id,
+        lost=None if report.lost is None else LostBody.model_validate(report.lost),
         **live,
     )

@@ -1,16 +1,19 @@
 """Worlds and their facts."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from enum import Enum
+from typing import Any, Literal
 
 from fastapi import APIRouter, Response
 
 from app.api.bodies import (
+    BelievedBody,
     CorrectFacts,
     DurationBody,
     FactBody,
     FactsBody,
     Page,
+    UnknownBody,
     WorldBody,
     WorldItem,
 )
@@ -18,6 +21,8 @@ from app.api.goals import ACTOR
 from app.api.versions import IfMatch, version_of
 from app.durations import Kind, Learned
 from app.world_model.desk import WorldDesk
+from app.world_model.unknown import Unknown
+from planner import Fact
 from robots.wire import SymbolicFact
 
 TAGS: list[str | Enum] = ["worlds and robots"]
@@ -40,6 +45,12 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
     def get_facts(world_id: str, response: Response) -> FactsBody:
         """Every fact that holds, with who said so and when (world's clock)."""
         return _facts(worlds, world_id, response)
+
+    @router.get("/worlds/{world_id}/unknown")
+    def get_unknown(world_id: str) -> Page[UnknownBody]:
+        """What is not known: samples without a place, robots that are lost or do not answer."""
+        samples = {sample.name for sample in worlds.world(world_id).samples}
+        return Page(items=[_unknown(worlds, one, samples) for one in worlds.unknown(world_id)])
 
     @router.get("/worlds/{world_id}/durations")
     def get_durations(world_id: str) -> Page[DurationBody]:
@@ -77,11 +88,30 @@ def _facts(
     response.headers["etag"] = f'"{version}"'
     items = [
         FactBody(
-            predicate=predicate, args=args, source=row.source, at_s=row.at_s, recorded_at=row.recorded_at
+            predicate=predicate,
+            args=args,
+            source=row.source,
+            at_s=row.at_s,
+            recorded_at=row.recorded_at,
+            instead_of=[_believed(worlds, one) for one in row.instead_of],
         )
         for (predicate, args), row in rows
     ]
     return FactsBody(items=items, version=version, dropped=list(dropped))
+
+
+def _believed(worlds: WorldDesk, known: Mapping[str, Any]) -> BelievedBody:
+    predicate, args = worlds.relation(Fact(known["predicate"], tuple(known["args"])))
+    return BelievedBody(predicate=predicate, args=args, source=known["source"], at_s=known["at_s"])
+
+
+def _unknown(worlds: WorldDesk, one: Unknown, samples: Collection[str]) -> UnknownBody:
+    last = None
+    if one.last is not None:
+        predicate, args = worlds.relation(one.last.fact)
+        last = BelievedBody(predicate=predicate, args=args, source=one.last.source, at_s=one.last.at_s)
+    kind: Literal["sample", "robot"] = "sample" if one.name in samples else "robot"
+    return UnknownBody(name=one.name, kind=kind, reason=one.reason, since_s=one.since_s, last_believed=last)
 
 
 def _duration(kind: Kind, learned: Learned) -> DurationBody:

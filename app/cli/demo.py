@@ -9,14 +9,16 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 from rich.table import Column
 
-from app.api.bodies import MissionBody, plan_body
+from app.api.bodies import plan_body
+from app.api.mission_bodies import MissionBody
 from app.cli.settings import settings_of
-from app.cli.show import show_plan, tell_of_start
+from app.cli.show import show_plan, show_repairs, tell_of_start
 from app.cli.truth import holds
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.database import GoalRow
 from app.goals.desk import GoalRequest
+from app.recovery.rules import Policy
 from app.settings import Settings
 from app.states import GoalState, MissionState
 from app.world_model import initial_facts
@@ -56,7 +58,7 @@ def _carried_out(
             file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
         )
         with Service(settings, [running]) as service:
-            request = GoalRequest(world=world.name, text=text)
+            request = GoalRequest(world=world.name, text=text, recovery=Policy.AUTO)
             goal = _planned(service, service.goals.submit(request, actor=OPERATOR))
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
                 console.print(f"[bold red]No plan[/]: {escape(goal.reason)}")
@@ -85,14 +87,27 @@ def _watched(console: Console, service: Service, mission_id: str) -> MissionBody
         TextColumn("{task.description}", markup=False, table_column=Column()),  # folds; the others do not
     )
     tasks: dict[str, TaskID] = {}
+    revision = 1
     with Progress(*columns, console=console) as progress:
         overall = progress.add_task("", total=1, robot="mission")
         while True:
             mission = MissionBody.of(*service.missions.get(mission_id))
+            if mission.revision != revision:
+                revision = mission.revision
+                _tell_of_repair(console, service, mission)
             _update(service, progress, tasks, mission, overall)
             if MissionState(mission.state).ended or mission.state == MissionState.UNKNOWN:
                 return mission
             time.sleep(LOOK_S)
+
+
+def _tell_of_repair(console: Console, service: Service, mission: MissionBody) -> None:
+    """Why the mission goes on by another plan, and what is different in it."""
+    attempt = mission.recovery.attempts[-1]
+    console.print(f"[bold]Recovered[/] ({attempt.measure}): {escape(attempt.reason)}")
+    repairs = plan_body(service.plans.get(mission.plan_id)).repairs
+    if repairs is not None:
+        show_repairs(console, repairs)
 
 
 def _update(

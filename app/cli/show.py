@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from app.plan_body import ActionBody, PlanBody
+from app.plan_body import ActionBody, PlanBody, RepairsBody
 
 EQUAL_S = 0.05
 """Times that differ by no more are the same."""
@@ -32,11 +32,21 @@ def show_plan(console: Console, plan: PlanBody) -> None:
         console.print(f"[bold]{robot}[/]{f' ({work})' if work else ''}: {escape(why)}")
     if plan.critical_path:
         console.print(f"Critical path: {_path(plan.critical_path)}")
+    if plan.repairs is not None:
+        show_repairs(console, plan.repairs)
     for late in plan.late:
         console.print(f"[bold red]{escape(str(late.goal))}[/] comes {late.late_s:.0f} s after its deadline")
     figures = (f"[bold]{plan.makespan_s:.0f} s[/]{_gap(plan)}", _effort(plan.distance_m, plan.energy_j))
     expected = ", ".join(filter(None, figures))
     console.print(f"Expected to take {expected}; planned by {plan.engine} in {plan.planning_s:.2f} s.\n")
+
+
+def show_repairs(console: Console, repairs: RepairsBody) -> None:
+    """What is different from the plan that this one takes the place of."""
+    summary, *details = repairs.difference.words or ("nothing is different",)
+    console.print(f"Repairs {repairs.plan_id} ({repairs.course}): {escape(summary)}")
+    for line in details:
+        console.print(f"  {escape(line)}")
 
 
 def _gap(plan: PlanBody) -> str:

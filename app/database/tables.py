@@ -33,7 +33,10 @@ class WorldRow(Base):
 
 
 class FactRow(Base):
-    """A fact that holds, in the planner's form, with its source and the world's time it was learned at."""
+    """A fact that holds, in the planner's form, with its source and the world's time it was learned at.
+
+    `instead_of`: what was believed before and contradicted by it, each with source and time.
+    """
 
     __tablename__ = "facts"
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
@@ -42,7 +45,34 @@ class FactRow(Base):
     args: Mapped[list[Any]]
     source: Mapped[str]
     at_s: Mapped[float]
+    instead_of: Mapped[list[Any]] = mapped_column(default=list)
     recorded_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class UnknownRow(Base):
+    """An object or robot of which no place is believed: what was believed last, by whom, who said otherwise when."""
+
+    __tablename__ = "unknowns"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    name: Mapped[str] = mapped_column(String(64), primary_key=True)
+    believed: Mapped[dict[str, Any]]
+    believed_by: Mapped[str]
+    believed_at_s: Mapped[float]
+    source: Mapped[str]
+    since_s: Mapped[float]
+
+
+class LostRobotRow(Base):
+    """A robot that an operator declared lost; one that was `silent` counts again once it is heard."""
+
+    __tablename__ = "lost_robots"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    silent: Mapped[bool]
+    since_s: Mapped[float]
+    declared_by: Mapped[str]
+    comment: Mapped[str]
+    declared_at: Mapped[str] = mapped_column(default=utc_now)
 
 
 class GoalRow(Base):
@@ -62,6 +92,7 @@ class GoalRow(Base):
     deadline_s: Mapped[float | None]
     deadline_at_s: Mapped[float | None]
     auto_approve: Mapped[bool]
+    recovery: Mapped[str] = mapped_column(default="never")
     state: Mapped[str] = mapped_column(index=True)
     reason: Mapped[str] = mapped_column(default="")
     outcome: Mapped[str | None]
@@ -103,7 +134,13 @@ class PlanRow(Base):
 
 
 class MissionRow(Base):
-    """A mission. At `enquire_at_s` (world's clock) robots are asked; `asked_at`: when they last were (wall)."""
+    """A mission. At `enquire_at_s` (world's clock) robots are asked; `asked_at`: when they last were (wall).
+
+    `plan_id` is the plan it carries out now, `revision` counts its plans and `revised_at_s` is when it got this one, if
+    it is not the first. `recovery` is the operator's policy, `recovery_step` where a recovery stands, `tries_left` how
+    often it is still recovered, `attempts` what was tried so far and what came of it; `stopped_for` why its robots were
+    told to stop, in words, if none of them had failed.
+    """
 
     __tablename__ = "missions"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
@@ -123,21 +160,29 @@ class MissionRow(Base):
     enquire_at_s: Mapped[float | None]
     asked_at: Mapped[float | None]
     cancel_requested: Mapped[bool] = mapped_column(default=False)
+    revision: Mapped[int] = mapped_column(default=1)
+    revised_at_s: Mapped[float | None]
+    stopped_for: Mapped[str] = mapped_column(default="")
+    recovery: Mapped[str] = mapped_column(default="never")
+    recovery_step: Mapped[str | None]
+    tries_left: Mapped[int] = mapped_column(default=0)
+    attempts: Mapped[list[Any]] = mapped_column(default=list)
     created_at: Mapped[str] = mapped_column(default=utc_now)
 
 
 class ScriptRow(Base):
-    """A behaviour script of a mission and what is known of its execution.
+    """A behaviour script of one of a mission's plans and what is known of its execution.
 
     `delivery` is pending, acknowledged, refused or withdrawn; `control` a verb the robot has not acknowledged yet;
     `question` the id of a status query it has not answered yet; `packets` each packet's state and times as reported;
     `cleared` the actions it is to know the end of, `clearance` names the message of it that is not acknowledged yet;
-    `heard_at_s` is when the robot last said how it stands.
+    `heard_at_s` is when the robot last said how it stands; `abandoned` if its robot was lost before it had ended.
     """
 
     __tablename__ = "scripts"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
     mission_id: Mapped[str] = mapped_column(ForeignKey("missions.id"), index=True)
+    plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"))
     robot: Mapped[str]
     body: Mapped[dict[str, Any]]
     delivery: Mapped[str] = mapped_column(index=True)
@@ -152,6 +197,7 @@ class ScriptRow(Base):
     question: Mapped[str | None]
     cleared: Mapped[list[Any]] = mapped_column(default=list)
     clearance: Mapped[str | None]
+    abandoned: Mapped[bool] = mapped_column(default=False)
     heard_at_s: Mapped[float | None]
 
 

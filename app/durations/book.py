@@ -6,7 +6,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import DurationRow, MissionRow, PlanRow, ScriptRow
+from app.database import DurationRow, PlanRow, ScriptRow
 from app.durations.learned import Durations, Kind, Learned
 
 
@@ -18,9 +18,7 @@ def learned_durations(session: Session, world: str) -> Durations:
     return {(row.action, row.team): _learned(row) for row in session.scalars(query)}
 
 
-def learn(
-    session: Session, mission: MissionRow, script: ScriptRow, packet_id: str, times: Mapping[str, Any]
-) -> None:
+def learn(session: Session, world: str, script: ScriptRow, packet_id: str, times: Mapping[str, Any]) -> None:
     """Take up how long a finished packet ran; the caller sees to it that each packet comes once.
 
     Waiting for its sensor pre-conditions does not count. Nothing of a script that was ever told to pause or
@@ -31,12 +29,12 @@ def learn(
     started_s, finished_s = times.get("started_at_s"), times["finished_at_s"]
     if script.orders or started_s is None or finished_s <= started_s:
         return
-    plan = session.get_one(PlanRow, mission.plan_id)
+    plan = session.get_one(PlanRow, script.plan_id)
     action = next(action for action in plan.body["actions"] if action["id"] == packet_id)
     kind = action["tag"], len(action["agents"])
     # The plan's durations were scaled by what was known then; learned is the ratio to the knowledge base's own.
     expected_s = action["duration_s"] / plan.duration_factors.get(key_of(kind), 1.0)
-    _add(session, mission.world, kind, (finished_s - started_s) / expected_s)
+    _add(session, world, kind, (finished_s - started_s) / expected_s)
 
 
 def key_of(kind: Kind) -> str:

@@ -17,6 +17,7 @@ from app.goals.record import goal_to_change
 from app.ids import new_id
 from app.plans.limits import PlanningLimits, PlanningWish
 from app.plans.proposing import close_plans
+from app.recovery.rules import policy_for
 from app.states import GoalState, PlanState
 from app.world_model import Facts
 from robots.clock import Clock
@@ -30,7 +31,9 @@ CANCELLED = "cancelled"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalRequest:
-    """What an operator asked for: `text` or `goal`, not both; `deadline_s` from now, in the world's clock."""
+    """What an operator asked for: `text` or `goal`, not both; `deadline_s` from now, in the world's clock; `recovery`
+    as `Policy` has it, None leaves it to `auto_approve`.
+    """
 
     world: str | None
     text: str | None = None
@@ -38,6 +41,7 @@ class GoalRequest:
     priority: int = 0
     deadline_s: float | None = None
     auto_approve: bool = False
+    recovery: str | None = None
     planning: PlanningWish = field(default_factory=PlanningWish)
 
 
@@ -92,6 +96,7 @@ class GoalDesk:
                 deadline_s=request.deadline_s,
                 deadline_at_s=_after(self._clocks[world.name], request.deadline_s),
                 auto_approve=request.auto_approve,
+                recovery=_policy(request),
                 limits=request.planning.to_json(),
                 state=GoalState.SUBMITTED,
                 reason="",
@@ -186,15 +191,20 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     """The goal that an idempotency key was used for, if the request is the same."""
     goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
     same_wish = row.text == request.text if request.text is not None else row.goal == goal
-    same_terms = (row.priority, row.deadline_s, row.auto_approve, row.limits) == (
+    same_terms = (row.priority, row.deadline_s, row.auto_approve, row.recovery, row.limits) == (
         request.priority,
         request.deadline_s,
         request.auto_approve,
+        _policy(request),
         request.planning.to_json(),
     )
     if row.world != world.name or not same_wish or not same_terms:
         raise Conflict("this idempotency key was used for another goal", code="idempotency-key-reused")
     return row
+
+
+def _policy(request: GoalRequest) -> str:
+    return policy_for(request.recovery, auto_approve=request.auto_approve).value
 
 
 def _refuse(issues: Sequence[GoalIssue]) -> None:

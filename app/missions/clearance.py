@@ -21,14 +21,15 @@ def has_ended(scripts: Sequence[ScriptRow], action: str) -> bool:
     return all(_is_over(script, action) for script in scripts if action in _packets(script))
 
 
-def scripts_of(session: Session, mission: MissionRow) -> Sequence[ScriptRow]:
-    query = select(ScriptRow).where(ScriptRow.mission_id == mission.id).order_by(ScriptRow.id)
-    return session.scalars(query).all()
+def scripts_of(session: Session, mission: MissionRow, plan_id: str) -> Sequence[ScriptRow]:
+    """The scripts of one of the mission's plans."""
+    here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == plan_id)
+    return session.scalars(select(ScriptRow).where(*here).order_by(ScriptRow.id)).all()
 
 
 def renew_clearances(session: Session, events: EventLog, mission: MissionRow) -> None:
     """Have robots told of what has ended since they were last told, unless the mission is to stop."""
-    scripts = scripts_of(session, mission)
+    scripts = scripts_of(session, mission, mission.plan_id)
     if mission.cancel_requested or any(map(_has_failed, scripts)):
         return
     doers: dict[str, list[ScriptRow]] = defaultdict(list)
@@ -48,7 +49,7 @@ def renew_clearances(session: Session, events: EventLog, mission: MissionRow) ->
 
 def _has_failed(script: ScriptRow) -> bool:
     ended_badly = script.state in TERMINAL_SCRIPTS and script.state != ScriptState.FINISHED
-    return script.stopping or script.delivery == "refused" or ended_badly
+    return script.stopping or script.abandoned or script.delivery == "refused" or ended_badly
 
 
 def _packets(script: ScriptRow) -> list[str]:

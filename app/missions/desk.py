@@ -9,6 +9,9 @@ from app.core import Core
 from app.database import MissionRow, ScriptRow
 from app.database.paging import page
 from app.errors import Conflict, NotFound
+from app.ids import new_id
+from app.recovery.progress import note
+from app.recovery.rules import TRIES, Policy, Step
 from app.states import TERMINAL_SCRIPTS, MissionState
 from robots.wire import ControlVerb
 
@@ -49,24 +52,48 @@ class MissionDesk:
             self._workflows.wake(session, mission.id, f"cancel:{mission.id}")
             return _with_scripts(session, mission)
 
+    def set_recovery(self, mission_id: str, policy: Policy, actor: str) -> Mission:
+        """What becomes of the mission's failures from now on; a repair that waits for a decision still does."""
+        with self._database.write() as session:
+            mission = _mission(session, mission_id, to_change=True)
+            _refuse_ended(mission, "recovered otherwise")
+            if mission.recovery != policy:
+                mission.recovery = policy
+                data = {"actor": actor, "policy": policy.value}
+                self._events.append(session, "mission.recovery_set", mission.id, **data)
+                self._workflows.wake(session, mission.id, f"{mission.id}:policy:{new_id('policy')}")
+            return _with_scripts(session, mission)
+
     def pause(self, mission_id: str, actor: str, comment: str) -> Mission:
         """Have every robot that is still at work stand still and keep its place in its script."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
             _refuse_ended(mission, "paused")
+            if mission.cancel_requested:
+                raise Conflict(f"mission {mission.id} is being cancelled", code="being-cancelled")
             if mission.state != MissionState.PAUSED:
                 mission.resume_to, mission.state = mission.state, MissionState.PAUSED
                 self._order(session, mission, ControlVerb.PAUSE, actor, comment)
             return _with_scripts(session, mission)
 
     def resume(self, mission_id: str, actor: str, comment: str) -> Mission:
+        """Go on after a pause; or look for a way again where none was found and an operator was asked."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
+            if mission.recovery_step == Step.STUCK and mission.state != MissionState.PAUSED:
+                return self._try_again(session, mission, actor, comment)
             if mission.state != MissionState.PAUSED:
                 raise Conflict(f"mission {mission.id} is {mission.state}, not paused", code="not-paused")
             mission.state, mission.resume_to = mission.resume_to or MissionState.RUNNING, None
             self._order(session, mission, ControlVerb.RESUME, actor, comment)
             return _with_scripts(session, mission)
+
+    def _try_again(self, session: Session, mission: MissionRow, actor: str, comment: str) -> Mission:
+        mission.recovery_step, mission.tries_left = None, TRIES
+        note(mission, outcome="taken up")
+        self._events.append(session, "mission.resumed", mission.id, actor=actor, comment=comment)
+        self._workflows.wake(session, mission.id, f"{mission.id}:again:{len(mission.attempts)}")
+        return _with_scripts(session, mission)
 
     def _order(
         self, session: Session, mission: MissionRow, verb: ControlVerb, actor: str, comment: str
@@ -74,6 +101,9 @@ class MissionDesk:
         self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
         for script in _scripts(session, mission.id):
             # A script that is not acknowledged yet is held back while the mission is paused.
+            # One that was told to stop is not told anything else any more.
+            if script.stopping or script.abandoned or script.plan_id != mission.plan_id:
+                continue
             if script.state not in TERMINAL_SCRIPTS and script.delivery == "acknowledged":
                 script.orders += 1
                 script.control = f"{verb.value}:{script.orders}"

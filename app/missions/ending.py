@@ -5,7 +5,8 @@ from sqlalchemy.orm import Session
 
 from app.database import GoalRow, MissionRow, ScriptRow
 from app.events import EventLog
-from app.states import GoalState, MissionState
+from app.plans.proposing import close_plans
+from app.states import GoalState, MissionState, PlanState
 from robots.wire import FailureCategory
 
 
@@ -19,22 +20,26 @@ def end_mission(
     failure: FailureCategory | None,
     now_s: float,
 ) -> None:
-    """Nothing of an ended mission is delivered any more; its goal is finished with the mission's outcome.
+    """Nothing of an ended mission is delivered any more, but the order to stop to robots that were declared lost; its
+    goal is finished with the mission's outcome, and a repair that waits for a decision is closed.
 
     It ended when its robots were last heard of it, or at `now_s` if they never were (world's clock).
     """
     scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
     for script in scripts:
+        if script.abandoned:
+            continue
         script.question = script.control = script.clearance = None
         if script.delivery == "pending":
             script.delivery = "withdrawn"
-    mission.state, mission.failure = state, failure
+    mission.state, mission.failure, mission.recovery_step = state, failure, None
     mission.ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
     late_s = 0.0 if mission.deadline_s is None else mission.ended_at_s - mission.deadline_s
     if state is MissionState.COMPLETED and late_s > 0:
         reason = f"came true {late_s:.0f} s after the deadline"
     mission.reason = reason
     goal = session.get_one(GoalRow, mission.goal_id)
+    close_plans(session, events, goal, PlanState.EXPIRED, "its mission has ended")
     goal.state, goal.outcome, goal.reason = GoalState.FINISHED, state.value, reason
     events.append(
         session,

@@ -1,12 +1,15 @@
 """The mission monitor's rules (MACTA §4), as a pure function of what is known.
 
 At the end of the expected time and its margin the robots are asked how they stand, and the mission's state follows
-from their answers: still at work extends the time, silence makes the mission `unknown`, never `failed`.
+from their answers: still at work extends the time, silence makes the mission `unknown`, never `failed`. Where a robot
+fails, or the world is not as the plan counts on it to be, the others are made safe first; then the mission is
+recovered or ends.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from app.recovery.rules import Policy, Step, Trouble, category_of
 from app.states import MissionState
 from robots.wire import FailureCategory, ScriptState
 
@@ -16,7 +19,9 @@ EXTENSION_S = 20.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptView:
-    """A robot's script as known: `open_question` while a status query is unanswered, `stopping` once told to cancel."""
+    """A robot's script as known: `open_question` while a status query is unanswered, `stopping` once told to cancel,
+    `abandoned` if its robot was declared lost, `failed_at` the tag of the packet that failed.
+    """
 
     robot: str
     delivery: str
@@ -25,20 +30,47 @@ class ScriptView:
     stopping: bool = False
     category: FailureCategory | None = None
     detail: str = ""
+    abandoned: bool = False
+    failed_at: str = ""
 
     @property
     def ended(self) -> bool:
         done = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
-        return self.delivery == "refused" or self.state in done
+        return self.abandoned or self.delivery in ("refused", "withdrawn") or self.state in done
 
     @property
     def failed(self) -> bool:
-        return self.delivery == "refused" or self.state is ScriptState.FAILED
+        if self.state is ScriptState.FINISHED:
+            return False
+        return self.abandoned or self.delivery == "refused" or self.state is ScriptState.FAILED
+
+    @property
+    def trouble(self) -> Trouble:
+        """Only of one that failed. A robot that refuses, or is lost, is of no use for the mission any more."""
+        if self.abandoned:
+            lost = FailureCategory.UNREACHABLE
+            return Trouble(robot=self.robot, category=lost, detail="was declared lost", fit=False)
+        category = self.category or FailureCategory.ROBOT
+        willing = self.delivery != "refused"
+        return Trouble(
+            robot=self.robot, category=category, detail=self.detail, tag=self.failed_at, fit=willing
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionView:
-    """A mission as known. `asked_for_s`: wall-clock seconds since the monitor's open question, None without one."""
+    """A mission as known.
+
+    :param asked_for_s: wall-clock seconds since the monitor's open question, None without one.
+    :param scripts: of the plan that it carries out now.
+    :param missed: its goals that are not believed true, in words.
+    :param cut: what it counts on and is not believed any more, in words.
+    :param tries_left: how often it may still be recovered.
+    :param no_way: why no plan was found to recover it by, or why it was turned down; empty if none was sought.
+    :param done_before: a robot has finished a script of an earlier plan.
+    :param reason: what is said of it now.
+    :param stopped_for: why its robots were told to stop though none had failed.
+    """
 
     state: MissionState
     now_s: float
@@ -47,11 +79,34 @@ class MissionView:
     asked_for_s: float | None
     cancel_requested: bool
     scripts: Sequence[ScriptView]
+    missed: Sequence[str] = ()
+    cut: Sequence[str] = ()
+    policy: Policy = Policy.NEVER
+    step: Step | None = None
+    tries_left: int = 0
+    no_way: str = ""
+    done_before: bool = False
+    reason: str = ""
+    stopped_for: str = ""
+
+    @property
+    def troubles(self) -> tuple[Trouble, ...]:
+        return tuple(script.trouble for script in self.scripts if script.failed)
+
+    @property
+    def why(self) -> str:
+        """What has gone wrong, in words; empty if nothing has."""
+        if troubles := self.troubles:
+            return "; ".join(map(str, troubles))
+        return self.stopped_for or (f"{', '.join(self.cut)} is not true any more" if self.cut else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What to do next. `wait_s` is in the world's clock: when to look again if nothing is heard."""
+    """What to do next. `wait_s` is in the world's clock: when to look again if nothing is heard.
+
+    :param recover: the step of its recovery that the mission is to take.
+    """
 
     state: MissionState
     wait_s: float
@@ -60,6 +115,7 @@ class Verdict:
     ask: tuple[str, ...] = ()
     cancel: tuple[str, ...] = ()
     enquire_at_s: float | None = None
+    recover: Step | None = None
 
 
 def review(view: MissionView, *, patience_s: float) -> Verdict:
@@ -69,42 +125,75 @@ def review(view: MissionView, *, patience_s: float) -> Verdict:
     open_scripts = [script for script in view.scripts if not script.ended]
     if not open_scripts:
         return _conclusion(view)
-    failed = [script for script in view.scripts if script.failed]
-    if failed or view.cancel_requested:
-        return _make_safe(view, open_scripts, failed, patience_s)
+    stopping = any(script.stopping for script in open_scripts)
+    if view.why or view.cancel_requested or stopping:
+        return _make_safe(view, open_scripts, patience_s)
     if view.asked_for_s is None:
         return _expecting(view, open_scripts)
     return _questioning(view, open_scripts, patience_s)
 
 
+def cancelled() -> Verdict:
+    """Of a mission that the operator cancelled, when no robot is at work for it."""
+    reason, why = "cancelled by the operator", FailureCategory.CANCELLED
+    return Verdict(state=MissionState.CANCELLED, wait_s=0, reason=reason, failure=why)
+
+
 def _conclusion(view: MissionView) -> Verdict:
-    failed = [script for script in view.scripts if script.failed]
-    finished = [script for script in view.scripts if script.state is ScriptState.FINISHED]
-    if view.cancel_requested and len(finished) < len(view.scripts):
-        return Verdict(
-            state=MissionState.CANCELLED,
-            wait_s=0,
-            reason="cancelled by the operator",
-            failure=FailureCategory.CANCELLED,
-        )
-    if not failed:
-        return Verdict(state=MissionState.COMPLETED, wait_s=0)
-    reason = "; ".join(f"{script.robot}: {script.detail}" for script in failed)
-    category = failed[0].category or FailureCategory.ROBOT
-    state = MissionState.PARTIALLY_COMPLETED if finished else MissionState.FAILED
+    """Every robot has ended its part, well or badly."""
+    unfinished = [script for script in view.scripts if script.state is not ScriptState.FINISHED]
+    if view.cancel_requested and unfinished:
+        return cancelled()
+    if not view.missed:
+        # NOTE: a robot that failed after all goals had come true has not kept the mission from its end.
+        return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
+    category = category_of(view.troubles)
+    recovery = _recovery(view, "; ".join(filter(None, (_what_happened(view), view.no_way))))
+    if recovery is not None:
+        return replace(recovery, failure=category)
+    some_done = view.done_before or len(unfinished) < len(view.scripts)
+    state = MissionState.PARTIALLY_COMPLETED if some_done else MissionState.FAILED
+    reason = "; ".join(filter(None, (_what_happened(view), view.no_way)))
     return Verdict(state=state, wait_s=0, reason=reason, failure=category)
 
 
-def _make_safe(
-    view: MissionView, open_scripts: list[ScriptView], failed: list[ScriptView], patience_s: float
-) -> Verdict:
+def _recovery(view: MissionView, reason: str) -> Verdict | None:
+    """What is next in the recovery of a mission whose robots are safe; None if it ends."""
+    left_s = view.enquire_at_s - view.now_s
+    if view.step in (Step.PLANNING, Step.DECIDING, Step.STUCK) and not view.cancel_requested:
+        return Verdict(state=view.state, wait_s=EXTENSION_S, reason=view.reason)
+    if view.step is Step.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
+        return None
+    if view.step is Step.WAITING and left_s > 0:
+        return Verdict(state=MissionState.RECOVERING, wait_s=left_s, reason=reason)
+    if view.tries_left > 0 and (not view.no_way or view.step is Step.WAITING):
+        reason = _what_happened(view)
+        return Verdict(
+            state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=Step.PLANNING
+        )
+    if view.policy is Policy.AUTO:
+        return None
+    return Verdict(state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=Step.STUCK)
+
+
+def _what_happened(view: MissionView) -> str:
+    if view.why:
+        return view.why
+    if all(script.state is ScriptState.FINISHED for script in view.scripts):
+        return f"every script has finished, but {', '.join(view.missed)} is not true"
+    return "the robots were stopped"
+
+
+def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
     """Stop the robots that are still at work; one that does not answer leaves the mission unknown."""
-    why = "; ".join(f"{script.robot}: {script.detail}" for script in failed) or "cancelled by the operator"
+    why = "cancelled by the operator" if view.cancel_requested else _what_happened(view)
     names = tuple(script.robot for script in open_scripts)
     cancel = tuple(script.robot for script in open_scripts if not script.stopping)
+    recovers = not view.cancel_requested and view.policy is not Policy.NEVER
     if cancel or (view.asked_for_s or 0.0) < patience_s:
         reason = f"{why}; stopping {', '.join(names)}"
-        return Verdict(state=view.state, wait_s=patience_s, reason=reason, cancel=cancel)
+        state = MissionState.RECOVERING if recovers else view.state
+        return Verdict(state=state, wait_s=patience_s, reason=reason, cancel=cancel)
     return Verdict(
         state=MissionState.UNKNOWN,
         wait_s=patience_s,

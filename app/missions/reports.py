@@ -5,14 +5,12 @@ from collections.abc import Callable
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import MessageRow, MissionRow, PlanRow, ScriptRow
+from app.database import MessageRow, MissionRow, ScriptRow
 from app.durations import learn
+from app.missions.believing import Believing
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
 from app.missions.upkeep import note_upkeep
-from app.plan_body import PlanBody
 from app.states import TERMINAL_SCRIPTS, MissionState
-from app.world_model import applied, reconciled
-from planner import PlanNet, PlanNetAction
 from robots.wire import (
     Acknowledgement,
     Message,
@@ -35,7 +33,7 @@ class ReportBook:
         """:param released: called in the report's transaction with the world in which something is free again."""
         self._core = core
         self._database, self._workflows, self._events = core.database, core.workflows, core.events
-        self._facts, self._knowledge_base, self._holdings = core.facts, core.knowledge_base, core.holdings
+        self._holdings, self._believing = core.holdings, Believing(core)
         self._released = released
 
     def record(self, message: Message, world: str) -> bool:
@@ -106,6 +104,9 @@ class ReportBook:
             if sent is None or message.in_reply_to != f"{script.id}:{sent}":
                 continue
             setattr(script, order, None)
+            if delivery == "refused" and script.stopping and script.state not in TERMINAL_SCRIPTS:
+                # It has ended, and its report is on its way, or it does not know of the script any more.
+                script.question = f"{script.id}:status:{sent}"
             if delivery == "refused":
                 script.detail = reason
                 data = {"robot": script.robot, order: sent, "reason": reason}
@@ -125,11 +126,12 @@ class ReportBook:
         script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
         if script.state is None:
             script.state = ScriptState.RUNNING
-        self._started(session, mission, report.at_s)
+        if script.plan_id == mission.plan_id:
+            self._started(session, mission, report.at_s)
         if report.state is PacketState.FINISHED:
-            if has_ended(scripts_of(session, mission), report.packet_id):
-                self._came_true(session, report.packet_id, report.at_s, script, mission)
-            learn(session, mission, script, report.packet_id, known)
+            if has_ended(scripts_of(session, mission, script.plan_id), report.packet_id):
+                self._believing.came_true(session, report.packet_id, report.at_s, script, mission)
+            learn(session, mission.world, script, report.packet_id, known)
             renew_clearances(session, self._events, mission)
         self._events.append(
             session,
@@ -151,26 +153,6 @@ class ReportBook:
             mission.state = MissionState.RUNNING
             self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
 
-    def _came_true(
-        self, session: Session, action_id: str, at_s: float, script: ScriptRow, mission: MissionRow
-    ) -> None:
-        """An action has ended. What is known to have been done after it stands, for reports overtake each other."""
-        plan = session.get_one(PlanRow, mission.plan_id)
-        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
-        before = self._facts.facts(session, mission.world)
-        after = applied(before, net.action(action_id))
-        touched = after ^ before
-        for action in _done_since(net, action_id, session, mission):
-            after = applied(after, action)
-        self._facts.change(
-            session,
-            mission.world,
-            add=(after - before) & touched,
-            remove=(before - after) & touched,
-            source=f"report of {script.robot}",
-            at_s=at_s,
-        )
-
     def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
         if script.state in TERMINAL_SCRIPTS:
             return
@@ -185,7 +167,7 @@ class ReportBook:
             self._finish_all(session, report, script, mission)
             renew_clearances(session, self._events, mission)
         else:
-            self._reconcile(session, report, script, mission)
+            self._believing.reconcile(session, report, script, mission)
         self._events.append(
             session,
             f"script.{report.state.value}",
@@ -206,27 +188,8 @@ class ReportBook:
                 continue
             told = {"state": PacketState.FINISHED.value, "at_s": report.at_s, "finished_at_s": report.at_s}
             script.packets = {**script.packets, packet: {**known, **told}}
-            if has_ended(scripts_of(session, mission), packet):
-                self._came_true(session, packet, report.at_s, script, mission)
-
-    def _reconcile(
-        self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
-    ) -> None:
-        """A script ended before its time: what the robot perceives stands, what it had begun does not count."""
-        facts = self._facts.facts(session, mission.world)
-        change = reconciled(facts, script.robot, report.perceived, self._knowledge_base)
-        self._facts.change(
-            session,
-            mission.world,
-            add=change.add,
-            remove=change.remove,
-            source=f"report of {script.robot}",
-            at_s=report.at_s,
-        )
-        if change.notes:
-            self._events.append(
-                session, "world.reconciled", mission.world, robot=script.robot, notes=list(change.notes)
-            )
+            if has_ended(scripts_of(session, mission, script.plan_id), packet):
+                self._believing.came_true(session, packet, report.at_s, script, mission)
 
     def _status(self, session: Session, report: StatusReport, script: ScriptRow) -> None:
         script.question = None
@@ -257,18 +220,6 @@ class ReportBook:
         known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
         if known["state"] == PacketState.INITIALIZING:
             script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
-
-
-def _done_since(
-    net: PlanNet, action_id: str, session: Session, mission: MissionRow
-) -> tuple[PlanNetAction, ...]:
-    """What is known to have been done after the action, in order.
-
-    Its report may come late: others went on with what it brought about, and theirs came before it.
-    """
-    begun_s, scripts = net.action(action_id).earliest_start_s, scripts_of(session, mission)
-    later = [one for one in net.actions if one.earliest_start_s > begun_s and has_ended(scripts, one.id)]
-    return tuple(sorted(later, key=lambda one: one.earliest_start_s))
 
 
 def _row(message: Message) -> MessageRow:

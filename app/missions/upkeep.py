@@ -10,6 +10,7 @@ from robots.wire import UpkeepReport
 
 def note_upkeep(session: Session, core: Core, *, world: str, robot: str, report: UpkeepReport) -> None:
     """Believe what the robot perceives, unless something newer is known of where it is."""
+    core.facts.lock(session, world)
     rows = core.facts.rows(session, world)
     known_s = max(
         (row.at_s for row in rows if row.predicate == ROBOT_POSITION and row.args[0] == robot), default=0.0

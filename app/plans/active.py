@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import MissionRow, PlanRow, ScriptRow
-from app.plan_body import PlanBody
-from app.states import ENDED, has_ended
+from app.database import MissionRow, ScriptRow
+from app.plans.nets import PlanNets
+from app.states import ENDED
 from app.world_model import Reservation, all_of, named_in, needed_by
-from planner import KnowledgeBase
-from robots.wire import PacketState
+from robots.wire import PacketState, ScriptState
 
 REMEMBERED = 200
 """So many plans' needs are kept in memory."""
@@ -38,7 +37,7 @@ class _Needs:
     def left(self, idle: Collection[str], done: Collection[tuple[str, str]]) -> Reservation:
         """What is still needed.
 
-        :param idle: the robots whose scripts have ended, well or badly.
+        :param idle: the robots whose scripts have finished.
         :param done: action and robot, where the robot has done its part of the action.
         """
         open_ = (
@@ -50,10 +49,13 @@ class _Needs:
 
 
 class Holdings:
-    """Reads from the record what missions still need; robots' reports make it less and less."""
+    """Reads from the record what missions still need; robots' reports make it less and less.
 
-    def __init__(self, knowledge_base: KnowledgeBase) -> None:
-        self._knowledge_base = knowledge_base
+    What a robot that failed or was stopped was to do is still needed: the mission is recovered with it, or ends.
+    """
+
+    def __init__(self, plan_nets: PlanNets) -> None:
+        self._plan_nets = plan_nets
         self._needs: dict[str, _Needs] = {}
 
     def of_world(self, session: Session, world: str) -> Sequence[Held]:
@@ -68,12 +70,15 @@ class Holdings:
 
     def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
         """What a running mission still needs."""
-        columns = (ScriptRow.robot, ScriptRow.delivery, ScriptRow.state, ScriptRow.packets)
-        scripts = session.execute(select(*columns).where(ScriptRow.mission_id == mission.id)).all()
-        idle = {robot for robot, delivery, state, _ in scripts if has_ended(delivery, state)}
+        columns = (ScriptRow.robot, ScriptRow.state, ScriptRow.packets)
+        query = select(*columns).where(
+            ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id
+        )
+        scripts = session.execute(query).all()
+        idle = {robot for robot, state, _ in scripts if state == ScriptState.FINISHED}
         done = {
             (packet, robot)
-            for robot, _, _, packets in scripts
+            for robot, _, packets in scripts
             for packet, known in packets.items()
             if known["state"] == PacketState.FINISHED
         }
@@ -83,8 +88,7 @@ class Holdings:
         if plan_id not in self._needs:
             if len(self._needs) >= REMEMBERED:
                 self._needs.clear()
-            body = PlanBody.model_validate(session.get_one(PlanRow, plan_id).body)
-            net = body.to_plan_net(self._knowledge_base)
+            net = self._plan_nets.of(session, plan_id)
             self._needs[plan_id] = _Needs(
                 goals=named_in(net.goals),
                 actions={action.id: (action.agents, needed_by(action)) for action in net.actions},

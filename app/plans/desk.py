@@ -17,12 +17,17 @@ from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.organiser import Margin
 from app.plan_body import PlanBody
 from app.plans.proposing import close_plans, open_plans
+from app.recovery.given_up import lost_in
+from app.recovery.revising import revise, turn_down
+from app.recovery.rules import TRIES
 from app.states import GoalState, MissionState, PlanState
 from app.vocabulary import symbolic
 from app.world_model import broken, taken_by
 
 AUTOMATIC = "auto_approve"
 """Who decided on a plan whose goal was submitted with `auto_approve`."""
+RECOVERY = "recovery"
+"""Who decided on a repaired plan of a mission that is recovered without asking."""
 
 
 class PlanDesk:
@@ -34,11 +39,16 @@ class PlanDesk:
         *,
         margin: Margin,
         replan: Callable[[Session, GoalRow, str], None],
+        recover: Callable[[Session, GoalRow, str], None],
     ) -> None:
-        """:param replan: has a goal planned again, with the reason why."""
+        """
+        :param replan: has a goal planned again, with the reason why.
+        :param recover: has what is left of a goal's mission planned again, likewise.
+        """
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
         self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
-        self._margin, self._replan = margin, replan
+        self._plan_nets = core.plan_nets
+        self._margin, self._replan, self._recover = margin, replan, recover
 
     def get(self, plan_id: str) -> PlanRow:
         with self._database.read() as session:
@@ -78,15 +88,18 @@ class PlanDesk:
 
         None if the world has changed under the plan: then it has expired, and a repaired one is to take its place.
         """
+        if goal.mission_id is not None:
+            session.get_one(MissionRow, goal.mission_id, with_for_update=True)  # before the world, as all do
         # Of two plans that take the same robots, approved at once in two processes, one sees the other's mission.
         self._facts.lock(session, plan.world)
-        stale = self._stale(session, plan)
+        stale = self._stale(session, plan, goal)
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
         plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
         self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
         close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
-        self._replan(session, goal, f"the plan was overtaken: {stale}")
+        again = self._replan if goal.mission_id is None else self._recover
+        again(session, goal, f"the plan was overtaken: {stale}")
         return None
 
     def _approve(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
@@ -95,7 +108,12 @@ class PlanDesk:
             session, self._events, goal, PlanState.SUPERSEDED, f"plan {plan.id} was approved", but=plan.id
         )
         body = PlanBody.model_validate(plan.body)
-        net = body.to_plan_net(self._knowledge_base)
+        net = self._plan_nets.of(session, plan.id)
+        margin_s = self._margin.of(net, learned_durations(session, plan.world), plan.world)
+        if goal.mission_id is not None:
+            mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
+            revise(session, self._events, self._workflows, mission, plan, goal, margin_s=margin_s)
+            return mission.id
         mission = MissionRow(
             id=new_id("mission"),
             goal_id=goal.id,
@@ -104,8 +122,10 @@ class PlanDesk:
             state=MissionState.PENDING,
             estimate_s=body.makespan_s,
             original_estimate_s=body.makespan_s,
-            margin_s=self._margin.of(net, learned_durations(session, plan.world), plan.world),
+            margin_s=margin_s,
             deadline_s=goal.deadline_at_s,
+            recovery=goal.recovery,
+            tries_left=TRIES,
         )
         session.add(mission)
         goal.state, goal.plan_id, goal.mission_id = GoalState.COMMITTED, plan.id, mission.id
@@ -116,7 +136,10 @@ class PlanDesk:
         return mission.id
 
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
-        """Reject a plan; its goal is withdrawn with the last plan open. Rejecting again changes nothing."""
+        """Reject a plan; its goal is withdrawn with the last plan open. Rejecting again changes nothing.
+
+        The mission that a repaired plan was for ends; its robots are safe.
+        """
         with self._database.write() as session:
             plan, goal = _to_decide(session, plan_id)
             if plan.state == PlanState.REJECTED:
@@ -124,6 +147,10 @@ class PlanDesk:
             _refuse_decided(plan)
             self._decide(session, plan, PlanState.REJECTED, actor, comment)
             session.flush()
+            if goal.mission_id is not None:
+                mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
+                turn_down(session, self._workflows, mission, plan, goal, comment)
+                return plan
             if left := open_plans(session, goal.id):
                 goal.plan_id = left[0].id
                 return plan
@@ -138,14 +165,16 @@ class PlanDesk:
             session, f"plan.{state.value}", plan.id, goal=plan.goal_id, actor=actor, comment=comment
         )
 
-    def _stale(self, session: Session, plan: PlanRow) -> str:
+    def _stale(self, session: Session, plan: PlanRow, goal: GoalRow) -> str:
         """What of the plan does not hold any more, in words; empty if all of it does."""
-        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        net = self._plan_nets.of(session, plan.id)
         facts = self._facts.facts(session, plan.world)
         gone = [f"{symbolic(fact, self._knowledge_base)} is no longer true" for fact in broken(net, facts)]
+        lost = lost_in(session, plan.world)
+        gone += [f"{robot} was declared lost" for robot in net.robots if robot in lost]
         mine = taken_by(net)
         for held in self._holdings.of_world(session, plan.world):
-            if mine.overlaps(held.reservation):
+            if held.mission_id != goal.mission_id and mine.overlaps(held.reservation):
                 gone.append(
                     f"{', '.join(mine.shared(held.reservation))} now belong to mission {held.mission_id}"
                 )
@@ -168,7 +197,7 @@ def _to_decide(session: Session, plan_id: str) -> tuple[PlanRow, GoalRow]:
 
 
 def _mission_of(session: Session, plan: PlanRow) -> str:
-    return session.scalars(select(MissionRow.id).where(MissionRow.plan_id == plan.id)).one()
+    return session.scalars(select(MissionRow.id).where(MissionRow.goal_id == plan.goal_id)).one()
 
 
 def _refuse_decided(plan: PlanRow) -> None:

@@ -13,8 +13,9 @@ from app.errors import Conflict
 from app.goals.check import blocking, check_goals
 from app.plans.active import Held, all_reserved
 from app.plans.aims import with_chosen_berths
+from app.recovery.given_up import lost_in
 from app.vocabulary import planner_fact
-from app.world_model import objects_of, planning_problem
+from app.world_model import initial_spots, objects_of, planning_problem, spot_of
 from app.world_model.beliefs import CAN
 from app.world_model.reservation import is_withheld
 from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
@@ -28,8 +29,8 @@ from robots.world import WorldFile
 MOST_LOOKED_INTO = 8
 """Of more missions and robots it is not found out which of them a goal waits for."""
 
-Spots = Callable[[str], Mapping[str, tuple[float, float]]]
-"""Where the open-floor places of a world's robots are, (x, y) in metres."""
+Points = Callable[[str], Mapping[str, tuple[float, float]]]
+"""Where the robots of a world last said they are, (x, y) in metres; those that have not are where its file says."""
 Resting = Callable[[str], Mapping[str, str]]
 """The robots of a world that are not recruited now, each with the reason."""
 
@@ -103,14 +104,14 @@ class Posing:
         *,
         worlds: Mapping[str, WorldFile],
         clocks: Mapping[str, Clock],
-        spots: Spots,
+        points: Points,
         resting: Resting,
     ) -> None:
         self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
-        self._worlds, self._clocks, self._spots, self._resting = worlds, clocks, spots, resting
+        self._worlds, self._clocks, self._points, self._resting = worlds, clocks, points, resting
 
     def pose(self, session: Session, goal: GoalRow) -> Posed:
-        """What is to be planned for the goal now.
+        """What is to be planned for the goal now; what its own mission holds is at its disposal.
 
         :raises Conflict: if its world does not run.
         """
@@ -118,14 +119,17 @@ class Posing:
             raise Conflict(f"world {goal.world} does not run", code="world-not-running")
         world = self._worlds[goal.world]
         facts = self._facts.facts(session, goal.world)
-        held = self._holdings.of_world(session, goal.world)
+        held = [
+            one for one in self._holdings.of_world(session, goal.world) if one.mission_id != goal.mission_id
+        ]
         stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
         wanted = with_chosen_berths(session, goal, stated, world, facts, all_reserved(held))
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        resting = self._resting(goal.world)
+        resting = {**self._resting(goal.world), **lost_in(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
-        spots, reserved = self._spots(goal.world), all_reserved(held)
+        said = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
+        spots, reserved = {**initial_spots(world), **said}, all_reserved(held)
         able = frozenset(fact for fact in facts if not _is_ability(fact, of=resting))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))

@@ -1,6 +1,6 @@
 """Plans that the world has overtaken are repaired, not planned from nothing: operators see what has changed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sqlalchemy.orm import Session
 
@@ -16,12 +16,12 @@ from planner import (
     PlanningProblem,
     PlanningRequest,
 )
-from planner.repair import NOT_BEGUN, Repair, repair
+from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Overtaken:
-    """A plan of a goal that expired before it was carried out."""
+    """A plan of a goal that is to be replaced: it expired, or a mission cannot go on with it."""
 
     plan_id: str
     plan_net: PlanNet
@@ -48,14 +48,15 @@ def overtaken(session: Session, goal: GoalRow, knowledge_base: KnowledgeBase) ->
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repairing:
-    """The work of repairing a plan that has not begun."""
+    """The work of repairing a plan, of which some may be done."""
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
     problem: PlanningProblem
     request: PlanningRequest
+    progress: MissionProgress = field(default=NOT_BEGUN)
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> Repair:
         return repair(
-            engine, self.knowledge_base, self.plan_net, self.problem, NOT_BEGUN, self.request, observer
+            engine, self.knowledge_base, self.plan_net, self.problem, self.progress, self.request, observer
         )

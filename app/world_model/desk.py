@@ -9,9 +9,11 @@ from sqlalchemy import or_, select
 
 from app.agents import RobotBoard, RobotView
 from app.core import Core
-from app.database import FactRow, MissionRow, ScriptRow, WorldRow
+from app.database import FactRow, LostRobotRow, MissionRow, ScriptRow, WorldRow
 from app.durations import Durations, learned_durations
 from app.errors import Invalid, NotFound, Outdated
+from app.missions.waking import wake_missions
+from app.recovery.given_up import lost_rows
 from app.states import ENDED, TERMINAL_SCRIPTS, Connection
 from app.vocabulary import symbolic, symbolic_all
 from app.world_model.beliefs import (
@@ -26,6 +28,7 @@ from app.world_model.beliefs import (
 )
 from app.world_model.berths import Statement, with_berths
 from app.world_model.problem import objects_of
+from app.world_model.unknown import Unknown, not_known
 from planner import Fact, KnowledgeBaseError
 from robots.clock import Clock
 from robots.wire import SymbolicFact
@@ -46,7 +49,7 @@ class WorldReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotReport:
-    """A robot as known; `mission_id` is the mission that it is reserved for."""
+    """A robot as known; `mission_id` is the mission that it is reserved for, `lost` that it was given up."""
 
     view: RobotView
     connection: Connection
@@ -54,6 +57,7 @@ class RobotReport:
     repertoire: Sequence[str]
     reach: Sequence[str]
     mission_id: str | None
+    lost: LostRobotRow | None
 
 
 class WorldDesk:
@@ -68,7 +72,7 @@ class WorldDesk:
         board: RobotBoard,
     ) -> None:
         self._database, self._events, self._facts = core.database, core.events, core.facts
-        self._knowledge_base = core.knowledge_base
+        self._knowledge_base, self._workflows = core.knowledge_base, core.workflows
         self._worlds, self._clocks, self._board = worlds, clocks, board
 
     def reports(self) -> list[WorldReport]:
@@ -105,6 +109,16 @@ class WorldDesk:
         form = self._knowledge_base.to_relation
         return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
 
+    def unknown(self, world: str) -> Sequence[Unknown]:
+        """What is not known: where samples are, how robots stand that are lost or do not answer."""
+        samples = [sample.name for sample in self.world(world).samples]
+        with self._database.read() as session:
+            return not_known(session, world, known=self._facts.believed(session, world), samples=samples)
+
+    def relation(self, fact: Fact) -> Relation:
+        """The fact in rel/ref form."""
+        return self._knowledge_base.to_relation(fact)
+
     def durations(self, world: str) -> Durations:
         """What was learned of how long actions take in the world."""
         self.world(world)
@@ -131,6 +145,7 @@ class WorldDesk:
         """
         self.world(world)
         with self._database.write() as session:
+            self._facts.lock(session, world)
             _refuse_outdated(world, self._facts.version(session, world), expected_version)
             facts = self._facts.facts(session, world)
             news, gone = self._understood(world, changes, facts)
@@ -144,11 +159,13 @@ class WorldDesk:
                 remove=change.remove,
                 source=f"operator {actor}",
                 at_s=self._clocks[world].now_s(),
+                corrects=True,
             )
             unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
             dropped = symbolic_all(unsaid, self._knowledge_base)
             said = {"actor": actor, "comment": comment, "dropped": [fact.model_dump() for fact in dropped]}
             self._events.append(session, "world.corrected", world, **said)
+            wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
             return dropped
 
     def _understood(
@@ -192,7 +209,12 @@ class WorldDesk:
             self.world(world)
         missions = self._missions_by_robot()
         views = self._board.views(world)
-        return [self._robot(view, missions.get((view.world, name))) for name, view in sorted(views.items())]
+        with self._database.read() as session:
+            lost = {(row.world, row.robot): row for name in self._worlds for row in lost_rows(session, name)}
+        return [
+            self._robot(view, missions.get((view.world, name)), lost.get((view.world, name)))
+            for name, view in sorted(views.items())
+        ]
 
     def robot(self, name: str) -> RobotReport:
         reports = {report.view.name: report for report in self.robots()}
@@ -200,7 +222,7 @@ class WorldDesk:
             raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
         return reports[name]
 
-    def _robot(self, view: RobotView, mission_id: str | None) -> RobotReport:
+    def _robot(self, view: RobotView, mission_id: str | None, lost: LostRobotRow | None) -> RobotReport:
         now = time.time()
         world = self._worlds[view.world]
         spec = world.robot(view.name)
@@ -211,6 +233,7 @@ class WorldDesk:
             repertoire=spec.repertoire,
             reach=[place.name for place in world.reach_of(spec)],
             mission_id=mission_id,
+            lost=lost,
         )
 
     def _missions_by_robot(self) -> Mapping[tuple[str, str], str]:
@@ -220,6 +243,7 @@ class WorldDesk:
             .where(
                 MissionRow.state.not_in(ENDED),
                 ScriptRow.delivery != "refused",
+                ScriptRow.plan_id == MissionRow.plan_id,
                 or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
             )
         )

@@ -1,12 +1,16 @@
 """The world model's facts in the record: each with its source and time, each change counted in the world's version."""
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.database import FactRow, WorldRow
 from app.events import EventLog
+from app.world_model.beliefs import CLEAR, VACANT
+from app.world_model.doubts import note_unknown, unknowns
+from app.world_model.timeliness import Dated, subjects_of
 from planner import Fact
 
 
@@ -21,6 +25,18 @@ class FactStore:
 
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
+
+    def believed(self, session: Session, world: str) -> list[Dated]:
+        """Every fact with its source and time."""
+        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
+
+    def dated(self, session: Session, world: str) -> Sequence[Dated]:
+        """Every fact with its source and time; also the last word on what has no place by now."""
+        doubts = [
+            _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
+            for row in unknowns(session, world)
+        ]
+        return [*self.believed(session, world), *doubts]
 
     def version(self, session: Session, world: str) -> int:
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
@@ -39,17 +55,25 @@ class FactStore:
         remove: Iterable[Fact] = (),
         source: str,
         at_s: float,
+        corrects: bool = False,
     ) -> int:
-        """Make facts true and false; what is both removed and added is true. Answers the world's version after it."""
+        """Make facts true and false; what is both removed and added is true. Answers the world's version after it.
+
+        :param corrects: what is removed was believed wrongly, rather than come to its end: it stays visible.
+        """
         row = self.lock(session, world)
         added, removed = set(add), set(remove)
         known = {fact.atom: fact for fact in self.rows(session, world)}
         gone = [known[str(fact)] for fact in removed - added if str(fact) in known]
         new = [fact for fact in sorted(added) if str(fact) not in known]
+        before = [_belief(old) for old in gone if corrects and old.predicate not in (VACANT, CLEAR)]
         for old in gone:
             session.delete(old)
+            del known[old.atom]
         for fact in new:
-            session.add(_row(world, fact, source, at_s))
+            known[str(fact)] = _row(world, fact, source, at_s, before)
+            session.add(known[str(fact)])
+        note_unknown(session, world, gone=gone, left=known.values(), source=source, at_s=at_s)
         if gone or new:
             row.version += 1
             self._events.append(
@@ -61,10 +85,26 @@ class FactStore:
                 added=[str(fact) for fact in new],
                 removed=[old.atom for old in gone],
             )
+        if before:
+            data = {"source": source, "at_s": at_s, "believed": before}
+            self._events.append(session, "world.contradicted", world, **data)
         return row.version
 
 
-def _row(world: str, fact: Fact, source: str, at_s: float) -> FactRow:
+def _belief(row: FactRow) -> dict[str, Any]:
+    return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
+
+
+def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> Dated:
+    return Dated(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
+
+
+def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict[str, Any]]) -> FactRow:
+    """:param before: what was believed wrongly; the fact stands for what is of the same thing."""
+    about = subjects_of(fact)
+    contradicted = [
+        one for one in before if not about.isdisjoint(subjects_of(Fact(one["predicate"], tuple(one["args"]))))
+    ]
     return FactRow(
         world=world,
         atom=str(fact),
@@ -72,4 +112,5 @@ def _row(world: str, fact: Fact, source: str, at_s: float) -> FactRow:
         args=list(fact.args),
         source=source,
         at_s=at_s,
+        instead_of=contradicted,
     )

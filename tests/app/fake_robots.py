@@ -11,6 +11,7 @@ from robots.clock import ManualClock
 from robots.link import InMemoryLink
 from robots.wire import (
     Acknowledgement,
+    BehaviourPacket,
     BehaviourScript,
     Body,
     Clearance,
@@ -52,9 +53,14 @@ class FakeRobot:
     started: bool = False
     left_s: float = 0.0
     executed: list[str] = field(default_factory=list)
+    deeds: list[tuple[str, ...]] = field(default_factory=list)
+    """Tag and arguments of each packet that it has finished."""
     cleared: set[str] = field(default_factory=set)
     seen: set[str] = field(default_factory=set)
     answers: dict[str, Message] = field(default_factory=dict)
+    at: tuple[str, str] | None = None
+    """Relation and place, where it is at one."""
+    holds: str | None = None
     tunings: list[PacketTunings] = field(default_factory=list)
     forgone: set[str] = field(default_factory=set)
 
@@ -65,6 +71,12 @@ class Faults:
 
     silent: set[str] = field(default_factory=set)
     fails_at: dict[str, str] = field(default_factory=dict)
+    failures_left: int = 1_000_000
+    """So often any of them fails; then they do as they are told."""
+    perceives: bool = False
+    """Robots whose script ends before its time say where they are and what they hold."""
+    drops: set[str] = field(default_factory=set)
+    """Robots that lose what they carry on the way, and say so."""
     refuses: set[str] = field(default_factory=set)
     stuck: set[str] = field(default_factory=set)
     takes_s: dict[str, float] = field(default_factory=dict)
@@ -181,6 +193,8 @@ class FakeTeam:
                     False,
                 )
                 robot.cleared.clear()
+                if robot.at is None and "ref1" in script.packets[0].arguments:
+                    robot.at = ("near", script.packets[0].arguments["ref1"])
                 return self._message(
                     name, Performative.AGREE, Acknowledgement(script_id=script.id), message.id
                 )
@@ -233,21 +247,49 @@ class FakeTeam:
                 return
             robot.state, robot.started = ScriptState.RUNNING, True
             robot.left_s = self.faults.takes_s.get(packet.tag, packet.expected_duration_s)
+            if packet.tag in ("NAVIGATE", "TRANSPORT"):
+                robot.at = None
             self._report(name, robot, PacketState.RUNNING)
             return
         robot.left_s -= TICK_S
         if robot.left_s > 0:
             return
-        if self.faults.fails_at.get(name) == packet.tag:
+        dropped = name in self.faults.drops and packet.tag == "TRANSPORT"
+        if dropped:
+            robot.holds = None
+        fails = self.faults.fails_at.get(name) == packet.tag and self.faults.failures_left > 0
+        if dropped or fails:
+            self.faults.failures_left -= fails
             self._report(name, robot, PacketState.FAILED)
             self._end(name, robot, ScriptState.FAILED)
             return
         robot.executed.append(packet.id)
+        robot.deeds.append((packet.tag, *packet.arguments.values()))
+        self._moved(robot, packet)
         self.true_facts |= set(packet.achieves)
         self._report(name, robot, PacketState.FINISHED)
         robot.packet, robot.started = robot.packet + 1, False
         if robot.packet == len(robot.script.packets):
             self._end(name, robot, ScriptState.FINISHED)
+
+    def _moved(self, robot: FakeRobot, packet: BehaviourPacket) -> None:
+        if packet.tag == "DOCK":
+            robot.at, robot.holds = ("at", packet.arguments["ref1"]), packet.arguments["object"]
+        elif "ref2" in packet.arguments:
+            robot.at = ("near", packet.arguments["ref2"])
+        if packet.tag == "RELEASE2":
+            robot.holds = None
+
+    def _perceived(self, name: str, robot: FakeRobot) -> tuple[SymbolicFact, ...]:
+        if not self.faults.perceives:
+            return ()
+        grip = "full" if robot.holds else "empty"
+        facts = [SymbolicFact(predicate="robot_attribute", args=(name, "gripper", grip))]
+        if robot.holds:
+            facts.append(SymbolicFact(predicate="in", args=(robot.holds, name)))
+        if robot.at:
+            facts.append(SymbolicFact(predicate=robot.at[0], args=(name, robot.at[1])))
+        return tuple(facts)
 
     def _report(self, name: str, robot: FakeRobot, state: PacketState) -> None:
         assert robot.script is not None
@@ -278,6 +320,7 @@ class FakeTeam:
             at_s=self.clock.now_s(),
             category=FailureCategory.ROBOT if failed else None,
             detail="the gripper does not close" if failed else "",
+            perceived=() if state is ScriptState.FINISHED else self._perceived(name, robot),
         )
         self._say(self._message(name, Performative.FAILURE if failed else Performative.INFORM, report))
 

@@ -4,6 +4,7 @@ import { id, post } from "./api.js";
 import { el, replace, show } from "./dom.js";
 import { seconds, tone, words } from "./format.js";
 import { problemBox } from "./problem.js";
+import { recovery } from "./recovery.js";
 
 const ENDED = ["completed", "partially_completed", "failed", "cancelled"];
 
@@ -44,6 +45,7 @@ function card(mission, clock, problem, refresh) {
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
     mission.failure ? el("p", { class: "note" }, `Failure: ${words(mission.failure)}`) : null,
+    recovery(mission),
     problem,
     clock,
     (mission.progress ?? []).map(robotProgress),
@@ -52,7 +54,8 @@ function card(mission, clock, problem, refresh) {
 
 function controls(mission, problem, refresh) {
   if (ENDED.includes(mission.state)) return null;
-  const verbs = [mission.state === "paused" ? "resume" : "pause", "cancel"];
+  const again = mission.state === "paused" || mission.recovery?.step === "stuck";
+  const verbs = [again ? "resume" : "pause", "cancel"];
   return verbs.map((verb) => el(
     "button",
     {
@@ -100,7 +103,14 @@ function robotProgress(script) {
   return el(
     "div",
     { class: "script" },
-    el("div", { class: "script-head" }, el("b", {}, script.robot), el("span", { class: `badge ${tone(script.state)}` }, words(script.state ?? script.delivery ?? "waiting"))),
+    el(
+      "div",
+      { class: "script-head" },
+      el("b", {}, script.robot),
+      el("span", { class: `badge ${tone(script.state)}` }, words(script.state ?? script.delivery ?? "waiting")),
+      script.order ? el("span", { class: "quiet small" }, `told to ${script.order}, no answer yet`) : null,
+      script.lost ? el("span", { class: "badge bad" }, "lost") : null,
+    ),
     el("ol", { class: "packets" }, (script.packets ?? []).map((packet) => el(
       "li",
       { class: `packet ${tone(packet.state)}`, title: packet.description ?? "", "data-state": packet.state },

@@ -6,7 +6,8 @@ import pytest
 from rich.console import Console
 
 from app.cli.show import show_plan
-from app.plan_body import PlanBody
+from app.plan_body import DifferenceBody, PlanBody, RepairsBody
+from planner.repair import Course
 from tests.app.store import Store
 
 STORE = Store()
@@ -67,3 +68,15 @@ def test_a_goal_after_its_deadline_is_told() -> None:
     net = STORE.store_sample_1()
     late = PlanBody.of_plan_net(replace(net, late={net.goals[0]: 12.0}), STORE.base)
     assert "in(sample_1, bay_7) comes 12 s after its deadline" in shown(late)
+
+
+def test_what_a_repaired_plan_differs_in_is_told() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    assert "Repairs" not in shown(plan)
+    words = ("7 of 8 actions kept, ends 7 s later", "new: yard_2 goes to door_1")
+    difference = DifferenceBody(
+        kept={}, reassigned={}, dropped=(), added=("a1",), shifted={}, later_s=7.0, words=words
+    )
+    repairs = RepairsBody(plan_id="plan-1", course=Course.MENDED, difference=difference)
+    text = shown(plan.model_copy(update={"repairs": repairs}))
+    assert f"Repairs plan-1 (mended): {words[0]} {words[1]}" in text

@@ -20,7 +20,7 @@ def world_file() -> WorldFile:
 
 def approved(api: TestClient, follow: Follow) -> str:
     """The mission's path, once its plan is approved."""
-    goal = f"/v1/goals/{api.post('/v1/goals', json={'text': SENTENCE}).json()['id']}"
+    goal = f"/v1/goals/{api.post('/v1/goals', json={'text': SENTENCE, 'recovery': 'never'}).json()['id']}"
     plan_id = follow(goal, "planned")["plan_id"]
     return f"/v1/missions/{api.post(f'/v1/plans/{plan_id}:approve', json={}).json()['mission_id']}"
 

@@ -5,11 +5,13 @@ from dataclasses import replace
 import pytest
 
 from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, review
+from app.recovery.rules import Policy, Step
 from app.states import MissionState
 from robots.wire import FailureCategory, ScriptState
 
 PATIENCE_S = 10.0
 AT_WORK = ScriptView(robot="yard_1", delivery="acknowledged", state=ScriptState.RUNNING, open_question=False)
+MISSED = ("in(sample_1, bay_7)",)
 DONE = ScriptView(robot="store_2", delivery="acknowledged", state=ScriptState.FINISHED, open_question=False)
 FAILED = replace(
     AT_WORK, state=ScriptState.FAILED, category=FailureCategory.WORLD_CHANGED, detail="bay_7 is occupied"
@@ -27,6 +29,7 @@ def mission(
         asked_for_s=asked_for_s,
         cancel_requested=False,
         scripts=scripts,
+        missed=() if all(script.state is ScriptState.FINISHED for script in scripts) else MISSED,
     )
     return replace(view, **more)  # type: ignore[arg-type]
 
@@ -146,3 +149,83 @@ def test_a_mission_paused_while_a_question_is_open_stays_paused(open_question: b
 def test_a_mission_without_scripts_yet_is_not_concluded() -> None:
     for state in (MissionState.PENDING, MissionState.PAUSED):
         assert review(mission(state=state), patience_s=PATIENCE_S).state is state
+
+
+STOPPED = replace(AT_WORK, robot="store_2", state=ScriptState.CANCELLED, stopping=True)
+
+
+def recovered(*scripts: ScriptView, **more: object) -> MissionView:
+    """A mission that is recovered without asking, unless told otherwise."""
+    return mission(*scripts, **{"policy": Policy.AUTO, "tries_left": 2, **more})
+
+
+def test_a_mission_recovers_once_its_robots_are_safe() -> None:
+    stopping = review(recovered(FAILED, AT_WORK), patience_s=PATIENCE_S)
+    assert (stopping.state, stopping.cancel, stopping.recover) == (MissionState.RECOVERING, ("yard_1",), None)
+    verdict = review(recovered(FAILED, STOPPED), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.recover) == (MissionState.RECOVERING, Step.PLANNING)
+    assert verdict.failure is FailureCategory.WORLD_CHANGED
+
+
+def test_a_mission_that_was_recovered_too_often_fails_or_has_an_operator_asked() -> None:
+    view = recovered(FAILED, STOPPED, tries_left=0)
+    assert review(view, patience_s=PATIENCE_S).state is MissionState.FAILED
+    asked = review(replace(view, policy=Policy.ASK), patience_s=PATIENCE_S)
+    assert (asked.state, asked.recover) == (MissionState.RECOVERING, Step.STUCK)
+
+
+def test_a_mission_without_a_plan_to_recover_by_fails_with_both_reasons() -> None:
+    view = recovered(FAILED, STOPPED, no_way="no plan was found without yard_1")
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.FAILED
+    assert "bay_7 is occupied" in verdict.reason
+    assert "no plan was found without yard_1" in verdict.reason
+
+
+@pytest.mark.parametrize("step", [Step.PLANNING, Step.DECIDING, Step.STUCK])
+def test_while_a_repair_is_sought_or_decided_on_nothing_is_concluded(step: Step) -> None:
+    view = recovered(FAILED, step=step, state=MissionState.RECOVERING, reason="wait", tries_left=0)
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.reason, verdict.recover) == (MissionState.RECOVERING, "wait", None)
+    cancelled = review(replace(view, cancel_requested=True), patience_s=PATIENCE_S)
+    assert cancelled.state is MissionState.CANCELLED
+    true_after_all = review(replace(view, missed=()), patience_s=PATIENCE_S)
+    assert true_after_all.state is MissionState.COMPLETED
+
+
+def test_a_repair_that_others_keep_from_being_made_is_sought_again_later() -> None:
+    view = recovered(FAILED, step=Step.WAITING, no_way="waits for mission-2")
+    early = review(view, patience_s=PATIENCE_S)
+    assert (early.state, early.recover, early.wait_s) == (MissionState.RECOVERING, None, 90.0)
+    assert review(replace(view, now_s=100.0), patience_s=PATIENCE_S).recover is Step.PLANNING
+    spent = review(replace(view, now_s=100.0, tries_left=0), patience_s=PATIENCE_S)
+    assert spent.state is MissionState.FAILED
+
+
+def test_a_repair_that_was_turned_down_ends_the_mission() -> None:
+    view = recovered(FAILED, DONE, policy=Policy.ASK, step=Step.ENDING, no_way="the repair was rejected")
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.PARTIALLY_COMPLETED
+    assert "the repair was rejected" in verdict.reason
+
+
+def test_a_world_that_is_not_as_the_plan_counts_on_stops_the_robots() -> None:
+    verdict = review(recovered(AT_WORK, cut=("in(sample_1, door_1)",)), patience_s=PATIENCE_S)
+    assert verdict.cancel == ("yard_1",)
+    assert "in(sample_1, door_1) is not true any more" in verdict.reason
+    again = review(recovered(replace(AT_WORK, stopping=True), asked_for_s=0.1), patience_s=PATIENCE_S)
+    assert (again.state, again.cancel) == (MissionState.RECOVERING, ())
+
+
+def test_a_lost_robot_counts_as_failed_and_nobody_waits_for_it() -> None:
+    lost = replace(AT_WORK, abandoned=True)
+    verdict = review(recovered(lost, STOPPED), patience_s=PATIENCE_S)
+    assert verdict.recover is Step.PLANNING
+    assert verdict.failure is FailureCategory.UNREACHABLE
+    finished_after_all = replace(lost, state=ScriptState.FINISHED)
+    assert review(recovered(finished_after_all, DONE), patience_s=PATIENCE_S).state is MissionState.COMPLETED
+
+
+def test_a_mission_whose_goals_are_true_is_completed_though_a_robot_failed_afterwards() -> None:
+    verdict = review(recovered(FAILED, DONE, missed=()), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.COMPLETED

@@ -1,4 +1,6 @@
-"""Missions that do not go as planned: silence, failure, refusal, cancel, pause, a plan that comes true only in part."""
+"""Missions that do not go as planned and are not recovered: silence, failure, refusal, cancel, pause, a plan that comes
+true only in part.
+"""
 
 import time
 from collections.abc import Callable
@@ -19,7 +21,7 @@ def start(api: TestClient, follow: Follow) -> Callable[[], str]:
     """Approves a plan for the main goal; answers the path of its mission."""
 
     def approved() -> str:
-        goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()
+        goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "recovery": "never"}).json()
         plan_id = follow(f"/v1/goals/{goal['id']}", "planned")["plan_id"]
         mission_id = api.post(f"/v1/plans/{plan_id}:approve", json={}).json()["mission_id"]
         return f"/v1/missions/{mission_id}"
@@ -156,7 +158,9 @@ def test_scripts_that_all_finish_without_the_goal_being_true_then_are_not_a_succ
     api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:
     team.faults.stuck.add("store_1")
-    goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7 and sample_2 to bay_3"}).json()
+    goal = api.post(
+        "/v1/goals", json={"text": "move sample_1 to bay_7 and sample_2 to bay_3", "recovery": "never"}
+    ).json()
     plan_id = follow(f"/v1/goals/{goal['id']}", "planned")["plan_id"]
     mission = f"/v1/missions/{api.post(f'/v1/plans/{plan_id}:approve').json()['mission_id']}"
     follow_until(lambda: "in(sample_1, bay_7)" in believed(api))

@@ -13,6 +13,7 @@ from app.database import Database, DurationRow, GoalRow, WorldRow
 from app.database.migrate import migrate
 from app.events import EventLog
 from app.plans.active import Held, Holdings
+from app.plans.nets import PlanNets
 from app.plans.posing import Posed, Posing
 from app.world_model import Reservation
 from app.world_model.store import FactStore
@@ -29,14 +30,15 @@ class Asker:
 
     def __init__(self, database: Database, session: Session, resting: dict[str, str]) -> None:
         self._session = session
-        events = EventLog(database)
+        events, nets = EventLog(database), PlanNets(STORE.base)
         core = Core(
             database=database,
             events=events,
             facts=FactStore(events),
             workflows=None,  # type: ignore[arg-type]
             knowledge_base=STORE.base,
-            holdings=Holdings(STORE.base),
+            plan_nets=nets,
+            holdings=Holdings(nets),
         )
         clock = ManualClock()
         clock.advance(100.0)
@@ -44,7 +46,7 @@ class Asker:
             core,
             worlds={"sample_store": STORE.world},
             clocks={"sample_store": clock},
-            spots=lambda _: {},
+            points=lambda _: {},
             resting=lambda _: resting,
         )
         session.add(WorldRow(id="sample_store", title="Store", layout={}, releases=7))

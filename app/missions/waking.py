@@ -1,0 +1,19 @@
+"""Missions are looked at again when something may have changed what they count on."""
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.database import MissionRow
+from app.durable import Workflows
+from app.states import ENDED
+
+
+def wake_missions(session: Session, workflows: Workflows, world: str, key: str, *, but: str = "") -> None:
+    """Wake the running missions of a world, once per key, if the caller's transaction commits.
+
+    :param but: the mission that is woken anyway.
+    """
+    query = select(MissionRow.id).where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+    for mission_id in session.scalars(query):
+        if mission_id != but:
+            workflows.wake(session, mission_id, f"{mission_id}:{key}")
