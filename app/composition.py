@@ -29,6 +29,7 @@ from app.plans.active import Holdings
 from app.plans.choices import WORKFLOW as FIND_ALTERNATIVES
 from app.plans.choices import Choices
 from app.plans.desk import AUTOMATIC, RECOVERY, PlanDesk
+from app.plans.engine import make_engine
 from app.plans.explaining import Explaining
 from app.plans.exporting import Exporting
 from app.plans.limits import PlanningLimits
@@ -50,23 +51,13 @@ from app.settings import Settings, lock_folder
 from app.tuning import TuningDesk
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
-from planner import PlanningEngine, load_knowledge_base
+from planner import load_knowledge_base
 from robots.clock import Clock
 from robots.world import WorldFile
 
 __all__ = ["RunningWorld", "Service", "make_engine"]
 
 WEB = Path(__file__).parent.parent / "web" / "static"
-
-
-def make_engine() -> PlanningEngine:
-    """The planning engine, warm. Called inside the planning process."""
-    # NOTE: imported here, for only the planning process needs the engines, and they take seconds.
-    from planner.engines import portfolio
-
-    engine = portfolio(load_knowledge_base())
-    engine.warm_up()
-    return engine
 
 
 class Service:
@@ -296,11 +287,10 @@ class Service:
 
     def _seeing_to(self, world: RunningWorld) -> Callable[[], None]:
         """What a world's agent models see to between messages: who drives it, and who of it may be recruited again."""
-        name, release, fleet = world.file.name, self._waiting.release, world.fleet
+        name, release, meeting = world.file.name, self._waiting.release, None
         speaks = partial(self.presence.speaks_for, name)
-        meeting = None
-        if fleet is not None:
-            meeting = Meeting(self._core, world.file, fleet, released=release, speaks=speaks)
+        if world.fleet is not None:
+            meeting = Meeting(self._core, world.file, world.fleet, released=release, speaks=speaks)
 
         def see() -> None:
             if meeting is not None:
