@@ -216,14 +216,11 @@ class Service:
         )
         self.lost = LostRobots(core, clocks=self.clocks, board=self.board, released=self._waiting.release)
         self._reports = ReportBook(core, released=self._waiting.release)
-        dispatching = Dispatching(
-            core,
-            library=load_library(core.knowledge_base),
-            repertoires={n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()},
-        )
+        repertoires = {n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()}
+        library = load_library(core.knowledge_base)
         self._life = MissionLife(
             core,
-            dispatching=dispatching,
+            dispatching=Dispatching(core, library=library, repertoires=repertoires),
             times={
                 n: WorldTime(clock=w.clock, rate=w.pace, answer_s=w.file.answer_s)
                 for n, w in self._worlds.items()
