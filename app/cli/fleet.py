@@ -15,16 +15,19 @@ from app.errors import Invalid, Unavailable
 from robots.link import LinkClosed
 from robots.mqtt import Broker, FleetLink
 from robots.world import WorldFile
-from sim import SimulationProcess
+from sim import Keep, LastingWorld
 from sim.snapshot import digest_of
 
 TURN_S = 0.02
 """How long a message to the robots may wait for one from them."""
 
 
-def fleet(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -> None:
-    """Run until interrupted or terminated.
+def fleet(
+    world: WorldFile, speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
+) -> None:
+    """Run until interrupted or terminated. The world goes on from where it is kept in the data folder.
 
+    :param afresh: build the world anew, though it might go on.
     :raises Invalid: if no broker is named, or it does not let the fleet in.
     :raises Unavailable: if another fleet drives the world, or the world cannot go on.
     """
@@ -34,11 +37,15 @@ def fleet(world: WorldFile, speed: float, seed: int, given: Mapping[str, Any]) -
         raise Invalid("--broker: say where the broker is, as mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     warn_if_open(broker)
+    keep = Keep(folder=settings.data / "worlds", any_run=True, afresh=afresh)
     with (
         told_to_end() as ending,
-        SimulationProcess.start(world, seed=seed, speed=speed, jitter_m=0.0) as simulation,
+        LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
+        if simulation.why_afresh:
+            why = escape(simulation.why_afresh)
+            Console(stderr=True).print(f"World {world.name} begins afresh: {why}.", soft_wrap=True)
         relay = _Relay(world, simulation, link, broker, speed)
         while not ending.is_set():
             relay.turn()
@@ -56,7 +63,7 @@ class _Relay:
     """Between the simulation's process and the broker: the robots' words out, what is said to them in."""
 
     def __init__(
-        self, world: WorldFile, simulation: SimulationProcess, link: FleetLink, broker: Broker, speed: float
+        self, world: WorldFile, simulation: LastingWorld, link: FleetLink, broker: Broker, speed: float
     ) -> None:
         self._world, self._simulation, self._link = world, simulation, link
         self._broker, self._speed = broker, speed
@@ -65,10 +72,10 @@ class _Relay:
     def turn(self) -> None:
         """Pass on what there is, waiting a moment for the robots."""
         try:
-            for message in self._simulation.link.receive(TURN_S):
+            for message in self._simulation.receive(TURN_S):
                 self._link.send(message)
             for message in self._link.receive():
-                self._simulation.link.send(message)
+                self._simulation.send(message)
         except LinkClosed as error:
             raise Unavailable(f"world {self._world.name} cannot go on: {error}") from error
         self._link.proclaim(self._simulation.now_s(), self._speed)

@@ -14,13 +14,15 @@ def fleet(
     speed: Speed = 1.0,
     data: Annotated[Path | None, typer.Option(help="Folder that the world is kept in.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
+    afresh: Annotated[bool, typer.Option("--afresh", help="Build the world anew; else it goes on.")] = False,
 ) -> None:
     """Simulate a world and its robots, to be reached over a broker by `macta serve --broker`."""
     from app.cli.fleet import fleet as run
 
     given = {"broker_url": broker, "data": data}
     with carefully():
-        run(named_world(world), speed or 1.0, seed, {k: v for k, v in given.items() if v is not None})
+        options = {k: v for k, v in given.items() if v is not None}
+        run(named_world(world), speed or 1.0, seed, options, afresh=afresh)
     leave(0)
 
 
