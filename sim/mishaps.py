@@ -68,6 +68,11 @@ def sightings_read_nan(readings: Readings) -> Readings:
     return replace(readings, sightings=Sightings(readings.sightings.names, read))
 
 
+def head_reads_nan(readings: Readings) -> Readings:
+    """The capture head tells no deflection."""
+    return readings if readings.capture_head_m is None else replace(readings, capture_head_m=(nan, nan))
+
+
 def sees_nothing(readings: Readings) -> Readings:
     """Infra-red runs and meets no beacon: a covered receiver."""
     return readings if readings.sightings is None else replace(readings, sightings=NONE_IN_VIEW)

@@ -6,8 +6,9 @@
 import pytest
 
 from benchmarks.meetings import meet
-from benchmarks.mishap_cases import cases
-from benchmarks.mishaps import PACKET_S, Outcome, Trial
+from benchmarks.mishaps.cases import cases
+from benchmarks.mishaps.trial import Outcome, Trial
+from benchmarks.mishaps.undertakings import PACKET_S
 from robots.patience import FAULT_S, LOST_S, UNSEEN_S
 
 TICKS_S = 0.5
@@ -69,6 +70,15 @@ def test_a_blocked_interchange_is_reported_with_what_is_in_the_way() -> None:
     assert outcome.took_s <= PACKET_S + TICKS_S
     assert "something" in outcome.words
     assert "from its hull" in outcome.words
+
+
+@pytest.mark.parametrize("robot", ["fred", "ginger"])
+def test_who_carries_together_waits_for_a_partner_that_sees_nothing_for_a_while(robot: str) -> None:
+    assert befalls(f"all covered 10 s, TRANSPORT of {robot}").how == "recovered"
+
+
+def test_who_backs_off_by_odometry_that_stands_still_sees_when_it_is_far_enough() -> None:
+    assert befalls("odometry frozen, TRANSPORT of fred").how == "recovered"
 
 
 def test_a_robot_goes_on_without_a_whisker_that_is_stuck() -> None:

@@ -1,0 +1,173 @@
+"""What may be done to a robot, to the sample it works on, or to a beacon while it is at work."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import cos, nan, pi, sin
+
+import numpy as np
+
+from robots.body import Pose, Sensor
+from robots.geometry import wrap
+from sim.crew import Crew
+from sim.mishaps import (
+    Fault,
+    Mishaps,
+    beams_read,
+    dead,
+    frozen,
+    has_room,
+    knock,
+    push,
+    sees_nothing,
+    sightings_read_nan,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """An undertaking under way, and the robot of it that something befalls."""
+
+    crew: Crew
+    mishaps: Mishaps
+    rng: np.random.Generator
+    robot: str
+    sample: str
+
+    @property
+    def pose(self) -> Pose:
+        return self.crew.simulation.scene.pose(self.robot)
+
+
+Act = Callable[[Stage], None]
+
+
+def turned(stage: Stage) -> None:
+    """Turned by hand on the spot, by a quarter to a half turn."""
+    pose = stage.pose
+    turn = stage.rng.choice([-1, 1]) * stage.rng.uniform(pi / 2, pi)
+    stage.mishaps.lift(
+        stage.crew.simulation, stage.robot, replace(pose, heading_rad=wrap(pose.heading_rad + turn))
+    )
+
+
+def carried_off(stage: Stage) -> None:
+    """Set down somewhere else, heading anywhere."""
+    while True:
+        x_m, y_m = stage.rng.uniform(0.4, 7.6), stage.rng.uniform(0.4, 3.2)
+        pose = Pose(x_m=x_m, y_m=y_m, heading_rad=stage.rng.uniform(-pi, pi))
+        if abs(complex(x_m - stage.pose.x_m, y_m - stage.pose.y_m)) > 1 and has_room(
+            stage.crew.simulation, stage.robot, pose
+        ):
+            stage.mishaps.lift(stage.crew.simulation, stage.robot, pose)
+            return
+
+
+def shoved(stage: Stage) -> None:
+    """Pushed over the floor, 0.3 to 0.6 m in some direction."""
+    for _ in range(100):
+        by_m, way = stage.rng.uniform(0.3, 0.6), stage.rng.uniform(-pi, pi)
+        try:
+            push(stage.crew.simulation, stage.robot, ahead_m=by_m * cos(way), left_m=by_m * sin(way))
+        except ValueError:
+            continue
+        return
+
+
+def knocked(by_m: float) -> Act:
+    """The sample rolls off over the floor of the yard, so that no wall hides it."""
+
+    def act(stage: Stage) -> None:
+        truth = stage.crew.simulation.truth().samples[stage.sample]
+        while True:
+            way = stage.rng.uniform(-pi, pi)
+            point = (truth.x_m + by_m * cos(way), truth.y_m + by_m * sin(way))
+            if 0.15 < point[0] < 7.85 and 0.15 < point[1] < 3.45:
+                break
+        stage.crew.simulation.drop(stage.sample)
+        knock(stage.crew.simulation, stage.sample, point)
+
+    return act
+
+
+def twisted(turn_rad: float) -> Act:
+    """Turned by hand on the spot, by so much to one of both sides."""
+
+    def act(stage: Stage) -> None:
+        turned_rad = stage.pose.heading_rad + stage.rng.choice([-1, 1]) * turn_rad
+        lifted = replace(stage.pose, heading_rad=wrap(turned_rad))
+        stage.mishaps.lift(stage.crew.simulation, stage.robot, lifted)
+
+    return act
+
+
+def nudged(ahead_m: float, left_m: float) -> Act:
+    """Pushed over the floor a little, to one of both sides."""
+
+    def act(stage: Stage) -> None:
+        side = stage.rng.choice([-1, 1])
+        push(stage.crew.simulation, stage.robot, ahead_m=side * ahead_m, left_m=side * left_m)
+
+    return act
+
+
+def let_go(stage: Stage) -> None:
+    """Its jaws open and stay open."""
+    body = stage.mishaps.bodies[stage.robot]
+    body.set_gripper(closed=False)
+
+
+def hidden(identity: str) -> Act:
+    return lambda stage: stage.mishaps.hide(identity)
+
+
+def shown(identity: str) -> Act:
+    return lambda stage: stage.mishaps.show(identity)
+
+
+def boxed(at: tuple[float, float], side_m: float) -> Act:
+    """A tall box is put somewhere."""
+
+    def act(stage: Stage) -> None:
+        stage.crew.simulation.scene.put_box(at, 0.0, side_m=side_m, height_m=0.6)
+
+    return act
+
+
+def sensor(fault: Callable[[], Fault]) -> Act:
+    return lambda stage: stage.mishaps.break_sensor(stage.robot, fault())
+
+
+def mended(stage: Stage) -> None:
+    stage.mishaps.mend(stage.robot)
+    stage.mishaps.bodies[stage.robot].wheel_fault = None
+
+
+def wheels_nan(stage: Stage) -> None:
+    stage.mishaps.bodies[stage.robot].wheel_fault = lambda pose: replace(pose, x_m=nan, heading_rad=nan)
+
+
+def wheels_frozen(stage: Stage) -> None:
+    body = stage.mishaps.bodies[stage.robot]
+    kept = body.get_position()
+    body.wheel_fault = lambda _: kept
+
+
+def battery_nan(stage: Stage) -> None:
+    stage.mishaps.break_sensor(stage.robot, lambda readings: replace(readings, battery=nan))
+
+
+WHISKER_FAULTS: dict[str, Callable[[], Fault]] = {
+    "one whisker NaN": lambda: beams_read(nan, 1),
+    "one whisker reads 0": lambda: beams_read(0.0, 1),
+    "whiskers NaN": lambda: beams_read(nan),
+    "whiskers dead": lambda: dead(Sensor.ULTRASONIC),
+    "whiskers frozen": lambda: frozen(Sensor.ULTRASONIC),
+}
+SENSOR_FAULTS: dict[str, Callable[[], Fault]] = {
+    "infra-red NaN": lambda: sightings_read_nan,
+    "infra-red dead": lambda: dead(Sensor.INFRA_RED),
+    "infra-red frozen": lambda: frozen(Sensor.INFRA_RED),
+    "infra-red covered": lambda: sees_nothing,
+    "gripper dead": lambda: dead(Sensor.GRIPPER),
+    "gripper frozen": lambda: frozen(Sensor.GRIPPER),
+}

@@ -1,0 +1,110 @@
+"""One case in one seed's world, and how it ended."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.mishaps.acts import Stage
+from benchmarks.mishaps.cases import Case, cases
+from robots.body import RADIUS_M, Pose
+from robots.wire import PacketState, ScriptState
+from robots.world.walls import clearance_m, panels_of
+from sim.crew import Crew
+from sim.mishaps import Mishaps
+
+WALL_M = RADIUS_M - 0.03
+"""A rover whose middle is nearer to a wall's surface than this is in it."""
+OUTCOMES = ("recovered", "reported", "wrong", "silent")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """How one trial ended: `took_s` after the mishap, None if nothing befell; `walled`: the robot was in a wall.
+
+    `end`: where it truly came to.
+    """
+
+    how: str
+    took_s: float | None
+    words: str = ""
+    walled: bool = False
+    end: Pose | None = None
+
+
+class Trial:
+    """One case in one seed's world."""
+
+    def __init__(self, case: Case, seed: int) -> None:
+        mishaps = Mishaps()
+        self._case, self._work = case, case.of()
+        self._crew = Crew(self._work.world, seed=seed, make_agent=mishaps.fit)
+        self._stage = Stage(
+            crew=self._crew,
+            mishaps=mishaps,
+            rng=np.random.default_rng(seed),
+            robot=case.robot,
+            sample=self._work.sample,
+        )
+        self._panels = panels_of(self._crew.world.walls)
+        self._done_s: float | None = None
+        self._undone = False
+        self._walled = False
+
+    def run(self) -> Outcome:
+        work, simulation = self._work, self._crew.simulation
+        try:
+            over = self._crew.run(work.scripts, timeout_s=work.limit_s, meanwhile=self._meddle)
+            truth = simulation.truth()
+        finally:
+            simulation.close()
+        sample, ended = truth.samples[work.sample], self._crew.ended.values()
+        failed = [one.detail for one in ended if one.state is not ScriptState.FINISHED]
+        right = sample.place == work.goal and not sample.holders
+        words = "; ".join(failed)
+        if not over:
+            how = "silent"
+        elif failed:
+            how = "reported"
+        else:
+            how, words = ("recovered", "") if right else ("wrong", f"{work.sample} is in {sample.ref}")
+        return Outcome(
+            how=how,
+            took_s=None if self._done_s is None else truth.time_s - self._done_s,
+            words=words,
+            walled=self._walled,
+            end=truth.robots[self._case.robot],
+        )
+
+    def _meddle(self) -> None:
+        now_s, case = self._crew.simulation.clock.now_s(), self._case
+        if self._done_s is None and self._ran_s() >= case.after_s:
+            self._done_s = now_s
+            case.do(self._stage)
+        elif (
+            self._done_s is not None
+            and case.undo
+            and not self._undone
+            and now_s - self._done_s >= case.undo_s
+        ):
+            self._undone = True
+            case.undo(self._stage)
+        pose = self._stage.pose
+        self._walled |= clearance_m((pose.x_m, pose.y_m), self._panels) < WALL_M
+
+    def _ran_s(self) -> float:
+        """How long the patterns of the case's packet have acted; -1 if they do not."""
+        mine = {one.id for one in self._work.scripts if one.robot == self._case.robot}
+        last = next((one for one in reversed(self._crew.reports) if one.script_id in mine), None)
+        if (
+            last is None
+            or last.state is not PacketState.RUNNING
+            or not last.packet_id.endswith(f"_{self._case.during.lower()}")
+        ):
+            return -1.0
+        return self._crew.simulation.clock.now_s() - last.at_s
+
+
+def run(order: tuple[int, int]) -> Outcome:
+    """One trial. :param order: the case's number among `cases()`, and the seed."""
+    number, seed = order
+    return Trial(tuple(cases())[number], seed).run()
