@@ -56,7 +56,7 @@ class PacketRun:
         self._waited_s = 0.0
         self._lost_s = self._unseen_s = 0.0
         self._told: set[str] = set()
-        self._guard = StallGuard(content.goal, content.retries or 0)
+        self._guard = StallGuard(content.goal, content.retries or 0, content.stalled_s)
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
         self._watch = EventWatch(content.events)

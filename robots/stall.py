@@ -24,8 +24,8 @@ class StallGuard:
     gripper.
     """
 
-    def __init__(self, goal: str | None, retries: int = RETRIES) -> None:
-        self._goal = goal
+    def __init__(self, goal: str | None, retries: int = RETRIES, stalled_s: float = STALLED_S) -> None:
+        self._goal, self._stalled_s = goal, stalled_s
         self.allowed = retries
         self._best_m = inf
         self._mark: tuple[complex, float, str | None] | None = None
@@ -48,7 +48,7 @@ class StallGuard:
 
     @property
     def stalled(self) -> bool:
-        return self._idle_s >= STALLED_S
+        return self._idle_s >= self._stalled_s
 
     @property
     def spent(self) -> bool:

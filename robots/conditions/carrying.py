@@ -32,7 +32,7 @@ class AtHandle:
     def check(self, percepts: Percepts) -> Verdict:
         gap_m = to_handle_m(percepts, self.object, self.robot)
         if gap_m is None:
-            return Verdict(False, f"does not see {self.robot} and {self.object}")
+            return Verdict(False, f"does not see {self.robot} and {self.object}", unseen=True)
         words = f"sees {self.robot} {gap_m:.2f} m from a handle of {self.object}"
         if gap_m > self.within_m or percepts.still_for_s(self.robot) >= self.still_s:
             return Verdict(gap_m <= self.within_m, words)

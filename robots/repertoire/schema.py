@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter
 from robots.avoidance import AnyAvoidance
 from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
 from robots.events import TIMEOUT, TOO_FAR, TOO_FAST
-from robots.patience import RETRIES
+from robots.patience import RETRIES, STALLED_S
 from robots.patterns import BehaviourPattern, Level
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
 
@@ -28,9 +28,10 @@ class PacketSpec(Checked):
     `arguments` must be given; `places`, `objects` and `robots` say which of them name what. `before` and
     `after` are the sensor pre- and post-conditions. Our additions: `waiting`, patterns active until the pre-
     conditions hold; `maintain`, conditions whose loss is a failure; `goal`, the place or thing that measures
-    progress, and how often it `retries` without any (None: it need not get anywhere). `long`: it is what its tag
-    stands for when the `object` is a long one, whose handles are "$object@left", "@right" and "@free". In place of a
-    pattern may stand `patterns_of`, all the patterns of another packet, with this packet's arguments.
+    progress, how long without any it has `stalled` (s), and how often it `retries` then (None: it need not get
+    anywhere). `long`: it is what its tag stands for when the `object` is a long one, whose handles are "$object@left",
+    "@right" and "@free". In place of a pattern may stand `patterns_of`, all the patterns of another packet, with this
+    packet's arguments.
 
     SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
     an `object` or a way-point `x`, `y`; `events`; how to `avoid` obstacles: by the packet's `patterns`, or by a method
@@ -56,6 +57,7 @@ class PacketSpec(Checked):
     avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None
     retries: int | None = Field(default=RETRIES, ge=0)
+    stalled_s: float = Field(default=STALLED_S, gt=0)
 
     def with_patterns_of(self, packets: Mapping[str, Sequence[Mapping[str, Any]]]) -> "PacketSpec":
         """The packet with those patterns in it that it has in common with others.
@@ -114,6 +116,7 @@ class PacketSpec(Checked):
             max_distance_m=max_distance_m,
             goal=fill(self.goal),
             retries=self.retries,
+            stalled_s=self.stalled_s,
         )
 
 
@@ -180,3 +183,4 @@ class BoundPacket:
     max_distance_m: float = LIMITS[MAX_DISTANCE].most
     goal: str | None = None
     retries: int | None = RETRIES
+    stalled_s: float = STALLED_S

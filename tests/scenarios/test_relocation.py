@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from benchmarks.relocation import THING, TO, relocate, scripts
+from robots.patience import UNSEEN_S
 from robots.wire import Control, ControlVerb, Message, Performative, ScriptState
 from robots.world import load_world
 from sim.beam import TRAVEL_M
@@ -33,7 +34,9 @@ def cut_short(mishap: Callable[[Crew], None], *, at_s: float = 35.0) -> Crew:
             happened.append(now_s)
             mishap(crew)
 
-    assert crew.run(scripts(), timeout_s=at_s + 20, meanwhile=meanwhile), "a robot waits in silence"
+    assert crew.run(scripts(), timeout_s=at_s + UNSEEN_S + 20, meanwhile=meanwhile), (
+        "a robot waits in silence"
+    )
     assert happened
     return crew
 
