@@ -6,6 +6,8 @@ from typing import Any, Self
 from robots.wire import (
     BehaviourScript,
     Clearance,
+    Control,
+    ControlVerb,
     Message,
     PacketReport,
     PacketState,
@@ -63,6 +65,11 @@ class Crew:
         self.scripts += scripts
         for each in scripts:
             self._say(each.robot, Performative.REQUEST, ScriptRequest(script=each))
+
+    def cancel(self, script: BehaviourScript) -> None:
+        """Have a robot stop its script."""
+        order = Control(script_id=script.id, verb=ControlVerb.CANCEL)
+        self._say(script.robot, Performative.CANCEL, order)
 
     def run(
         self,

@@ -47,7 +47,7 @@ class Trial:
         )
         self._panels = panels_of(self._crew.world.walls)
         self._done_s: float | None = None
-        self._undone = False
+        self._undone = self._given_up = False
         self._walled = False
 
     def run(self) -> Outcome:
@@ -58,7 +58,7 @@ class Trial:
         finally:
             simulation.close()
         sample, ended = truth.samples[work.sample], self._crew.ended.values()
-        failed = [one.detail for one in ended if one.state is not ScriptState.FINISHED]
+        failed = [one.detail for one in ended if one.state is ScriptState.FAILED]
         right = sample.place == work.goal and not sample.holders
         words = "; ".join(failed)
         if not over:
@@ -88,8 +88,19 @@ class Trial:
         ):
             self._undone = True
             case.undo(self._stage)
+        if not self._given_up and any(
+            one.state is not ScriptState.FINISHED for one in self._crew.ended.values()
+        ):
+            self._given_up = True
+            self._make_safe()
         pose = self._stage.pose
         self._walled |= clearance_m((pose.x_m, pose.y_m), self._panels) < WALL_M
+
+    def _make_safe(self) -> None:
+        """As the service does once one robot has failed: the others are to stop."""
+        for script in self._work.scripts:
+            if script.id not in self._crew.ended:
+                self._crew.cancel(script)
 
     def _ran_s(self) -> float:
         """How long the patterns of the case's packet have acted; -1 if they do not."""

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.relocation import THING, TO, relocate, scripts
 from robots.patience import UNSEEN_S
-from robots.wire import Control, ControlVerb, Message, Performative, ScriptState
+from robots.wire import ScriptState
 from robots.world import load_world
 from sim.beam import TRAVEL_M
 from sim.crew import Crew
@@ -57,17 +57,7 @@ def test_who_is_let_down_by_its_partner_says_what_it_sees() -> None:
 
 
 def test_who_is_held_back_by_a_partner_that_stands_gives_up_without_dropping_the_sample() -> None:
-    def stop_ginger(crew: Crew) -> None:
-        letter = Message(
-            performative=Performative.REQUEST,
-            sender="service",
-            receiver="ginger",
-            sent_at_s=crew.simulation.clock.now_s(),
-            body=Control(script_id="ginger_relocates", verb=ControlVerb.CANCEL),
-        )
-        crew.simulation.link.send(letter)
-
-    crew = cut_short(stop_ginger)
+    crew = cut_short(lambda crew: crew.cancel(crew.scripts[1]))
     assert crew.ended["ginger_relocates"].state is ScriptState.CANCELLED
     assert f"made no progress after 0 retries: the robot has {THING}" in failure(crew, "fred")
     assert f"short of {TO}" in failure(crew, "fred")
