@@ -91,9 +91,9 @@ class Faults:
 class FakeTeam:
     """All robots of a world on one link, in a thread, with the world's clock."""
 
-    def __init__(self) -> None:
+    def __init__(self, run: str = "run-of-the-fake-team") -> None:
         self.link, self._far = InMemoryLink.pair()
-        self.run = "run-of-the-fake-team"
+        self.run = run
         self.clock = ManualClock()
         self.faults = Faults()
         self.robots: dict[str, FakeRobot] = {}

@@ -128,8 +128,8 @@ def test_a_robot_never_heard_of_is_not_drawn_and_the_others_keep_their_colours(
     with served(create_app(service), service, port):
         until(lambda: label(viewer, "yard_2") == "yard_2")
         assert label(viewer, "yard_1") is None
+        until(lambda: node(viewer, "/robots/hull").batched_positions[0][2] < 0)  # the label is drawn first
         hulls = node(viewer, "/robots/hull").batched_positions
-        assert hulls[0][2] < 0
         assert hulls[1][:2].tolist() == pytest.approx(service.world.robot("yard_2").start[:2])
 
 

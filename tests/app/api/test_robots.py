@@ -124,7 +124,7 @@ def test_a_world_that_starts_afresh_is_told_the_tuning_again(
 ) -> None:
     settings = Settings(data=tmp_path, token=TOKEN, database_url=None)
     for start in range(2):
-        with FakeTeam() as team:
+        with FakeTeam(run=f"run {start}") as team:
             world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
             with Service(settings, [world], worker=worker) as service, TestClient(service.api) as api:
                 api.headers["authorization"] = f"Bearer {TOKEN}"

@@ -78,7 +78,7 @@ def service_on(folder: Path, team: FakeTeam, worker: PlanningWorker) -> Service:
     return Service(settings, [world], worker=worker)
 
 
-def test_after_a_restart_nothing_of_an_ended_mission_is_delivered(
+def test_after_a_start_afresh_nothing_of_an_ended_mission_is_delivered(
     tmp_path: Path, worker: PlanningWorker
 ) -> None:
     with FakeTeam() as team:
@@ -90,7 +90,11 @@ def test_after_a_restart_nothing_of_an_ended_mission_is_delivered(
             while not any(message_id.endswith(":request") for message_id in team.arrived):
                 assert time.monotonic() < give_up
                 time.sleep(0.05)
-    with FakeTeam() as team, service_on(tmp_path, team, worker) as second, TestClient(second.api) as api:
+    with (
+        FakeTeam(run="another run") as team,
+        service_on(tmp_path, team, worker) as second,
+        TestClient(second.api) as api,
+    ):
         api.headers["authorization"] = f"Bearer {TOKEN}"
         mission = api.get(f"/v1/missions/{api.get(goal).json()['mission_id']}").json()
         assert (mission["state"], mission["failure"]) == ("failed", "world_changed")

@@ -177,8 +177,7 @@ def seen_from(pose: Pose) -> Percepts:
     return perception.perceive(MutualDataStore(body.sense().by_sensor()), pose, 0.0)
 
 
-@settings(max_examples=40, deadline=None)
-@settings(deadline=None)  # the first call compiles
+@settings(max_examples=40, deadline=None)  # the first call compiles
 @given(poses, poses)
 def test_a_model_carried_along_shows_what_fresh_sensing_would_show(before: Pose, after: Pose) -> None:
     model = carried(seen_from(before), seen_from(after))
