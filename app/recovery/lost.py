@@ -15,7 +15,7 @@ from app.core import Core
 from app.database import LostRobotRow, MissionRow, ScriptRow
 from app.errors import Conflict
 from app.recovery.given_up import lost_rows
-from app.states import ENDED, TERMINAL_SCRIPTS, Connection
+from app.states import ENDED, TERMINAL_SCRIPTS, Connection, MissionState
 from robots.clock import Clock
 
 CONTACT = "contact"
@@ -45,7 +45,7 @@ class LostRobots:
             row = LostRobotRow(
                 world=world,
                 robot=robot,
-                silent=not self._in_contact(world, robot),
+                silent=not self._in_contact(world, robot) or _is_unanswering(session, world, robot),
                 since_s=self._clocks[world].now_s(),
                 declared_by=actor,
                 comment=comment,
@@ -105,6 +105,15 @@ class LostRobots:
             script.control, script.stopping = f"cancel:{script.orders}", True
         self._events.append(session, "script.abandoned", script.id, robot=script.robot)
         self._core.workflows.wake(session, mission.id, f"abandoned:{script.id}:{script.orders}")
+
+
+def _is_unanswering(session: Session, world: str, robot: str) -> bool:
+    """True if a mission is `unknown` for want of the robot's answer, though its last word is not long ago."""
+    return any(
+        script.question is not None
+        and session.get_one(MissionRow, script.mission_id).state == MissionState.UNKNOWN
+        for script in _open_scripts(session, world, robot)
+    )
 
 
 def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRow]:
