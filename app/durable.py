@@ -258,6 +258,15 @@ def step(name: str, function: Callable[[], Any]) -> Any:
         raise StepFailed(f"step {name!r} failed {STEP_ATTEMPTS} times; the log says why") from error
 
 
+def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None:
+    """Take a workflow's steps; if one keeps failing, the step that gives up, with the reason, in place of the rest."""
+    try:
+        work()
+    except StepFailed as failure:
+        reason = str(failure)
+        step("give up", lambda: give_up(reason))
+
+
 def sleep_until_woken(timeout_s: float) -> None:
     """Wait inside a workflow for a message on `WAKE`, `timeout_s` at most; the instant it ends at is durable."""
     DBOS.recv(WAKE, timeout_seconds=timeout_s)

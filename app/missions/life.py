@@ -7,12 +7,13 @@ before and does nothing twice. Between steps the workflow sleeps until a report 
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import MissionRow, ScriptRow
-from app.durable import StepFailed, sleep_until_woken, step
+from app.durable import or_give_up, sleep_until_woken, step
 from app.missions.dispatching import Dispatching
 from app.missions.ending import end_mission
 from app.missions.monitor import MissionView, Verdict, cancelled, review
@@ -78,14 +79,13 @@ class MissionLife:
 
     def run(self, mission_id: str) -> None:
         """The workflow. A step that keeps failing ends the mission, so that it does not hold its robots for ever."""
-        try:
-            if not step("organise", lambda: self._organise(mission_id)):
-                return
-            while (sleep_s := step("monitor", lambda: self._monitor(mission_id))) is not None:
-                sleep_until_woken(sleep_s)
-        except StepFailed as failure:
-            reason = str(failure)
-            step("give up", lambda: self._give_up(mission_id, reason))
+        or_give_up(lambda: self._live(mission_id), partial(self._give_up, mission_id))
+
+    def _live(self, mission_id: str) -> None:
+        if not step("organise", lambda: self._organise(mission_id)):
+            return
+        while (sleep_s := step("monitor", lambda: self._monitor(mission_id))) is not None:
+            sleep_until_woken(sleep_s)
 
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""

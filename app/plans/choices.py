@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow, PlanRow
-from app.durable import PLANNING, StepFailed, step
+from app.durable import PLANNING, or_give_up, step
 from app.errors import Conflict, NotFound
 from app.goals.record import goal_to_change
 from app.ids import new_id
@@ -114,11 +115,9 @@ class Choices:
 
     def run(self, goal_id: str) -> None:
         """The workflow."""
-        try:
-            step("find alternatives", lambda: self._find(goal_id))
-        except StepFailed as failure:
-            reason = str(failure)
-            step("give up", lambda: self._give_up(goal_id, reason))
+        or_give_up(
+            lambda: step("find alternatives", lambda: self._find(goal_id)), partial(self._give_up, goal_id)
+        )
 
     def _give_up(self, goal_id: str, reason: str) -> None:
         with self._database.write() as session:

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow, PlanRow
-from app.durable import PLANNING, StepFailed, step
+from app.durable import PLANNING, or_give_up, step
 from app.plan_body import RepairsBody
 from app.plans.limits import PlanningLimits, PlanningWish
 from app.plans.posing import Posed, Posing
@@ -54,11 +55,7 @@ class Planning:
 
     def run(self, goal_id: str) -> None:
         """The workflow. A step that keeps failing ends the goal, so that it is not planned for ever."""
-        try:
-            step("plan", lambda: self._plan(goal_id))
-        except StepFailed as failure:
-            reason = str(failure)
-            step("give up", lambda: self._give_up(goal_id, reason))
+        or_give_up(lambda: step("plan", lambda: self._plan(goal_id)), partial(self._give_up, goal_id))
 
     def _give_up(self, goal_id: str, reason: str) -> None:
         with self._database.write() as session:

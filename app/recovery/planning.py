@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow, MissionRow, PlanRow, ScriptRow
-from app.durable import PLANNING, StepFailed, step
+from app.durable import PLANNING, or_give_up, step
 from app.missions.monitor import MissionView, Verdict
 from app.missions.record import locked_after_goal
 from app.plan_body import RepairsBody
@@ -97,11 +98,9 @@ class Recovering:
 
     def run(self, mission_id: str) -> None:
         """The workflow."""
-        try:
-            step("recover", lambda: self._recover(mission_id))
-        except StepFailed as failure:
-            reason = str(failure)
-            step("give up", lambda: self._give_up(mission_id, reason))
+        or_give_up(
+            lambda: step("recover", lambda: self._recover(mission_id)), partial(self._give_up, mission_id)
+        )
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
