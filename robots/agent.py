@@ -5,9 +5,10 @@ from dataclasses import replace
 from robots.body import Body
 from robots.clock import Clock
 from robots.errors import RepertoireError, SensorFault
-from robots.executive import KEPT_STATES, Executive
+from robots.executive import Executive
 from robots.facts import REPORTED
 from robots.link import Link
+from robots.looking import conditions_of
 from robots.mailbox import Mailbox
 from robots.memory import RobotMemory
 from robots.patience import FAULT_S
@@ -21,12 +22,13 @@ from robots.sensing.energy import SensingMeter, load_powers
 from robots.sensing.health import SensorHealth
 from robots.sensing.loops import control_loop
 from robots.stale import StaleScripts, supersedes
+from robots.standing import KEPT_STATES
 from robots.synthesis import Motion
 from robots.telemetry import telemetry
+from robots.teleoperation import Teleoperation
 from robots.trace import Trace
 from robots.upkeep import Upkeep
 from robots.wire import (
-    Acknowledgement,
     BehaviourScript,
     Clearance,
     Control,
@@ -35,11 +37,12 @@ from robots.wire import (
     PacketState,
     PacketTunings,
     Performative,
-    Refusal,
     Retune,
     ScriptReport,
     ScriptRequest,
     ScriptState,
+    SetPoint,
+    SetPointRefusal,
     StatusQuery,
     TraceQuery,
     TuningReport,
@@ -75,6 +78,7 @@ class BehaviouralAgent:
         self._tuning_version, self._tuning = 0, PacketTunings()
         self._executive = Executive(profile, self._repertoire)
         self._upkeep = Upkeep(profile, load_self_level())
+        self._teleoperation = Teleoperation(profile)
         self._loop = control_loop(profile.architecture, self._executive)
         self._sensory = SensoryController(body)
         self._health = SensorHealth(profile.whisker_least_m)
@@ -132,6 +136,8 @@ class BehaviouralAgent:
         percepts = self._sense(now_s, step_s)
         look = self._attend_all(now_s)
         self._look_after_itself(percepts)
+        if percepts is not None:
+            percepts.wish = self._teleoperation.wish(now_s)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
         self._sensory.run((*self._loop.beside, *look))
         self._report(now_s)
@@ -168,7 +174,9 @@ class BehaviouralAgent:
         self._told_s = now_s
         if self._fault:
             known = replace(known, time_s=now_s, degraded=(*known.degraded, self._fault))
-        self._mailbox.post(telemetry(known, self._executive, self._meter, self._sensory.running), now_s)
+        driver, running = self._teleoperation.driver, self._sensory.running
+        told = telemetry(known, self._executive, self._meter, running, driven_by=driver)
+        self._mailbox.post(told, now_s)
 
     def _attend_all(self, now_s: float) -> tuple[SensorAction, ...]:
         """Attend to the letters. Who asks what the robot perceives while it senses nothing is answered a tick later,
@@ -201,20 +209,23 @@ class BehaviouralAgent:
             case ScriptRequest(script=script):
                 if script.id not in self._verdicts:
                     self._judge(script, now_s)
-                self._agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
-            case Control(script_id=script_id, verb=verb):
-                why_not = self._control(script_id, verb, now_s)
-                self._agree_or_refuse(message, script_id, why_not, now_s)
+                self._mailbox.agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
+            case Control(script_id=script_id) as order:
+                why_not = self._control(order, now_s)
+                self._mailbox.agree_or_refuse(message, script_id, why_not, now_s)
             case Clearance(script_id=script_id, ended=ended):
                 why_not = self._executive.clear(script_id, ended)
-                self._agree_or_refuse(message, script_id, why_not, now_s)
+                self._mailbox.agree_or_refuse(message, script_id, why_not, now_s)
             case StatusQuery(script_id=script_id):
                 status = self._executive.status(script_id, self._percepts, now_s)
                 self._mailbox.answer(message, Performative.INFORM, status, now_s)
             case TraceQuery(seconds=seconds):
-                self._mailbox.tell(message, self.trace.report(now_s, seconds), now_s)
+                told = self.trace.report(now_s, seconds, conditions_of(self._executive.current))
+                self._mailbox.tell(message, told, now_s)
             case Retune() as wanted:
                 self._retune(message, wanted, now_s)
+            case SetPoint() as set_point:
+                self._drive(message, set_point, now_s)
 
     def _take_on(self, script: BehaviourScript, now_s: float) -> str | None:
         """Accept a script in place of what it supersedes, or say why not."""
@@ -226,13 +237,14 @@ class BehaviouralAgent:
             self._executive.control(under_way.id, ControlVerb.CANCEL, self._percepts, now_s, why)
         return self._too_weak() or self._executive.accept(script)
 
-    def _control(self, script_id: str, verb: ControlVerb, now_s: float) -> str | None:
+    def _control(self, order: Control, now_s: float) -> str | None:
         """Follow an order on a script, or say why not. A cancel that overtook its script holds when that comes."""
+        script_id, verb = order.script_id, order.verb
         overtook = verb is ControlVerb.CANCEL and script_id not in self._verdicts
         if overtook and self._executive.forgo(script_id, self._percepts, now_s):
             self._stale.cancel(script_id)
             return None
-        return self._executive.control(script_id, verb, self._percepts, now_s)
+        return self._executive.control(script_id, verb, self._percepts, now_s, number=order.number)
 
     def _retune(self, message: Message, wanted: Retune, now_s: float) -> None:
         """Tune the packets to come; what is older than what is in use changes nothing."""
@@ -246,6 +258,16 @@ class BehaviouralAgent:
         self._mailbox.answer(
             message, performative, TuningReport(version=wanted.version, reason=reason), now_s
         )
+
+    def _drive(self, message: Message, wanted: SetPoint, now_s: float) -> None:
+        """Drive by an operator's set-point, or say why not. One that comes too late to be his wish says nothing."""
+        driving = self._teleoperation
+        if driving.is_late(message.sent_at_s, wanted, now_s):
+            return
+        why_not = driving.follow(wanted, self._executive, now_s, too_weak=self._too_weak())
+        if why_not is not None:
+            refusal = SetPointRefusal(driver=wanted.driver, reason=why_not)
+            self._mailbox.tell(message, refusal, now_s, Performative.REFUSE)
 
     def _look_after_itself(self, percepts: Percepts | None) -> None:
         """With nothing else to do. A need that it cannot see to it reports."""
@@ -269,15 +291,9 @@ class BehaviouralAgent:
         run = self._executive.current
         return self._upkeep.refusal(self._percepts, under_way=run.packet.tag if run else None)
 
-    def _agree_or_refuse(self, request: Message, script_id: str, why_not: str | None, now_s: float) -> None:
-        if why_not is None:
-            agreed = Acknowledgement(script_id=script_id)
-            self._mailbox.answer(request, Performative.AGREE, agreed, now_s)
-        else:
-            refused = Refusal(script_id=script_id, reason=why_not)
-            self._mailbox.answer(request, Performative.REFUSE, refused, now_s)
-
     def _report(self, now_s: float) -> None:
+        if (gave_way := self._teleoperation.settle(self._executive, self._percepts, now_s)) is not None:
+            self._mailbox.report(Performative.INFORM, gave_way, now_s)
         for report in self._executive.take_reports():
             ended_badly = isinstance(report, ScriptReport) and report.state is not ScriptState.FINISHED
             self._mailbox.report(Performative.FAILURE if ended_badly else Performative.INFORM, report, now_s)

@@ -14,6 +14,7 @@ from robots.reporting import Report, forgone_report, packet_report, script_repor
 from robots.sensing.actions import CYCLIC_ACTIONS
 from robots.sensing.machine import BehaviourState, StateMachine, schedule
 from robots.sensing.plans import task_plan
+from robots.standing import ENDED, Standing
 from robots.synthesis import Motion
 from robots.trace import Instant, Trace
 from robots.wire import (
@@ -25,10 +26,6 @@ from robots.wire import (
     StatusReport,
     SymbolicFact,
 )
-
-ENDED = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
-KEPT_STATES = 1024
-"""How a script ended is forgotten after so many others."""
 
 
 class Executive:
@@ -43,11 +40,13 @@ class Executive:
         self._critical = load_self_level().critical
         self._script: BehaviourScript | None = None
         self._runs: list[PacketRun] = []
-        self._index = 0
+        self._index, self._order = 0, 0
         self._machine = StateMachine()
         self.task_state: frozenset[SymbolicFact] = frozenset()
-        self._states: dict[str, ScriptState] = {}
+        self._standing = Standing()
         self._reports: list[Report] = []
+        self.ending = ""
+        """Why the last script that ended did, in words; empty if of itself."""
         self.responses = Responses()
         self.trace = Trace()
 
@@ -63,7 +62,7 @@ class Executive:
 
     @property
     def state(self) -> ScriptState | None:
-        return self._states[self._script.id] if self._script else None
+        return self._standing.of(self._script.id) if self._script else None
 
     @property
     def _under_way(self) -> BehaviourScript:
@@ -102,10 +101,10 @@ class Executive:
         if missing:
             return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
         if self.script is not None:
-            self._note(self.script.id, ScriptState.CANCELLED)
+            self._standing.note(self.script.id, ScriptState.CANCELLED)
         self._script, self._runs, self._index, self._machine = script, runs, 0, machine
-        self.task_state = frozenset()
-        self._note(script.id, ScriptState.ACCEPTED)
+        self.task_state, self._order = frozenset(), 0
+        self._standing.note(script.id, ScriptState.ACCEPTED)
         return None
 
     def _prepared(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
@@ -121,16 +120,18 @@ class Executive:
         script, packets = self._script, tuple(run.memory() for run in self._runs)
         if script is None:
             return ExecutiveMemory()
-        place = ScriptMemory(script=script, index=self._index, packets=packets, task_state=self.task_state)
-        return ExecutiveMemory(script=place, states=dict(self._states))
+        place = ScriptMemory(
+            script=script, index=self._index, packets=packets, task_state=self.task_state, order=self._order
+        )
+        return ExecutiveMemory(script=place, states=self._standing.memory())
 
     def recall(self, memory: ExecutiveMemory, now_s: float) -> None:
         """Go on in the packet that was under way. A script that does not fit the repertoire any more has failed."""
-        self._states = dict(memory.states)
+        self._standing.recall(memory.states)
         if memory.script is None:
             return
         self._script, self._index = memory.script.script, memory.script.index
-        self.task_state = memory.script.task_state
+        self.task_state, self._order = memory.script.task_state, memory.script.order
         if not self.active:
             return
         try:
@@ -159,10 +160,19 @@ class Executive:
         percepts: Percepts | None,
         now_s: float,
         why: str = "cancelled on request",
+        *,
+        number: int = 0,
     ) -> str | None:
-        """Cancel, pause or resume the script under way, or say why not. The gripper stays as it is."""
+        """Cancel, pause or resume the script under way, or say why not. The gripper stays as it is.
+
+        :param number: of the order. Orders overtake each other: a pause or resume older than what was followed last is
+            not followed any more. A cancel is, whatever came before it.
+        """
         if (stale := self._stale(script_id)) is not None:
             return stale
+        if verb is not ControlVerb.CANCEL and number < self._order:
+            return f"order {number} to {verb.value} script {script_id} was overtaken by order {self._order}"
+        self._order = max(number, self._order)
         if verb is ControlVerb.CANCEL:
             self._end(ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, why)
         elif verb is ControlVerb.PAUSE and self.state is not ScriptState.PAUSED:
@@ -173,9 +183,9 @@ class Executive:
 
     def forgo(self, script_id: str, percepts: Percepts | None, now_s: float) -> bool:
         """Report a script that has not come as cancelled; False if it is known here."""
-        if script_id in self._states:
+        if script_id in self._standing:
             return False
-        self._note(script_id, ScriptState.CANCELLED)
+        self._standing.note(script_id, ScriptState.CANCELLED)
         self._say(forgone_report(script_id, percepts, now_s))
         return True
 
@@ -194,7 +204,7 @@ class Executive:
         run, behaviour = self.current, self.behaviour
         if run is None or behaviour is None or not percepts.data.holds(behaviour.action.percepts):
             return Motion()
-        self._note(self._under_way.id, ScriptState.RUNNING)
+        self._standing.note(self._under_way.id, ScriptState.RUNNING)
         outcome = run.step(percepts, step_s)
         self.responses = outcome.responses
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
@@ -224,12 +234,13 @@ class Executive:
         run = self.current if script_id == self.script_id else None
         return StatusReport(
             script_id=script_id,
-            state=self._states.get(script_id),
+            state=self._standing.of(script_id),
             at_s=now_s,
             packet_id=run.packet.id if run else None,
             packet_state=self.packet_state if run else None,
             perceived=perceived(percepts),
             detail=run.waits_for if run else "",
+            order=self._order if run else 0,
         )
 
     @property
@@ -247,8 +258,7 @@ class Executive:
         """Why an order on the script cannot be followed; None if it is under way."""
         if self.active and script_id == self.script_id:
             return None
-        known = self._states.get(script_id)
-        return f"script {script_id} has ended: {known}" if known else f"no script {script_id} here"
+        return self._standing.why_not(script_id)
 
     def _follow(
         self, run: PacketRun, outcome: Outcome, percepts: Percepts | None, now_s: float = 0.0
@@ -268,7 +278,7 @@ class Executive:
             self._index += 1
 
     def _pause(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
-        self._note(self._under_way.id, state)
+        self._standing.note(self._under_way.id, state)
         run = self.current
         if run is not None:
             self._say(packet_report(self._under_way, run, self.packet_state or run.state, percepts, now_s))
@@ -284,11 +294,6 @@ class Executive:
         category: FailureCategory | None = None,
         detail: str = "",
     ) -> None:
-        self._note(self._under_way.id, state)
+        self.ending = detail
+        self._standing.note(self._under_way.id, state)
         self._say(script_report(self._under_way, self._index, state, percepts, at_s, category, detail))
-
-    def _note(self, script_id: str, state: ScriptState) -> None:
-        """Remember how a script stands, of the last ones."""
-        self._states[script_id] = state
-        if len(self._states) > KEPT_STATES:
-            del self._states[next(iter(self._states))]

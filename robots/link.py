@@ -9,6 +9,9 @@ from typing import Protocol
 
 from robots.wire import Message
 
+AT_ONCE = 1000
+"""Messages that are read in one go: whoever sends faster than is read waits at the pipe's other end."""
+
 
 class LinkClosed(ConnectionError):
     """Raised when a message is sent or awaited on a link whose other end is gone."""
@@ -25,7 +28,7 @@ class Link(Protocol):
         ...
 
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
-        """All messages that have arrived, waiting up to `timeout_s` (wall clock) for the first.
+        """The messages that have arrived, waiting up to `timeout_s` (wall clock) for the first.
 
         :raises LinkClosed: if the other end is gone and nothing is left to read.
         """
@@ -81,7 +84,7 @@ class PipeLink:
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
         arrived: list[Message] = []
         try:
-            while self._connection.poll(0.0 if arrived else timeout_s):
+            while len(arrived) < AT_ONCE and self._connection.poll(0.0 if arrived else timeout_s):
                 arrived.append(Message.model_validate_json(self._connection.recv_bytes()))
         except (EOFError, OSError) as error:
             if not arrived:

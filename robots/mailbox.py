@@ -13,7 +13,16 @@ from dataclasses import dataclass
 
 from robots.link import Link, LinkClosed
 from robots.memory import MailboxMemory
-from robots.wire import Body, Message, PacketReport, Performative, Receipt
+from robots.wire import (
+    Acknowledgement,
+    Body,
+    Message,
+    PacketReport,
+    Performative,
+    Receipt,
+    Refusal,
+    SetPoint,
+)
 
 SERVICE = "service"
 RESEND_S = 2.0
@@ -67,11 +76,16 @@ class Mailbox:
         self._heard_s = now_s
 
     def collect(self) -> Sequence[Message]:
-        """New messages for this robot. A repeated one gets its earlier answer again and is not handed on."""
+        """New messages for this robot. A repeated one gets its earlier answer again and is not handed on.
+
+        NOTE: not so set-points, which are idempotent: a minute of them would push every other answer out.
+        """
         fresh = []
         for message in self._arrived():
             if isinstance(message.body, Receipt):
                 self._kept.pop(message.in_reply_to or "", None)
+            elif isinstance(message.body, SetPoint):
+                fresh.append(message)
             elif message.id in self._answers:
                 answer = self._answers[message.id]
                 if answer is not None:
@@ -87,9 +101,19 @@ class Mailbox:
         self._note(request.id, message)
         self._send(message)
 
-    def tell(self, query: Message, body: Body, now_s: float) -> None:
-        """Answer a query with something that is too much to remember; who asks again asks anew."""
-        self._send(self._compose(Performative.INFORM, body, now_s, query.id))
+    def agree_or_refuse(self, request: Message, script_id: str, why_not: str | None, now_s: float) -> None:
+        """Answer a request that concerns a script."""
+        if why_not is None:
+            self.answer(request, Performative.AGREE, Acknowledgement(script_id=script_id), now_s)
+        else:
+            refusal = Refusal(script_id=script_id, reason=why_not)
+            self.answer(request, Performative.REFUSE, refusal, now_s)
+
+    def tell(
+        self, query: Message, body: Body, now_s: float, performative: Performative = Performative.INFORM
+    ) -> None:
+        """Answer with something that is not to be remembered; who asks again asks anew."""
+        self._send(self._compose(performative, body, now_s, query.id))
 
     def report(self, performative: Performative, body: Body, now_s: float) -> None:
         """Send a report and keep it until its receipt."""

@@ -47,12 +47,13 @@ class PacketMemory(Wire):
 
 
 class ScriptMemory(Wire):
-    """A script, the index of its packet under way, and how far each packet is."""
+    """A script, the index of its packet under way, how far each packet is, the newest order's number (0: none)."""
 
     script: BehaviourScript
     index: int = Field(ge=0)
     packets: tuple[PacketMemory, ...]
     task_state: frozenset[SymbolicFact] = frozenset()
+    order: int = Field(default=0, ge=0)
 
 
 class ExecutiveMemory(Wire):

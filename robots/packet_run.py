@@ -50,6 +50,8 @@ class PacketRun:
         self.packet = packet
         self.state = PacketState.WAITING
         self.content = content
+        self.perceived: Percepts | None = None
+        """What its last tick went by."""
         self._profile = profile
         self._uncleared = set(packet.after)
         self._missing: list[str] = []
@@ -120,6 +122,7 @@ class PacketRun:
 
     def step(self, percepts: Percepts, step_s: float) -> Outcome:
         """Advance by one tick."""
+        self.perceived = percepts
         if self.state is PacketState.WAITING:
             self.state = PacketState.INITIALIZING
             return Outcome(change=Change(state=self.state, detail=self._awaited_clearance()))

@@ -19,6 +19,7 @@ from robots.profile import STAND_OFF_M, RobotProfile
 from robots.progress import Progress
 from robots.sightings import Sightings
 from robots.tracking.cursor import Cursor
+from robots.wish import Wish
 
 REMEMBERED_S = 5.0
 """How long a tag that went out of sight is still believed to lie where it was."""
@@ -49,7 +50,8 @@ class Percepts:
     `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
     are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
     is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
-    come to by it: the packet fills it in, nothing else is changed. `degraded`: what readings the robot does without,
+    come to by it: the packet fills it in; `wish` what an operator who drives it wishes, None if nobody does: the agent
+    does; nothing else is changed. `degraded`: what readings the robot does without,
     in words. `last_seen`: when each beacon or tag that went out of view was there last, and how far off.
     """
 
@@ -68,6 +70,7 @@ class Percepts:
     degraded: tuple[str, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     progress: Progress = field(default_factory=Progress)
+    wish: Wish | None = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def once(self, asked: Hashable, work: Callable[[], T]) -> T:

@@ -49,9 +49,11 @@ def _upkeep_report(
     """Once it has begun to go somewhere it is not where it was, and perceives no more than that."""
     if state not in TOLD:
         return []
-    sets_off = state is PacketState.RUNNING and run.content.goal is not None
+    driver = run.packet.arguments.get("driver")
+    sets_off = state is PacketState.RUNNING and (run.content.goal or driver) is not None
     facts = () if sets_off else perceived(percepts)
-    return [UpkeepReport(tag=run.packet.tag, state=state, at_s=at_s, perceived=facts, detail=detail)]
+    tag = run.packet.tag
+    return [UpkeepReport(tag=tag, state=state, at_s=at_s, perceived=facts, detail=detail, driver=driver)]
 
 
 def script_report(

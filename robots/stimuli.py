@@ -184,6 +184,22 @@ class LowBattery:
         return clip(1 - percepts.battery / self.enough, 0.0)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wished:
+    """What an operator who drives the robot wishes on one axis; nothing if nobody does."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
+    sense: Literal["wish"] = "wish"
+    axis: Literal["forward", "left"]
+
+    def read(self, percepts: Percepts) -> float | None:
+        wish = percepts.wish
+        if wish is None:
+            return None
+        return wish.forward if self.axis == "forward" else wish.left
+
+
 AnyStimulus = Annotated[
     Always
     | WayOn
@@ -194,6 +210,7 @@ AnyStimulus = Annotated[
     | CaptureHead
     | Barrier
     | LowBattery
+    | Wished
     | ToTurn
     | ToHeading
     | ToAdvance

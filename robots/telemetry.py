@@ -5,6 +5,7 @@ from math import isfinite
 
 from robots.body import Sensor
 from robots.executive import Executive
+from robots.packet_run import PacketRun
 from robots.percepts import GRIP, LOCATING, Percepts
 from robots.sensing.energy import SensingMeter
 from robots.sightings import Sightings
@@ -12,7 +13,12 @@ from robots.wire import Telemetry
 
 
 def telemetry(
-    percepts: Percepts, executive: Executive, meter: SensingMeter, running: Iterable[Sensor]
+    percepts: Percepts,
+    executive: Executive,
+    meter: SensingMeter,
+    running: Iterable[Sensor],
+    *,
+    driven_by: str | None,
 ) -> Telemetry:
     """Its own belief: estimated pose, whiskers, where it sees samples, what it does, and what its sensing costs."""
     run = executive.current
@@ -39,7 +45,15 @@ def telemetry(
         sensing_j=meter.used_j,
         sensing_saved_j=meter.saved_j,
         degraded=percepts.degraded,
+        driven_by=driven_by,
+        goal_m=_goal_m(percepts, run),
     )
+
+
+def _goal_m(percepts: Percepts, run: PacketRun | None) -> float | None:
+    goal = run.content.goal if run is not None else None
+    at = percepts.locate(goal) if goal is not None and percepts.data.holds(LOCATING) else None
+    return None if at is None else abs(at)
 
 
 def _tags(percepts: Percepts) -> dict[str, tuple[float, float]]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from robots.patterns import BehaviourPattern, Responses
 from robots.synthesis import DegreeOfFreedom, Motion, Utilitor
-from robots.wire import TracedPattern, TracedStretch, TracedTick, TraceReport
+from robots.wire import TracedCondition, TracedPattern, TracedStretch, TracedTick, TraceReport
 
 KEPT = 1200
 """Ticks kept: the last minute at 20 Hz."""
@@ -75,11 +75,15 @@ class Trace:
         """The instants of one packet that are still kept."""
         return [instant for instant in self if instant.packet_id == packet_id]
 
-    def report(self, now_s: float, seconds: float) -> TraceReport:
-        """What is kept of the last seconds, as it is sent."""
+    def report(
+        self, now_s: float, seconds: float, conditions: tuple[TracedCondition, ...] = ()
+    ) -> TraceReport:
+        """What is kept of the last seconds, as it is sent, with the conditions of the packet under way."""
         recent = [instant for instant in self if instant.at_s >= now_s - seconds]
         return TraceReport(
-            at_s=now_s, stretches=tuple(_stretch(list(one)) for _, one in groupby(recent, _common))
+            at_s=now_s,
+            stretches=tuple(_stretch(list(one)) for _, one in groupby(recent, _common)),
+            conditions=conditions,
         )
 
 

@@ -8,7 +8,8 @@ from robots.wire import Message, Telemetry
 from sim.radio import Radio, Way
 
 WAITING_AT_MOST = 10_000
-"""Letters that wait for room in the channel. Of more the newest are dropped: robots keep what matters."""
+"""Letters that wait for room in the channel, or for a disk that takes no snapshots. Of more the newest are dropped:
+robots keep what matters."""
 
 
 class RobotLink:
@@ -121,6 +122,7 @@ class Hub:
         if isinstance(message.body, Telemetry):
             self._newest[message.sender] = message
         elif self._holds:
-            self._held.append(message)
+            if len(self._held) < WAITING_AT_MOST:
+                self._held.append(message)
         else:
             self._letters.append(message)

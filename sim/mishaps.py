@@ -1,5 +1,5 @@
-"""What may befall a world, done to it from outside: rovers pushed or lifted, samples knocked, beacons hidden, sensors
-that fail.
+"""What may befall a world, done to it from outside: rovers pushed, lifted or switched off, samples knocked, beacons
+hidden, sensors and jaws that fail.
 
 For benchmarks, tests and soaks only. A robot is not told; it must sense what has become of it.
 """
@@ -85,13 +85,15 @@ class FaultyBody:
         self._body = body
         self.faults: dict[str, Fault] = {}
         self.wheel_fault: WheelFault | None = None
+        self.jaws_fail = False
         self._turned, self._shifted = 1 + 0j, 0j
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
         self._body.set_velocity(linear_m_s, angular_rad_s)
 
     def set_gripper(self, *, closed: bool) -> None:
-        self._body.set_gripper(closed=closed)
+        if not self.jaws_fail:
+            self._body.set_gripper(closed=closed)
 
     def get_position(self) -> Pose:
         counted = self._body.get_position()
@@ -116,16 +118,36 @@ class FaultyBody:
         return readings
 
 
+class Switched:
+    """An agent that can be switched off: it stands still, hears nothing and says nothing. On again, it goes on."""
+
+    def __init__(self, agent: Agent, fitting: Fitting) -> None:
+        self._agent, self._body, self._link = agent, fitting.body, fitting.link
+        self.on = True
+
+    def tick(self) -> None:
+        if self.on:
+            self._agent.tick()
+            return
+        self._body.set_velocity(0.0, 0.0)
+        self._link.receive()  # nobody is there to hear it
+
+
 class Mishaps:
     """The hand from outside. `fit` makes a simulation's agents, so that their sensors can be made to fail."""
 
     def __init__(self) -> None:
         self.bodies: dict[str, FaultyBody] = {}
+        self._switches: dict[str, Switched] = {}
 
     def fit(self, fitting: Fitting) -> Agent:
         body = FaultyBody(fitting.body)
-        self.bodies[fitting.spec.name] = body
-        return behavioural_agent(replace(fitting, body=body))
+        switched = Switched(behavioural_agent(replace(fitting, body=body)), fitting)
+        self.bodies[fitting.spec.name], self._switches[fitting.spec.name] = body, switched
+        return switched
+
+    def switch(self, rover: str, *, on: bool) -> None:
+        self._switches[rover].on = on
 
     def break_sensor(self, rover: str, fault: Fault, name: str = "sensor") -> None:
         """From now on, until `mend`, a sensor fails."""

@@ -15,6 +15,7 @@ from robots.conditions.seeing import Beside, Clear, InView, LiesAt, SoleHolder, 
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
+from robots.conditions.wishing import LetGo, Wished
 
 __all__ = [
     "Abeam",
@@ -45,6 +46,7 @@ __all__ = [
     "InView",
     "JawsAt",
     "JointNear",
+    "LetGo",
     "LiesAt",
     "LinedUp",
     "Moving",
@@ -63,6 +65,7 @@ __all__ = [
     "Turned",
     "Vacant",
     "Verdict",
+    "Wished",
     "in_words",
     "unmet",
 ]

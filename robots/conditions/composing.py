@@ -16,6 +16,7 @@ from robots.conditions.seeing import Beside, Clear, InView, LiesAt, SoleHolder, 
 from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
+from robots.conditions.wishing import LetGo, Wished
 from robots.percepts import NOTHING, Needs, Percepts
 from robots.responses import STRICT
 
@@ -115,6 +116,8 @@ AnyCondition = Annotated[
     | Over
     | Charged
     | Charging
+    | Wished
+    | LetGo
     | Not
     | AnyOf
     | AllOf,

@@ -14,7 +14,7 @@ from robots.mqtt.following import FollowingClock
 from robots.mqtt.inbox import Inbox
 from robots.mqtt.reactor import Reactor
 from robots.mqtt.session import Parcel, Session
-from robots.mqtt.topics import Channel, channel_of, robot_and_channel, robot_topic, world_topic
+from robots.mqtt.topics import Channel, channel_of, qos_of, robot_and_channel, robot_topic, world_topic
 from robots.wire import Message, Telemetry
 
 HEARD = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION)
@@ -109,12 +109,11 @@ class ServiceLink:
         """Dropped while the broker is away, or no run of the world is taken up."""
         if self._taken_up is None:
             return
-        channel = channel_of(message)
         self._session.publish(
             Parcel(
-                topic=robot_topic(self._world, message.receiver, channel),
+                topic=robot_topic(self._world, message.receiver, channel_of(message)),
                 payload=message.model_dump_json().encode(),
-                qos=channel.qos,
+                qos=qos_of(message),
                 run=self._taken_up,
             )
         )

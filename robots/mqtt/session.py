@@ -22,6 +22,8 @@ CONNECT_S = 3.0
 LEAVE_S = 1.0
 QUEUED_AT_MOST = 1000
 """Messages of one client that wait for the broker's receipt. More are dropped: their senders send them again."""
+MOST_BYTES = 4 * 2**20
+"""Larger messages the broker is told to keep to itself: nobody who is in order sends such."""
 RUN = "run"
 
 logger = logging.getLogger(__name__)
@@ -103,7 +105,9 @@ class Session:
         client.on_message = self._heard
         # NOTE: with this set paho leaves all writing to the reactor; without, `publish` would write itself.
         client.on_socket_register_write = lambda client, data, socket: None
-        client.connect_async(broker.host, broker.port, KEEPALIVE_S, clean_start=True)
+        bounds = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
+        bounds.MaximumPacketSize = MOST_BYTES
+        client.connect_async(broker.host, broker.port, KEEPALIVE_S, clean_start=True, properties=bounds)
         return client
 
     def _came(

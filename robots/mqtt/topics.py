@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 
-from robots.wire import Message, ScriptRequest, Telemetry
+from robots.wire import Message, ScriptRequest, SetPoint, Telemetry
 
 ROOT = "macta/v1"
 SERVICE = "service"
@@ -35,6 +35,11 @@ def channel_of(message: Message) -> Channel:
     if message.receiver == SERVICE:
         return Channel.STATE
     return Channel.ORDER if isinstance(message.body, ScriptRequest) else Channel.INSTANT_ACTIONS
+
+
+def qos_of(message: Message) -> int:
+    """At most once for what is worth nothing later: a set-point must not wait for its robot at the broker."""
+    return AT_MOST_ONCE if isinstance(message.body, SetPoint) else channel_of(message).qos
 
 
 def robot_topic(world: str, robot: str, channel: Channel) -> str:

@@ -1,5 +1,6 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
+from robots.wire.driving import VALID_AT_MOST_S, SetPoint, SetPointRefusal
 from robots.wire.messages import (
     Acknowledgement,
     Body,
@@ -29,11 +30,20 @@ from robots.wire.script import (
     ScriptState,
     SymbolicFact,
 )
-from robots.wire.tracing import TRACED_S, TracedPattern, TracedStretch, TracedTick, TraceQuery, TraceReport
+from robots.wire.tracing import (
+    TRACED_S,
+    TracedCondition,
+    TracedPattern,
+    TracedStretch,
+    TracedTick,
+    TraceQuery,
+    TraceReport,
+)
 
 __all__ = [
     "OWN",
     "TRACED_S",
+    "VALID_AT_MOST_S",
     "Acknowledgement",
     "BehaviourPacket",
     "BehaviourScript",
@@ -53,12 +63,15 @@ __all__ = [
     "ScriptReport",
     "ScriptRequest",
     "ScriptState",
+    "SetPoint",
+    "SetPointRefusal",
     "StatusQuery",
     "StatusReport",
     "SymbolicFact",
     "Telemetry",
     "TraceQuery",
     "TraceReport",
+    "TracedCondition",
     "TracedPattern",
     "TracedStretch",
     "TracedTick",

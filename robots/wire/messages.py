@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from robots.wire.driving import SetPoint, SetPointRefusal
 from robots.wire.retuning import Retune, TuningReport
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
 from robots.wire.tracing import TraceQuery, TraceReport
@@ -40,11 +41,15 @@ class ScriptRequest(Wire):
 
 
 class Control(Wire):
-    """Service to robot: cancel, pause or resume the script (cancel or request)."""
+    """Service to robot: cancel, pause or resume the script (cancel or request).
+
+    Of the orders on one script each has a greater `number` than those before it; 0 is an order without a number.
+    """
 
     kind: Literal["control"] = "control"
     script_id: str
     verb: ControlVerb
+    number: int = Field(default=0, ge=0)
 
 
 class Clearance(Wire):
@@ -109,7 +114,8 @@ class ScriptReport(Wire):
 class UpkeepReport(Wire):
     """Robot to service: how a packet stands that it carries out for its own sake (inform).
 
-    One that begins to lead somewhere perceives nothing: the robot is then on its way.
+    One that begins to lead somewhere perceives nothing: the robot is then on its way. `driver` is the operator who
+    drives it, None if it is about the robot's own business.
     """
 
     kind: Literal["upkeep_report"] = "upkeep_report"
@@ -118,10 +124,14 @@ class UpkeepReport(Wire):
     at_s: float
     perceived: tuple[SymbolicFact, ...] = ()
     detail: str = ""
+    driver: str | None = None
 
 
 class StatusReport(Wire):
-    """Robot to service: the answer to a status query (inform). `state` is None for a script it does not know."""
+    """Robot to service: the answer to a status query (inform). `state` is None for a script it does not know.
+
+    `order` is the number of the newest order that it has followed on the script, 0 if none.
+    """
 
     kind: Literal["status_report"] = "status_report"
     script_id: str
@@ -131,6 +141,7 @@ class StatusReport(Wire):
     packet_state: PacketState | None = None
     perceived: tuple[SymbolicFact, ...] = ()
     detail: str = ""
+    order: int = Field(default=0, ge=0)
 
 
 class Receipt(Wire):
@@ -146,7 +157,8 @@ class Telemetry(Wire):
     counter-clockwise, None where nothing is in range; `tags` places it sees samples at, in the world's frame;
     `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised, `resultants` what they came to by "dof";
     `sensors` those that run, with the energy they have used since the robot's start and what all others would have used
-    beside them, joules; `degraded` what readings it does without, in words.
+    beside them, joules; `degraded` what readings it does without, in words; `driven_by` the operator who drives
+    it; `goal_m` how far off what the packet under way is to get to is, None if that is not known.
     """
 
     kind: Literal["telemetry"] = "telemetry"
@@ -170,6 +182,8 @@ class Telemetry(Wire):
     sensing_j: float = 0.0
     sensing_saved_j: float = 0.0
     degraded: tuple[str, ...] = ()
+    driven_by: str | None = None
+    goal_m: float | None = None
 
 
 Body = Annotated[
@@ -187,6 +201,8 @@ Body = Annotated[
     | TraceReport
     | Retune
     | TuningReport
+    | SetPoint
+    | SetPointRefusal
     | Receipt
     | Telemetry,
     Field(discriminator="kind"),

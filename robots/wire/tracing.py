@@ -48,6 +48,17 @@ class TracedStretch(Wire):
     ticks: tuple[TracedTick, ...]
 
 
+class TracedCondition(Wire):
+    """A sensor condition of the packet under way: what was perceived at its last tick, in words, after "the robot".
+
+    `when` is before, maintain or after; `holds` is None for what is not sensed now.
+    """
+
+    when: str
+    words: str
+    holds: bool | None = None
+
+
 class TraceReport(Wire):
     """Robot to service: the answer to a trace query, oldest first (inform).
 
@@ -57,3 +68,4 @@ class TraceReport(Wire):
     kind: Literal["trace_report"] = "trace_report"
     at_s: float
     stretches: tuple[TracedStretch, ...] = ()
+    conditions: tuple[TracedCondition, ...] = ()

@@ -10,6 +10,12 @@ from robots.world.part import Part
 
 ONE_IN = 100
 """Of so many exchanges one may take longer than `LinkSpec.answer_s` says."""
+WORD_S = 0.2
+"""A robot is taken to say something, if only telemetry, so often; in truth it is oftener."""
+QUIET_S = 20.0
+"""A silence so long is borne whatever the radio: outages come and go (our choice)."""
+ONE_SILENCE_IN = 1_000_000
+"""In so many silences one may be longer by loss alone than `LinkSpec.quiet_s` says."""
 RESENT_S = 1.0
 """An unanswered message is sent again so long after its answer could have come (world's clock)."""
 
@@ -55,6 +61,18 @@ class Contact(Part):
     def covers(self, at_s: float) -> bool:
         since_s = at_s - self.start_s
         return since_s >= 0 and since_s % self.every_s < self.for_s
+
+    def next_s(self, at_s: float) -> float:
+        """When there is contact next; `at_s` itself while there is."""
+        if self.covers(at_s):
+            return at_s
+        return self.start_s + max(0.0, ceil((at_s - self.start_s) / self.every_s)) * self.every_s
+
+    def covered_s(self, till_s: float, *, late_s: float) -> float:
+        """How long there has been contact by then, of each time but the first `late_s` seconds."""
+        times, since_s = divmod(max(0.0, till_s - self.start_s), self.every_s)
+        useful_s = self.for_s - late_s
+        return times * useful_s + min(max(0.0, since_s - late_s), useful_s)
 
     @model_validator(mode="after")
     def _ends(self) -> Self:
@@ -107,6 +125,36 @@ class LinkSpec(Part):
         return min((contact.silence_s for contact in self.contacts), default=0.0)
 
     @property
+    def quiet_s(self) -> float:
+        """After so long without a word in which one could have come, it is not the radio's doing any more.
+
+        That is the time in which loss does not let nothing through, but for one time in `ONE_SILENCE_IN`; and
+        `QUIET_S`, or a whole contact where that is shorter.
+        """
+        words = ceil(log(1 / ONE_SILENCE_IN) / log(self.loss)) if self.loss > 0 else 1
+        whole_s = min((contact.for_s - self._late_s for contact in self.contacts), default=QUIET_S)
+        return max(words * WORD_S, min(whole_s, QUIET_S))
+
+    def hearing_s(self, since_s: float, till_s: float) -> float:
+        """For how much of a span of time a word could have come, as far as is known beforehand: not of outages."""
+        if not self.contacts:
+            return max(0.0, till_s - since_s)
+        late_s = self._late_s
+        return max(
+            one.covered_s(till_s, late_s=late_s) - one.covered_s(since_s, late_s=late_s)
+            for one in self.contacts
+        )
+
+    def next_contact_s(self, at_s: float) -> float:
+        """When contact is expected next, as far as is known beforehand; `at_s` itself while it is."""
+        return min((contact.next_s(at_s) for contact in self.contacts), default=at_s)
+
+    @property
+    def _late_s(self) -> float:
+        """What is said when a contact begins comes so much later at the latest."""
+        return self.round_trip_s / 2
+
+    @property
     def answer_s(self) -> float:
         """Within so long a question that is sent again and again is answered, but for one in `ONE_IN`.
 
@@ -125,10 +173,10 @@ class LinkSpec(Part):
     @model_validator(mode="after")
     def _speaks(self) -> Self:
         for contact in self.contacts:
-            if contact.for_s <= self.round_trip_s / 2:
+            if contact.for_s <= self._late_s:
                 raise ValueError(
                     f"a contact of {contact.for_s:g} s is over before a message has arrived, which takes up to "
-                    f"{self.round_trip_s / 2:g} s"
+                    f"{self._late_s:g} s"
                 )
         return self
 

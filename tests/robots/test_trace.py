@@ -78,6 +78,27 @@ def test_the_trace_of_the_last_seconds_is_told_on_request() -> None:
         assert tick.linear_m_s == pytest.approx(0.5 * ahead, abs=1e-3)
 
 
+def test_the_packets_conditions_are_told_as_the_robot_perceives_them() -> None:
+    world = room()
+    service = Service(world, world.add("yard_1", Pose(x_m=1, y_m=1.5, heading_rad=0)), "yard_1")
+    service.order(script("yard_1", packet("NAVIGATE", ref2="yard")))
+    run_for(world, [service], 3)
+    service.send(TraceQuery(seconds=1.0), Performative.QUERY)
+    run_for(world, [service], 0.1)
+    before, after = told(service).conditions
+    assert (before.when, before.holds, before.words) == ("before", True, "holds nothing, jaws open")
+    assert (after.when, after.holds) == ("after", False)
+    off_m = float(after.words.removeprefix("is ").split(" m off the approach point of yard")[0])
+    said_m = service.telemetry[-1].goal_m
+    assert said_m is not None
+    assert said_m == pytest.approx(off_m + 0.8, abs=0.3), "the beacon is a stand-off behind the point"
+    run_for(world, [service], 20)
+    service.send(TraceQuery(seconds=1.0), Performative.QUERY)
+    run_for(world, [service], 0.1)
+    assert told(service).conditions == ()
+    assert service.telemetry[-1].goal_m is None
+
+
 def test_other_patterns_begin_another_stretch() -> None:
     world = room()
     service = Service(world, world.add("yard_1", Pose(x_m=4.2, y_m=1.2, heading_rad=0)), "yard_1")

@@ -1,6 +1,6 @@
 from robots.link import InMemoryLink
 from robots.wire import Message, PacketReport, PacketState, Performative, Receipt, Telemetry
-from sim.hub import Hub
+from sim.hub import WAITING_AT_MOST, Hub
 
 
 def telemetry(robot: str, at_s: float) -> Message:
@@ -106,3 +106,14 @@ def test_what_robots_say_waits_for_its_release_and_telemetry_does_not() -> None:
     hub.flush(2.0)
     assert [m.sent_at_s for m in service.receive()] == [1]
     assert hub.holding
+
+
+def test_while_the_disk_takes_no_snapshot_only_so_many_letters_wait_for_it() -> None:
+    service, robots_end = InMemoryLink.pair()
+    hub = Hub(robots_end, ["fred"], holds=True)
+    for number in range(WAITING_AT_MOST + 5):
+        hub.end_of("fred").send(report("fred", number))
+    hub.release()
+    hub.flush(0.0)
+    waited = [message.sent_at_s for message in service.receive()]
+    assert waited == list(range(WAITING_AT_MOST))

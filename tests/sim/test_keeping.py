@@ -4,7 +4,6 @@ import json
 import os
 import re
 import signal
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from sim.snapshot import WorldSnapshot
 from sim.snapshot_file import SnapshotFile
 from sim.world import Simulation
 from tests.sim.rig import run_s, two_rooms
+from tests.waiting import until
 
 WORLD = two_rooms()
 
@@ -242,21 +242,12 @@ def test_snapshots_take_no_more_than_their_share_of_the_time(tmp_path: Path) -> 
     assert 0.4 < 10 / 0.5 / len(taken) < 1.1
 
 
-def wait_for(done: Callable[[], bool], timeout_s: float = 60.0) -> bool:
-    end_s = time.monotonic() + timeout_s
-    while not done():
-        if time.monotonic() > end_s:
-            return False
-        time.sleep(0.01)
-    return True
-
-
 def test_a_world_whose_process_is_killed_goes_on_from_its_snapshot(tmp_path: Path) -> None:
     def start(keep: Keep) -> SimulationProcess:
         return SimulationProcess.start(WORLD, seed=1, speed=20.0, keep=keep)
 
     with LastingWorld(start, Keep(folder=tmp_path)) as world:
-        assert wait_for(lambda: world.now_s() > 5)
+        until(lambda: world.now_s() > 5)
         pid, run = world.pid, world.run
         assert pid is not None
         os.kill(pid, signal.SIGKILL)

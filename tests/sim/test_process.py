@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,17 +14,9 @@ import pytest
 from robots.wire import Message, Performative, Receipt, Telemetry
 from sim import SimulationError, SimulationProcess
 from tests.sim.rig import two_rooms
+from tests.waiting import until
 
 REPOSITORY = Path(__file__).parents[2]
-
-
-def wait_for(done: Callable[[], bool], timeout_s: float = 10.0) -> bool:
-    end_s = time.monotonic() + timeout_s
-    while not done():
-        if time.monotonic() > end_s:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 def gone(pid: int) -> bool:
@@ -42,13 +34,13 @@ def process() -> Iterator[SimulationProcess]:
 
 
 def test_a_world_runs_pauses_and_goes_on(process: SimulationProcess) -> None:
-    assert wait_for(lambda: process.now_s() > 0.5)
+    until(lambda: process.now_s() > 0.5)
     process.pause()
     stood_s = process.now_s()
     time.sleep(0.2)
     assert process.now_s() == stood_s
     process.pause(False)
-    assert wait_for(lambda: process.now_s() > stood_s + 0.5)
+    until(lambda: process.now_s() > stood_s + 0.5)
 
 
 def test_the_clock_follows_the_speed(process: SimulationProcess) -> None:
@@ -61,7 +53,7 @@ def test_the_clock_follows_the_speed(process: SimulationProcess) -> None:
 
 def test_flat_out_is_faster_than_real_time(process: SimulationProcess) -> None:
     process.set_speed(None)
-    assert wait_for(lambda: process.real_time_factor > 2)
+    until(lambda: process.real_time_factor > 2)
 
 
 def test_the_truth_comes_over_the_control_channel(process: SimulationProcess) -> None:
@@ -103,7 +95,7 @@ def test_ctrl_c_does_not_end_the_world(process: SimulationProcess) -> None:
     assert process.pid is not None
     os.kill(process.pid, signal.SIGINT)
     from_s = process.now_s()
-    assert wait_for(lambda: process.now_s() > from_s + 0.5)
+    until(lambda: process.now_s() > from_s + 0.5)
     assert process.alive
 
 
@@ -162,7 +154,7 @@ def test_a_world_dies_with_a_parent_that_is_killed(tmp_path: Path) -> None:
         assert not gone(child)
         parent.kill()
         parent.wait()
-        assert wait_for(lambda: gone(child))
+        until(lambda: gone(child))
     finally:
         parent.kill()
         parent.wait()

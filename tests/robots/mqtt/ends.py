@@ -1,7 +1,6 @@
 """Both ends of a world's link over a broker, and what passes between them."""
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -19,17 +18,9 @@ from robots.wire import (
     ScriptRequest,
     Telemetry,
 )
+from tests.waiting import until
 
 WORLD, ROBOTS, RUN = "hall", ("fred", "ginger"), "run-1"
-GIVE_UP_S = 30.0
-
-
-def until(holds: Callable[[], object], what: str = "") -> None:
-    """Wait until it holds."""
-    give_up = time.monotonic() + GIVE_UP_S
-    while not holds():
-        assert time.monotonic() < give_up, what or "it did not come true"
-        time.sleep(0.01)
 
 
 @dataclass
@@ -85,7 +76,7 @@ def to_robot(robot: str, body: Body | None = None) -> Message:
         sender="service",
         receiver=robot,
         sent_at_s=0,
-        body=body or Control(script_id="s", verb=ControlVerb.PAUSE),
+        body=body or Control(script_id="s", verb=ControlVerb.PAUSE, number=3),
     )
 
 

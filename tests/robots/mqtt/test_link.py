@@ -8,7 +8,9 @@ from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion
 
 from robots.mqtt import Broker, ConnectionState, FleetLink
-from robots.wire import Message
+from robots.mqtt.session import MOST_BYTES
+from robots.mqtt.topics import Channel, robot_topic
+from robots.wire import Message, SetPoint
 from tests.mosquitto import Mosquitto, needs_mosquitto
 from tests.robots.mqtt.ends import (
     ROBOTS,
@@ -23,8 +25,8 @@ from tests.robots.mqtt.ends import (
     script_request,
     telemetry,
     to_robot,
-    until,
 )
+from tests.waiting import until
 
 pytestmark = needs_mosquitto
 
@@ -43,6 +45,29 @@ def shout(broker: Mosquitto, topic: str, payload: bytes) -> None:
     client.loop_stop()
 
 
+class Watching:
+    """A client that notes with what quality of service a topic's messages were published."""
+
+    def __init__(self, broker: Mosquitto, topic: str) -> None:
+        self.qos: list[int] = []
+        self._hears = threading.Event()
+        self._client = Client(CallbackAPIVersion.VERSION2)
+        self._client.on_message = lambda client, data, message: self.qos.append(message.qos)
+        self._client.on_subscribe = lambda *_: self._hears.set()
+        self._port, self._topic = broker.port, topic
+
+    def __enter__(self) -> "Watching":
+        self._client.connect("127.0.0.1", self._port)
+        self._client.loop_start()
+        self._client.subscribe(self._topic, qos=2)
+        assert self._hears.wait(10)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.disconnect()
+        self._client.loop_stop()
+
+
 def test_messages_pass_both_ways_unchanged(broker: Mosquitto) -> None:
     with both(at(broker)) as (service, fleet):
         orders = [script_request("fred"), to_robot("ginger")]
@@ -52,6 +77,16 @@ def test_messages_pass_both_ways_unchanged(broker: Mosquitto) -> None:
         fleet.send(report("ginger"))
         (said,) = received(service, 1)
         assert (said.sender, said.body.kind) == ("ginger", "packet_report")
+
+
+def test_a_set_point_does_not_wait_for_a_robot_that_is_away(broker: Mosquitto) -> None:
+    """What was published at least once waits at the broker for a client that keeps its session."""
+    with both(at(broker)) as (service, _):
+        with Watching(broker, robot_topic(WORLD, "fred", Channel.INSTANT_ACTIONS)) as watching:
+            service.send(to_robot("fred", SetPoint(driver="ada", number=1, valid_s=0.5)))
+            service.send(to_robot("fred"))
+            until(lambda: len(watching.qos) == 2, "both orders pass")
+        assert watching.qos == [0, 1]
 
 
 def test_telemetry_and_connections_are_told_at_once(broker: Mosquitto) -> None:
@@ -233,3 +268,14 @@ def test_sixty_four_robots_take_one_thread(broker: Mosquitto) -> None:
     finally:
         fleet.close()
     assert threading.active_count() == before
+
+
+def test_what_is_too_large_to_be_a_message_does_not_come_through_and_the_link_goes_on(
+    broker: Mosquitto,
+) -> None:
+    with both(at(broker)) as (service, fleet):
+        shout(broker, robot_topic(WORLD, "fred", Channel.STATE), b"x" * (MOST_BYTES + 1))
+        fleet.send(report("ginger"))
+        (said,) = received(service, 1)
+        assert said.sender == "ginger"
+        assert (service.malformed, service.connected) == (0, True)

@@ -1,7 +1,6 @@
 """TLS and passwords: who may come in, who is recognised, and that secrets are told to nobody."""
 
 import logging
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,45 +9,17 @@ from pydantic import SecretStr
 
 from robots.mqtt import Broker
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
-from tests.robots.mqtt.ends import RUN, a_fleet, a_service, both, received, report, until
+from tests.papers import make_papers, passwords
+from tests.robots.mqtt.ends import RUN, a_fleet, a_service, both, received, report
+from tests.waiting import until
 
 pytestmark = needs_mosquitto
 PASSWORD = "swordfish"
 
 
-def openssl(*arguments: str) -> None:
-    subprocess.run(["openssl", *arguments], check=True, capture_output=True)
-
-
 @pytest.fixture(scope="module")
 def papers(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An authority, and certificates that it gave to the broker and to us; and an authority that nobody knows."""
-    folder = tmp_path_factory.mktemp("papers")
-    for authority in ("ca", "other"):
-        openssl(
-            *("req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", f"/CN={authority}"),
-            *("-keyout", str(folder / f"{authority}.key"), "-out", str(folder / f"{authority}.pem")),
-        )
-    (folder / "names").write_text("subjectAltName=IP:127.0.0.1\n")
-    for name in ("broker", "fleet"):
-        request, key, paper = (str(folder / f"{name}.{kind}") for kind in ("csr", "key", "pem"))
-        openssl(
-            "req", "-newkey", "rsa:2048", "-nodes", "-subj", f"/CN={name}", "-keyout", key, "-out", request
-        )
-        openssl(
-            *(
-                "x509",
-                "-req",
-                "-in",
-                request,
-                "-CA",
-                str(folder / "ca.pem"),
-                "-CAkey",
-                str(folder / "ca.key"),
-            ),
-            *("-CAcreateserial", "-days", "2", "-extfile", str(folder / "names"), "-out", paper),
-        )
-    return folder
+    return make_papers(tmp_path_factory.mktemp("papers"))
 
 
 @pytest.fixture
@@ -68,8 +39,7 @@ def guarded(tmp_path: Path, papers: Path) -> Iterator[Mosquitto]:
 @pytest.fixture
 def locked(tmp_path: Path) -> Iterator[Mosquitto]:
     """A broker that asks for a password."""
-    secrets = tmp_path / "passwords"
-    subprocess.run(["mosquitto_passwd", "-c", "-b", str(secrets), "macta", PASSWORD], check=True)
+    secrets = passwords(tmp_path / "passwords", "macta", PASSWORD)
     with mosquitto(tmp_path / "broker", "allow_anonymous false", f"password_file {secrets}") as broker:
         yield broker
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from robots.world import Contact, LinkSpec, Outage, WorldFile, load_world
@@ -122,3 +124,50 @@ def test_a_radio_is_read_from_yaml(tmp_path: Path) -> None:
 def test_a_link_cannot_lose_everything() -> None:
     with pytest.raises(ValidationError):
         LinkSpec(loss=0.99)
+
+
+@pytest.mark.parametrize(
+    ("link", "quiet_s"),
+    [
+        (LinkSpec(), 20.0),
+        (LinkSpec(loss=0.5), 20.0),  # 20 words, one in 0.2 s, would be enough: 0.5^20 < 1e-6
+        (LinkSpec(loss=0.95), 54.0),  # 270 words: 0.95^270 < 1e-6
+        (LinkSpec(contacts=WINDOWS), 10.0),
+        (LinkSpec(contacts=WINDOWS, light_time_s=2.0), 8.0),
+        (LinkSpec(contacts=WINDOWS, loss=0.95), 54.0),
+        (LinkSpec(contacts=(Contact(for_s=100, every_s=500),)), 20.0),
+    ],
+)
+def test_a_silence_is_explained_by_loss_or_for_a_whole_window(link: LinkSpec, quiet_s: float) -> None:
+    assert link.quiet_s == pytest.approx(quiet_s)
+
+
+@given(
+    start_s=st.floats(0, 50),
+    for_s=st.floats(2, 20),
+    gap_s=st.floats(1, 50),
+    light_s=st.floats(0, 1.5),
+    since_s=st.floats(0, 300),
+    span_s=st.floats(0, 300),
+)
+@settings(deadline=None, max_examples=30)
+def test_what_could_be_heard_is_the_time_in_which_a_word_that_left_in_a_window_arrives_in_it(
+    start_s: float, for_s: float, gap_s: float, light_s: float, since_s: float, span_s: float
+) -> None:
+    link = LinkSpec(
+        light_time_s=light_s, contacts=(Contact(start_s=start_s, for_s=for_s, every_s=for_s + gap_s),)
+    )
+    step_s = 0.01
+    instants = [since_s + (n + 0.5) * step_s for n in range(int(span_s / step_s))]
+    counted_s = sum(step_s for at_s in instants if link.in_contact(at_s) and link.in_contact(at_s - light_s))
+    windows = span_s / (for_s + gap_s) + 2
+    assert abs(link.hearing_s(since_s, since_s + span_s) - counted_s) < step_s * (2 * windows + 1)
+
+
+@given(st.floats(0, 1000))
+def test_the_next_contact_is_the_first_instant_from_now_on_with_contact(at_s: float) -> None:
+    link = LinkSpec(contacts=(*WINDOWS, Contact(start_s=30, for_s=5, every_s=70)))
+    next_s = link.next_contact_s(at_s)
+    assert next_s >= at_s
+    assert link.in_contact(next_s + 1e-6)
+    assert not any(link.in_contact(at_s + (next_s - at_s) * part / 50) for part in range(50) if next_s > at_s)
