@@ -21,6 +21,7 @@ from app.database import (
 from app.events import EventLog
 from app.missions.ending import end_mission
 from app.plans.proposing import close_plans
+from app.running import RunningWorld
 from app.settings import Settings
 from app.states import ENDED, GoalState, MissionState, PlanState
 from app.tuning.desk import renew_tunings
@@ -49,6 +50,14 @@ def recorded_run(settings: Settings, world: str) -> str | None:
         database.close()
 
 
+def begin_world(session: Session, core: Core, world: RunningWorld) -> None:
+    """Meet the world if its run is known already; else expect its fleet."""
+    if world.run is None:
+        expect_world(session, core, world.file)
+    else:
+        meet_world(session, core, world.file, world.run, why_afresh=world.why_afresh)
+
+
 def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_afresh: str = "") -> bool:
     """True if the world goes on: its run is the one that the record's facts belong to.
 
@@ -57,6 +66,7 @@ def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_
 
     :param why_afresh: why it could not go on, if that is known.
     """
+    core.database.lock(session, f"world {world.name}")  # another process may meet it just now
     row = session.get(WorldRow, world.name)
     if row is None:
         row = WorldRow(id=world.name, version=0)

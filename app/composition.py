@@ -6,11 +6,11 @@ from pathlib import Path
 from threading import Event
 
 from fastapi import FastAPI
-from sqlalchemy.orm import Session
 
-from app.afresh import expect_world, meet_world, part_from_others
-from app.agents import AgentModels, Questions, RobotBoard
+from app.afresh import begin_world, part_from_others
+from app.agents import AgentModels, Hearing, Questions, RobotBoard
 from app.api.app import build_api
+from app.api.recordings import as_the_api_has_it
 from app.core import Core
 from app.database import Database
 from app.database.listening import Listening
@@ -41,6 +41,7 @@ from app.plans.proposing import Proposing
 from app.plans.waiting import WORKFLOW as PLAN_WAITING
 from app.plans.waiting import WaitingGoals
 from app.plans.worker import PlanningWorker
+from app.recordings import Recorder, Shelf
 from app.recovery.lost import LostRobots
 from app.recovery.planning import WORKFLOW as RECOVER_MISSION
 from app.recovery.planning import Recovering
@@ -48,6 +49,7 @@ from app.replicas import Presence
 from app.retention import Retention
 from app.running import RunningWorld
 from app.settings import Settings, lock_folder
+from app.teleoperation import Teleoperation
 from app.tuning import TuningDesk
 from app.world_model.desk import WorldDesk
 from app.world_model.store import FactStore
@@ -106,24 +108,29 @@ class Service:
         self._listening = Listening(self.database, {**looks, "messages": workflows.rouse})
         self.presence = Presence(
             self.database,
-            executor=workflows.executor,
+            workflows,
             serves=[queue.name for queue in served],
             speaks_for=self._files if self._speaks else (),
-            take_over=workflows.take_over,
         )
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
-        self.board = RobotBoard(
-            ((robot.name, w.name) for w in self._files.values() for robot in w.robots),
-            low_battery=settings.low_battery,
-        )
+        self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
+        self.hearing = Hearing(self.board, clocks=self.clocks, worlds=self._files)
         self.questions = Questions(patience_s=settings.answer_patience_s)
         self._own_worker = worker is None
         self._worker = worker or PlanningWorker(
             make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
         )
-        self._rested: set[str] = set()
         self._wire_desks()
         self._retention = Retention.of(self.database, self._core.workflows, settings)
+        self.shelf = Shelf.of(settings)
+        self._recorder = Recorder(
+            self._core,
+            shelf=self.shelf,
+            board=self.board,
+            clocks=self.clocks,
+            shown=as_the_api_has_it(self.worlds, self.plans),
+            presence=self.presence,
+        )
         self._agents = [self._agents_of(world) for world in worlds]
 
     @cached_property
@@ -135,10 +142,11 @@ class Service:
         ready = self._worker.warm_up()
         simulated = [name for name, world in self._worlds.items() if world.run is not None]
         self.presence.register(simulated if self._speaks else ())
-        mine = [world for name, world in self._worlds.items() if self.presence.speaks_for(name)]
+        # Also those that another process speaks for: it may die before it has said anything of them.
+        mine = list(self._worlds.values()) if self._speaks else []
         with self.database.write() as session:
             for world in mine:
-                self._begin(session, world)
+                begin_world(session, self._core, world)
             if not self.database.shared:
                 part_from_others(session, self._core, self._files.keys())
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
@@ -150,15 +158,14 @@ class Service:
         self.presence.start()
         self._listening.start()
         for world in self._worlds.values():
-            if world.fleet is not None:
-                world.fleet.listen(self.board)
-                world.fleet.start()
+            world.listen(self.board)
         for agents in self._agents:
             agents.start()
         with self.database.write() as session:
             for world in mine:
                 self._waiting.release(session, world.file.name)
         self._retention.start()
+        self._recorder.start()
         ready.result(timeout=300)
         for world in self._worlds.values():
             world.let_go()
@@ -166,6 +173,7 @@ class Service:
     def close(self) -> None:
         self.stopping.set()
         self._retention.close()
+        self._recorder.close()
         for agents in self._agents:
             agents.close()
         self._listening.close()
@@ -191,7 +199,10 @@ class Service:
     def _wire_desks(self) -> None:
         core, settings = self._core, self.settings
         limits = PlanningLimits.of(settings)
-        self.worlds = WorldDesk(core, worlds=self._files, clocks=self.clocks, board=self.board)
+        self.worlds = WorldDesk(
+            core, worlds=self._files, clocks=self.clocks, board=self.board, hearing=self.hearing
+        )
+        self.teleoperation = Teleoperation(self.worlds, {n: w.pace for n, w in self._worlds.items()})
         self.tunings = TuningDesk(core, worlds=self._files)
         self.missions = MissionDesk(core)
         self.plans = PlanDesk(
@@ -217,17 +228,14 @@ class Service:
         self.lost = LostRobots(core, clocks=self.clocks, board=self.board, released=self._waiting.release)
         self._reports = ReportBook(core, released=self._waiting.release)
         repertoires = {n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()}
-        library = load_library(core.knowledge_base)
         self._life = MissionLife(
             core,
-            dispatching=Dispatching(core, library=library, repertoires=repertoires),
-            times={
-                n: WorldTime(clock=w.clock, rate=w.pace, answer_s=w.file.answer_s)
-                for n, w in self._worlds.items()
-            },
+            dispatching=Dispatching(core, library=load_library(core.knowledge_base), repertoires=repertoires),
+            times={n: WorldTime.of(w) for n, w in self._worlds.items()},
             patience_s=settings.answer_patience_s,
             recover=self._recovering.take,
             freed=self._waiting.release,
+            silent_in_s=self.hearing.silent_in_s,
         )
 
     def _wire_planning(self, limits: PlanningLimits) -> None:
@@ -237,7 +245,7 @@ class Service:
         )
         proposing = Proposing(core, clocks=self.clocks)
         self._waiting = WaitingGoals(core)
-        self.board.rested.append(self._rested.add)
+        self.board.rested.append(self._waiting.rested)
         self._planning = Planning(
             core,
             posing=posing,
@@ -269,6 +277,7 @@ class Service:
             reports=self._reports,
             board=self.board,
             questions=self.questions,
+            teleoperation=self.teleoperation,
             tunings=self.tunings,
             welcome=partial(self.lost.welcome, world.file.name),
             world=world.file.name,
@@ -276,25 +285,16 @@ class Service:
             between=self._seeing_to(world),
         )
 
-    def _begin(self, session: Session, world: RunningWorld) -> None:
-        if world.run is None:
-            expect_world(session, self._core, world.file)
-        else:
-            meet_world(session, self._core, world.file, world.run, why_afresh=world.why_afresh)
-
     def _seeing_to(self, world: RunningWorld) -> Callable[[], None]:
         """What a world's agent models see to between messages: who drives it, and who of it may be recruited again."""
-        name, release, meeting = world.file.name, self._waiting.release, None
-        speaks = partial(self.presence.speaks_for, name)
-        if world.fleet is not None:
-            meeting = Meeting(self._core, world.file, world.fleet, released=release, speaks=speaks)
+        rested = partial(self._waiting.look, world.file.name)
+        if world.fleet is None:
+            return rested
+        speaks, release = partial(self.presence.speaks_for, world.file.name), self._waiting.release
+        meeting = Meeting(self._core, world.file, world.fleet, released=release, speaks=speaks)
 
         def see() -> None:
-            if meeting is not None:
-                meeting.look()
-            if name in self._rested:
-                with self.database.write() as session:
-                    release(session, name)
-                self._rested.discard(name)
+            meeting.look()
+            rested()
 
         return see

@@ -29,6 +29,12 @@ class NotFound(MactaError):
     code = "not-found"
 
 
+def unrecorded(what: str, name: str) -> NotFound:
+    """A goal, plan or mission that the record does not know, or not any more."""
+    reason = "there was none, or it was over long ago and is deleted (MACTA_KEEP_GOALS_DAYS)"
+    return NotFound(f"no {what} {name!r}: {reason}", code=f"unknown-{what}")
+
+
 class Conflict(MactaError):
     """Raised when a request contradicts the present state of things."""
 

@@ -91,6 +91,9 @@ class DifferenceBody(PlanPart):
     added: tuple[str, ...]
     shifted: dict[str, float] = Field(description="new id → seconds later, negative: earlier")
     later_s: float = Field(description="by so much the plan ends later")
+    elapsed_s: float = Field(
+        default=0.0, description="where this plan's start lies on the other one's time axis"
+    )
     words: tuple[str, ...]
 
 
@@ -128,6 +131,11 @@ class PlanBody(PlanPart):
     label: str = Field(default="", description="what it is best at among the goal's alternatives")
     comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
     repairs: RepairsBody | None = Field(default=None, description="if the world had overtaken a plan before")
+    overtaken: tuple[str, ...] = Field(
+        default=(),
+        description="of a single plan that is proposed: what it rests on and is not so any more, and what is instead; "
+        "approving has it repaired",
+    )
     engine: str = ""
     planning_s: float = 0.0
     lower_bound_s: float | None = None

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from app.agents import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
 from robots.mqtt import ServiceLink
@@ -35,3 +36,9 @@ class RunningWorld:
     def pace(self) -> float | None:
         """Its rate now."""
         return self.rate if self.fleet is None else self.fleet.clock.rate
+
+    def listen(self, board: RobotBoard) -> None:
+        """Begin to hear the fleet, if it comes and goes by itself; what it says of its robots is for the board."""
+        if self.fleet is not None:
+            self.fleet.listen(board)
+            self.fleet.start()

@@ -52,7 +52,17 @@ class Settings(BaseSettings):
         gt=0,
         description="how long events, robots' messages and workflows that are over are kept",
     )
+    keep_goals_days: float = Field(
+        default=365.0,
+        gt=0,
+        description="how long goals that are over are kept, with their plans, missions and scripts",
+    )
     keep_events: int = Field(default=1_000_000, ge=1000, description="so many events at most are kept")
+    recordings_mb: int = Field(
+        default=1000,
+        ge=0,
+        description="how much recordings of missions may take, the oldest go first; 0: none are made",
+    )
     low_battery: float = Field(
         default=0.2, ge=0, le=1, description="a robot whose battery holds less is not recruited"
     )

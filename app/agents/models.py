@@ -14,9 +14,12 @@ from sqlalchemy import or_, select
 from app.agents.board import RobotBoard
 from app.agents.pace import LEAST_S, Pace
 from app.agents.questions import Questions
+from app.background import Background
 from app.database import Database, MissionRow, ScriptRow, is_away
+from app.missions.orders import unanswered
 from app.missions.reports import ReportBook
 from app.states import ENDED, MissionState
+from app.teleoperation import Teleoperation
 from app.tuning import TuningDesk
 from robots.clock import Clock
 from robots.link import Link, LinkClosed
@@ -24,7 +27,6 @@ from robots.wire import (
     BehaviourScript,
     Body,
     Clearance,
-    Control,
     ControlVerb,
     Message,
     Performative,
@@ -58,6 +60,7 @@ class AgentModels:
         reports: ReportBook,
         board: RobotBoard,
         questions: Questions,
+        teleoperation: Teleoperation,
         tunings: TuningDesk,
         welcome: Callable[[], None],
         world: str,
@@ -73,26 +76,24 @@ class AgentModels:
         """
         self._speaks, self._between = speaks, between
         self._robots, self._link, self._clock, self._world = frozenset(robots), link, clock, world
-        self._pace = Pace(clock, robots)
+        self._pace = Pace(clock, robots, heard_s=lambda robot: board.view(robot).heard_s)
         self._database, self._reports, self._board = database, reports, board
         self._questions, self._tunings, self._welcome = questions, tunings, welcome
+        self._teleoperation = teleoperation
         self._outstanding: set[str] = set()
         self._due = threading.Event()
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"agents-{world}", daemon=True)
+        self._background = Background(f"agents-{world}", self._run)
         database.committed.append(self._due.set)
 
     def start(self) -> None:
-        self._thread.start()
+        self._background.start()
 
     def close(self) -> None:
-        self._stop.set()
-        if self._thread.is_alive():
-            self._thread.join(timeout=5)
+        self._background.end()
 
     def _run(self) -> None:
         due_at = 0.0
-        while not self._stop.is_set():
+        while not self._background.ending.is_set():
             try:
                 self._between()
                 for message in self._link.receive(LISTEN_S):
@@ -115,17 +116,17 @@ class AgentModels:
                     logger.warning("agent models of %s wait for the database", self._world)
                 else:
                     logger.exception("agent models of %s: a message could not be handled", self._world)
-                self._stop.wait(LOOK_S)
+                self._background.ending.wait(LOOK_S)
 
     def _take(self, message: Message) -> None:
         if message.sender not in self._robots:
             return
-        self._pace.heard(message.sender)
         if isinstance(message.body, Telemetry):
             self._board.heard(message.sender, message.body)
             return
         self._board.heard(message.sender)
-        if self._questions.answered(message) or not self._speaks():
+        here = self._questions.answered(message) or self._teleoperation.refused(message)
+        if here or not self._speaks():
             return
         if isinstance(message.body, TuningReport):
             self._tunings.answered(self._world, message.sender, message.performative, message.body)
@@ -135,9 +136,11 @@ class AgentModels:
             self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
 
     def _ask(self) -> None:
-        """Pass on what clients ask right now, once: they do not wait long."""
+        """Pass on what clients ask and wish right now, once: they do not wait long."""
         for question in self._questions.to_send(self._robots):
             self._send(question.robot, Performative.QUERY, question.body, message_id=question.id)
+        for robot, set_point in self._teleoperation.to_send(self._robots):
+            self._send(robot, Performative.REQUEST, set_point)
 
     def _deliver(self) -> None:
         """Send what the record says is not answered yet, as far as it is due."""
@@ -155,10 +158,9 @@ class AgentModels:
             if script.clearance is not None:
                 clearance = Clearance(script_id=script.id, ended=tuple(script.cleared))
                 self._repeat(script.robot, f"{script.id}:{script.clearance}", Performative.REQUEST, clearance)
-            if script.control is not None:
-                verb = ControlVerb(script.control.split(":")[0])
-                performative = Performative.CANCEL if verb is ControlVerb.CANCEL else Performative.REQUEST
-                order = Control(script_id=script.id, verb=verb)
+            if (order := unanswered(script)) is not None:
+                cancels = order.verb is ControlVerb.CANCEL
+                performative = Performative.CANCEL if cancels else Performative.REQUEST
                 self._repeat(script.robot, f"{script.id}:{script.control}", performative, order)
             elif script.question is not None:
                 query = StatusQuery(script_id=script.id)

@@ -29,22 +29,25 @@ class Pace:
     """
 
     def __init__(
-        self, clock: Clock, links: Mapping[str, LinkSpec], wall: Callable[[], float] = time.monotonic
+        self,
+        clock: Clock,
+        links: Mapping[str, LinkSpec],
+        *,
+        heard_s: Callable[[str], float | None],
+        wall: Callable[[], float] = time.monotonic,
     ) -> None:
-        """:param links: each robot's radio."""
-        self._clock, self._wall = clock, wall
+        """
+        :param links: each robot's radio.
+        :param heard_s: when a robot last said something, whatever it was, by the world's clock.
+        """
+        self._clock, self._heard_s, self._wall = clock, heard_s, wall
         self._paces_s = {robot: link.round_trip_s + RESENT_S for robot, link in links.items()}
         self._sent: dict[str, _Sent] = {}
-        self._heard_s: dict[str, float] = {}
 
     @property
     def outstanding(self) -> bool:
         """True if something was sent that may have to be sent again."""
         return bool(self._sent)
-
-    def heard(self, robot: str) -> None:
-        """The robot said something, whatever it was."""
-        self._heard_s[robot] = self._clock.now_s()
 
     def is_due(self, robot: str, message_id: str) -> bool:
         """True if the message is to be sent now; then it counts as sent."""
@@ -56,7 +59,8 @@ class Pace:
         waited_s = now_s - sent.at_s
         if now - sent.at < LEAST_S or 0 <= waited_s < pace_s:  # a clock that went back is another run's
             return False
-        heard = self._heard_s.get(robot, float("-inf")) > sent.at_s
+        heard_s = self._heard_s(robot)
+        heard = heard_s is not None and heard_s > sent.at_s
         if 0 <= waited_s < sent.pause_s and not heard:
             return False
         pause_s = pace_s if heard else max(min(2 * sent.pause_s, SILENT_AT_MOST_S), pace_s)

@@ -1,6 +1,6 @@
 """The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
 
-from app.database.engine import WRITTEN, Database, after_commit, announce, is_away, write_last
+from app.database.engine import WRITTEN, Database, after_commit, announce, is_away, is_unwritable, write_last
 from app.database.tables import (
     Base,
     DurationRow,
@@ -40,5 +40,6 @@ __all__ = [
     "after_commit",
     "announce",
     "is_away",
+    "is_unwritable",
     "write_last",
 ]

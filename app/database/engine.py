@@ -5,6 +5,7 @@ it writes; readers go on beside it (WAL). On PostgreSQL rows that are read to be
 the order goal, plan, mission, script, world; and other processes are told of what was written (`announce`).
 """
 
+import sqlite3
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +26,15 @@ IN_ORDER = "in order"
 """The lock under which rows that are numbered in order are written."""
 CANCELLED = "57014"
 """PostgreSQL's state of a statement that was cancelled: the server is there."""
+UNWRITABLE = ("53100", "25006")
+"""PostgreSQL's states when the disk is full, and when only reading is allowed."""
+UNWRITABLE_HERE = (
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_IOERR,
+    sqlite3.SQLITE_CANTOPEN,
+)
+"""SQLite's codes likewise, and when the disk does not do as it is told."""
 
 
 class Database:
@@ -109,8 +119,24 @@ def announce(session: Session, topic: str) -> None:
     session.info.setdefault(_TOPICS, set()).add(topic)
 
 
+def is_unwritable(error: BaseException | None) -> bool:
+    """True if the record cannot be written for now: the disk is full, say. Nothing of the transaction is kept."""
+    if isinstance(error, DBAPIError):
+        error = error.orig
+    if isinstance(error, psycopg.Error):
+        return error.sqlstate in UNWRITABLE
+    # NOTE: the extended codes have the code in their last byte.
+    return (
+        isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", 0) & 0xFF in UNWRITABLE_HERE
+    )
+
+
 def is_away(error: BaseException) -> bool:
-    """True if the database server does not answer, or ended the connection, a deadlock included: worth another try."""
+    """True if the database cannot be used for now: its server does not answer, or ended the connection, a deadlock
+    included, or it cannot be written. Worth another try.
+    """
+    if is_unwritable(error):
+        return True
     if not isinstance(error, DBAPIError) or not isinstance(error.orig, psycopg.Error):
         return False  # SQLite is always there
     ended = isinstance(error, OperationalError | InterfaceError) and error.orig.sqlstate != CANCELLED

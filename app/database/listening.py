@@ -6,12 +6,12 @@ never comes, and after the connection was away everything is looked at once.
 
 import logging
 import math
-import threading
 import time
 from collections.abc import Callable, Mapping
 
 import psycopg
 
+from app.background import Background
 from app.database.engine import CHANNEL, WRITTEN, Database
 
 LOOK_S = 0.5
@@ -30,25 +30,22 @@ class Listening:
         """:param topics: what is called when something of a topic was announced, besides `Database.committed`."""
         self._database = database
         self._topics: Mapping[str, Callable[[], None]] = {WRITTEN: self._written, **topics}
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="listening", daemon=True)
+        self._background = Background("listening", self._run)
 
     def start(self) -> None:
         if self._database.shared:
-            self._thread.start()
+            self._background.start()
 
     def close(self) -> None:
-        self._stop.set()
-        if self._thread.is_alive():
-            self._thread.join(timeout=5)
+        self._background.end()
 
     def _run(self) -> None:
-        while not self._stop.is_set():
+        while not self._background.ending.is_set():
             try:
                 self._listen()
             except psycopg.Error as error:
                 logger.warning("not told of what other processes write: %s", str(error).strip())
-                self._stop.wait(BACK_OFF_S)
+                self._background.ending.wait(BACK_OFF_S)
 
     def _listen(self) -> None:
         # A connection of its own, not the pool's: it waits all the time.
@@ -57,7 +54,7 @@ class Listening:
             connection.execute(f"LISTEN {CHANNEL}")
             self._look_at_all()
             settled_at = time.monotonic() + SETTLED_S
-            while not self._stop.is_set():
+            while not self._background.ending.is_set():
                 if time.monotonic() >= settled_at:
                     self._look_at_all()
                     settled_at = math.inf

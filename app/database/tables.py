@@ -139,12 +139,13 @@ class MissionRow(Base):
     `plan_id` is the plan it carries out now, `revision` counts its plans and `revised_at_s` is when it got this one, if
     it is not the first. `recovery` is the operator's policy, `recovery_step` where a recovery stands, `tries_left` how
     often it is still recovered, `attempts` what was tried so far and what came of it; `stopped_for` why its robots were
-    told to stop, in words, if none of them had failed.
+    told to stop, in words, if none of them had failed. `workflow` is the id of the one that carries it on.
     """
 
     __tablename__ = "missions"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
-    goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"))
+    workflow: Mapped[str]
+    goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"), index=True)
     plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), unique=True)
     world: Mapped[str] = mapped_column(index=True)
     state: Mapped[str] = mapped_column(index=True)
@@ -182,7 +183,7 @@ class ScriptRow(Base):
     __tablename__ = "scripts"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
     mission_id: Mapped[str] = mapped_column(ForeignKey("missions.id"), index=True)
-    plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"))
+    plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), index=True)
     robot: Mapped[str]
     body: Mapped[dict[str, Any]]
     delivery: Mapped[str] = mapped_column(index=True)

@@ -10,8 +10,9 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.database import GoalRow
 from app.database.paging import page
-from app.errors import Busy, Conflict, Invalid, NotFound
+from app.errors import Busy, Conflict, Invalid, unrecorded
 from app.goals.check import GoalIssue, blocking, check_goals
+from app.goals.completion import completions, replacements
 from app.goals.grammar import Clarification, parse_goal
 from app.goals.record import goal_to_change
 from app.ids import new_id
@@ -43,6 +44,15 @@ class GoalRequest:
     auto_approve: bool = False
     recovery: str | None = None
     planning: PlanningWish = field(default_factory=PlanningWish)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checked:
+    """What a sentence would be taken for: the goals, or what stands against them, and how it could go on."""
+
+    goals: Sequence[SymbolicFact] = ()
+    issue: Clarification | GoalIssue | None = None
+    completions: Sequence[str] = ()
 
 
 class GoalDesk:
@@ -109,6 +119,17 @@ class GoalDesk:
             self._enqueue(session, row)
             return row
 
+    def check(self, name: str | None, text: str) -> Checked:
+        """What `submit` would say of a sentence as things are. Nothing is recorded."""
+        world = self._world(name)
+        with self._database.read() as session:
+            facts = self._facts.facts(session, world.name)
+        parsed = parse_goal(text, world, facts)
+        if isinstance(parsed, Clarification):
+            return Checked(issue=parsed, completions=completions(text, parsed, world, facts))
+        issue = next(iter(blocking(check_goals(parsed, world, facts, self._knowledge_base))), None)
+        return Checked(goals=parsed, issue=issue, completions=replacements(text, issue) if issue else ())
+
     def _refuse_too_many(self, session: Session) -> None:
         count = session.scalar(select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(OPEN))) or 0
         if count >= self._open_goals:
@@ -122,7 +143,7 @@ class GoalDesk:
         with self._database.read() as session:
             row = session.get(GoalRow, goal_id)
         if row is None:
-            raise NotFound(f"no goal {goal_id!r}", code="unknown-goal")
+            raise unrecorded("goal", goal_id)
         return row
 
     def stop(self, goal_id: str, *, actor: str) -> GoalRow:

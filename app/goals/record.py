@@ -3,7 +3,7 @@
 from sqlalchemy.orm import Session
 
 from app.database import GoalRow
-from app.errors import NotFound
+from app.errors import unrecorded
 
 
 def goal_to_change(session: Session, goal_id: str) -> GoalRow:
@@ -13,5 +13,5 @@ def goal_to_change(session: Session, goal_id: str) -> GoalRow:
     """
     row = session.get(GoalRow, goal_id, with_for_update=True)
     if row is None:
-        raise NotFound(f"no goal {goal_id!r}", code="unknown-goal")
+        raise unrecorded("goal", goal_id)
     return row

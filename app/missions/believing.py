@@ -13,6 +13,7 @@ from app.missions.clearance import has_ended, scripts_of
 from app.missions.waking import wake_missions
 from app.vocabulary import symbolic
 from app.world_model import Change, Facts, applied, reconciled
+from app.world_model.store import source_of
 from app.world_model.timeliness import Subject, known_since, timely
 from planner import Fact, PlanNet, PlanNetAction
 from robots.wire import ScriptReport, ScriptState, SymbolicFact
@@ -90,11 +91,6 @@ class Believing:
 
     def _said(self, fact: Fact) -> SymbolicFact:
         return symbolic(fact, self._core.knowledge_base)
-
-
-def source_of(robot: str) -> str:
-    """Who said a fact that a robot reported."""
-    return f"report of {robot}"
 
 
 def _done_since(net: PlanNet, action_id: str, scripts: Sequence[ScriptRow]) -> tuple[PlanNetAction, ...]:

@@ -8,11 +8,12 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.database import MissionRow, ScriptRow
 from app.database.paging import page
-from app.errors import Conflict, NotFound
+from app.errors import Conflict, unrecorded
 from app.ids import new_id
+from app.missions.orders import can_be_ordered, give
 from app.recovery.progress import note
 from app.recovery.rules import TRIES, Policy, Step
-from app.states import TERMINAL_SCRIPTS, MissionState
+from app.states import MissionState
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]
@@ -49,7 +50,7 @@ class MissionDesk:
             _refuse_ended(mission, "cancelled")
             mission.cancel_requested = True
             self._events.append(session, "mission.cancel_requested", mission.id, actor=actor, comment=comment)
-            self._workflows.wake(session, mission.id, f"cancel:{mission.id}")
+            self._workflows.wake(session, mission.workflow, f"cancel:{mission.id}")
             return _with_scripts(session, mission)
 
     def set_recovery(self, mission_id: str, policy: Policy, actor: str) -> Mission:
@@ -61,7 +62,7 @@ class MissionDesk:
                 mission.recovery = policy
                 data = {"actor": actor, "policy": policy.value}
                 self._events.append(session, "mission.recovery_set", mission.id, **data)
-                self._workflows.wake(session, mission.id, f"{mission.id}:policy:{new_id('policy')}")
+                self._workflows.wake(session, mission.workflow, f"{mission.id}:policy:{new_id('policy')}")
             return _with_scripts(session, mission)
 
     def pause(self, mission_id: str, actor: str, comment: str) -> Mission:
@@ -92,7 +93,7 @@ class MissionDesk:
         mission.recovery_step, mission.tries_left = None, TRIES
         note(mission, outcome="taken up")
         self._events.append(session, "mission.resumed", mission.id, actor=actor, comment=comment)
-        self._workflows.wake(session, mission.id, f"{mission.id}:again:{len(mission.attempts)}")
+        self._workflows.wake(session, mission.workflow, f"{mission.id}:again:{len(mission.attempts)}")
         return _with_scripts(session, mission)
 
     def _order(
@@ -100,19 +101,14 @@ class MissionDesk:
     ) -> None:
         self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
         for script in _scripts(session, mission.id):
-            # A script that is not acknowledged yet is held back while the mission is paused.
-            # One that was told to stop is not told anything else any more.
-            if script.stopping or script.abandoned or script.plan_id != mission.plan_id:
-                continue
-            if script.state not in TERMINAL_SCRIPTS and script.delivery == "acknowledged":
-                script.orders += 1
-                script.control = f"{verb.value}:{script.orders}"
+            if can_be_ordered(script, mission):
+                give(script, verb)
 
 
 def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> MissionRow:
     row = session.get(MissionRow, mission_id, with_for_update=to_change)
     if row is None:
-        raise NotFound(f"no mission {mission_id!r}", code="unknown-mission")
+        raise unrecorded("mission", mission_id)
     return row
 
 

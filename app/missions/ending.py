@@ -32,12 +32,12 @@ def end_mission(
         script.question = script.control = script.clearance = None
         if script.delivery == "pending":
             script.delivery = "withdrawn"
-    mission.state, mission.failure, mission.recovery_step = state, failure, None
+    mission.state, mission.recovery_step = state, None
     mission.ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
     late_s = 0.0 if mission.deadline_s is None else mission.ended_at_s - mission.deadline_s
     if state is MissionState.COMPLETED and late_s > 0:
-        reason = f"came true {late_s:.0f} s after the deadline"
-    mission.reason = reason
+        reason, failure = f"came true {late_s:.0f} s after the deadline", FailureCategory.DEADLINE
+    mission.reason, mission.failure = reason, failure
     goal = session.get_one(GoalRow, mission.goal_id)
     close_plans(session, events, goal, PlanState.EXPIRED, "its mission has ended")
     goal.state, goal.outcome, goal.reason = GoalState.FINISHED, state.value, reason

@@ -8,23 +8,30 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Self
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import MissionRow, ScriptRow
-from app.durable import or_give_up, sleep_until_woken, step
+from app.durable import MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
+from app.ids import new_id
 from app.missions.dispatching import Dispatching
 from app.missions.ending import end_mission
-from app.missions.monitor import MissionView, Verdict, cancelled, review
+from app.missions.monitor import MissionView, Verdict, cancelled, is_overdue, review
+from app.missions.orders import give
 from app.missions.record import locked_after_goal
 from app.missions.view import MissionViews, scripts_of_all_plans
 from app.recovery.rules import Step
+from app.running import RunningWorld
 from app.states import MissionState
 from robots.clock import Clock
-from robots.wire import FailureCategory
+from robots.wire import ControlVerb, FailureCategory
 
 WORKFLOW = "mission_life"
+TURNS = 25
+"""After so many looks at the mission another workflow goes on with it."""
+SETTLED_S = 1.0
 LONGEST_SLEEP_S = 30.0
 SHORTEST_SLEEP_S = 0.1
 
@@ -42,6 +49,10 @@ class WorldTime:
     clock: Clock
     rate: Callable[[], float | None]
     answer_s: float = 0.0
+
+    @classmethod
+    def of(cls, world: RunningWorld) -> Self:
+        return cls(clock=world.clock, rate=world.pace, answer_s=world.file.answer_s)
 
     def patience_s(self, wall_s: float) -> float:
         """Wall-clock seconds that an answer may take: so many by itself, and the radio's time. Flat out is not slower
@@ -68,12 +79,15 @@ class MissionLife:
         patience_s: float,
         recover: Recover,
         freed: Callable[[Session, str], None],
+        silent_in_s: Callable[[str], float],
     ) -> None:
         """
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
         :param freed: called in the closing transaction with the world whose robots are free again.
+        :param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains.
         """
-        self._database, self._events, self._views = core.database, core.events, MissionViews(core)
+        self._database, self._events, self._workflows = core.database, core.events, core.workflows
+        self._views = MissionViews(core, silent_in_s=silent_in_s)
         self._dispatching, self._recover, self._freed = dispatching, recover, freed
         self._times, self._patience_s = times, patience_s
 
@@ -82,10 +96,24 @@ class MissionLife:
         or_give_up(lambda: self._live(mission_id), partial(self._give_up, mission_id))
 
     def _live(self, mission_id: str) -> None:
+        workflow = this_workflow()
         if not step("organise", lambda: self._organise(mission_id)):
             return
-        while (sleep_s := step("monitor", lambda: self._monitor(mission_id))) is not None:
-            sleep_until_woken(sleep_s)
+        for turn in range(TURNS):
+            sleep_s = step("monitor", lambda: self._monitor(mission_id))
+            if sleep_s is None:
+                return
+            # What was about to wake the workflow before this one woke that: the first look may have come too early.
+            sleep_until_woken(sleep_s if turn else min(sleep_s, SETTLED_S))
+        step("begin anew", lambda: self._begin_anew(mission_id, workflow))
+
+    def _begin_anew(self, mission_id: str, workflow: str) -> None:
+        """Have another workflow go on: one that is taken over does its recorded steps again, so they must be few."""
+        with self._database.write() as session:
+            mission = locked_after_goal(session, mission_id)
+            if mission.workflow == workflow and not MissionState(mission.state).ended:
+                mission.workflow = new_id("life")
+                self._workflows.start(session, MISSIONS, WORKFLOW, mission.workflow, mission_id)
 
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
@@ -119,7 +147,7 @@ class MissionLife:
                 return None
             if verdict.cancel and not view.troubles and not view.cancel_requested:
                 mission.stopped_for = view.why
-            self._act(session, mission, scripts, verdict)
+            self._act(session, mission, scripts, verdict, view.now_s)
             if verdict.recover is not None:
                 self._recover(session, mission, view, verdict)
             if verdict.state is MissionState.UNKNOWN or mission.recovery_step not in (None, Step.WAITING):
@@ -129,22 +157,27 @@ class MissionLife:
             return times.wall_s(verdict.wait_s)
 
     def _act(
-        self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow], verdict: Verdict
+        self,
+        session: Session,
+        mission: MissionRow,
+        scripts: Sequence[ScriptRow],
+        verdict: Verdict,
+        now_s: float,
     ) -> None:
         for script in scripts:
             if script.plan_id != mission.plan_id:
                 continue
             if script.robot in verdict.cancel:
-                script.orders += 1
-                script.control, script.stopping = f"cancel:{script.orders}", True
+                give(script, ControlVerb.CANCEL)
             if script.robot in verdict.ask:
-                script.question = f"{script.id}:status:{mission.enquire_at_s or 0:.3f}"
+                script.question = f"{script.id}:status:{now_s:.3f}"
         if verdict.ask or verdict.cancel:
             mission.asked_at = time.time()
         if verdict.enquire_at_s is not None:
             mission.asked_at, mission.enquire_at_s = None, verdict.enquire_at_s
-            mission.estimate_s = verdict.enquire_at_s - (mission.started_at_s or 0.0) - mission.margin_s
-            mission.estimate_s = max(mission.estimate_s, mission.original_estimate_s)
+            if mission.started_at_s is not None:
+                estimate_s = verdict.enquire_at_s - mission.started_at_s - mission.margin_s
+                mission.estimate_s = max(estimate_s, mission.original_estimate_s)
         self._show(session, mission, verdict)
 
     def _show(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
@@ -155,6 +188,8 @@ class MissionLife:
         if (state, mission.reason) == (verdict.state, verdict.reason):
             return
         changed = state != verdict.state or verdict.ask or verdict.cancel
+        if is_overdue(verdict.reason) and not is_overdue(mission.reason):
+            self._events.append(session, "mission.overdue", mission.id, deadline_s=mission.deadline_s)
         if goes_on:
             mission.resume_to = verdict.state
         else:

@@ -1,13 +1,15 @@
 """The mission monitor's rules (MACTA §4), as a pure function of what is known.
 
-At the end of the expected time and its margin the robots are asked how they stand, and the mission's state follows
-from their answers: still at work extends the time, silence makes the mission `unknown`, never `failed`. Where a robot
+At the end of the expected time and its margin the robots are asked how they stand, and a robot is asked before if its
+silence is longer than its radio explains. The mission's state follows from the answers: still at work extends the time,
+silence makes the mission `unknown`, never `failed`. Where a robot
 fails, or the world is not as the plan counts on it to be, the others are made safe first; then the mission is
 recovered or ends.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 from app.recovery.rules import Policy, Step, Trouble, category_of
 from app.states import MissionState
@@ -15,12 +17,17 @@ from robots.wire import FailureCategory, ScriptState
 
 EXTENSION_S = 20.0
 """World seconds a mission is given at least when its robots say they are still at work."""
+LOOK_S = 5.0
+"""World seconds after which it is looked again, at the soonest, whether a robot has fallen silent."""
+OVERDUE = "its deadline has passed"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptView:
     """A robot's script as known: `open_question` while a status query is unanswered, `stopping` once told to cancel,
-    `abandoned` if its robot was declared lost, `failed_at` the tag of the packet that failed.
+    `abandoned` if its robot was declared lost, `failed_at` the tag of the packet that failed, `waited` if that packet
+    never began, for another robot was to do something first; `silent_in_s` world seconds at least until the robot's
+    silence is longer than its radio explains, 0 once it is.
     """
 
     robot: str
@@ -32,6 +39,12 @@ class ScriptView:
     detail: str = ""
     abandoned: bool = False
     failed_at: str = ""
+    waited: bool = False
+    silent_in_s: float = inf
+
+    @property
+    def is_silent(self) -> bool:
+        return self.silent_in_s <= 0
 
     @property
     def ended(self) -> bool:
@@ -53,7 +66,12 @@ class ScriptView:
         category = self.category or FailureCategory.ROBOT
         willing = self.delivery != "refused"
         return Trouble(
-            robot=self.robot, category=category, detail=self.detail, tag=self.failed_at, fit=willing
+            robot=self.robot,
+            category=category,
+            detail=self.detail,
+            tag=self.failed_at,
+            fit=willing,
+            waited=self.waited,
         )
 
 
@@ -70,6 +88,7 @@ class MissionView:
     :param done_before: a robot has finished a script of an earlier plan.
     :param reason: what is said of it now.
     :param stopped_for: why its robots were told to stop though none had failed.
+    :param deadline_s: by when it is wanted (world's clock), None if nobody said.
     """
 
     state: MissionState
@@ -88,6 +107,12 @@ class MissionView:
     done_before: bool = False
     reason: str = ""
     stopped_for: str = ""
+    deadline_s: float | None = None
+
+    @property
+    def left_s(self) -> float:
+        """Of the expected time; negative if it is over."""
+        return self.enquire_at_s - self.now_s
 
     @property
     def troubles(self) -> tuple[Trouble, ...]:
@@ -120,10 +145,32 @@ class Verdict:
 
 def review(view: MissionView, *, patience_s: float) -> Verdict:
     """Decide on a mission; `patience_s` is how long (wall clock) an answer may take before a robot counts as silent."""
-    if not view.scripts:
+    verdict = _review(view, patience_s)
+    return (
+        verdict if view.deadline_s is None or verdict.state.ended else _timed(verdict, view, view.deadline_s)
+    )
+
+
+def _timed(verdict: Verdict, view: MissionView, deadline_s: float) -> Verdict:
+    """A mission that is past its deadline goes on, and says so; what else has gone wrong is said first."""
+    left_s = deadline_s - view.now_s
+    if left_s > 0:
+        return replace(verdict, wait_s=min(verdict.wait_s, left_s))
+    said = is_overdue(verdict.reason)
+    reason = verdict.reason if said else "; ".join(filter(None, (verdict.reason, OVERDUE)))
+    return replace(verdict, reason=reason, failure=verdict.failure or FailureCategory.DEADLINE)
+
+
+def is_overdue(reason: str) -> bool:
+    """True if a mission's reason says that it is past its deadline."""
+    return reason.endswith(OVERDUE)
+
+
+def _review(view: MissionView, patience_s: float) -> Verdict:
+    if not view.scripts and view.state in (MissionState.PENDING, MissionState.PAUSED):
         return Verdict(state=view.state, wait_s=EXTENSION_S)
     open_scripts = [script for script in view.scripts if not script.ended]
-    if not open_scripts:
+    if not open_scripts:  # nor are there any where all goals were true already
         return _conclusion(view)
     stopping = any(script.stopping for script in open_scripts)
     if view.why or view.cancel_requested or stopping:
@@ -159,13 +206,12 @@ def _conclusion(view: MissionView) -> Verdict:
 
 def _recovery(view: MissionView, reason: str) -> Verdict | None:
     """What is next in the recovery of a mission whose robots are safe; None if it ends."""
-    left_s = view.enquire_at_s - view.now_s
     if view.step in (Step.PLANNING, Step.DECIDING, Step.STUCK) and not view.cancel_requested:
         return Verdict(state=view.state, wait_s=EXTENSION_S, reason=view.reason)
     if view.step is Step.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
         return None
-    if view.step is Step.WAITING and left_s > 0:
-        return Verdict(state=MissionState.RECOVERING, wait_s=left_s, reason=reason)
+    if view.step is Step.WAITING and view.left_s > 0:
+        return Verdict(state=MissionState.RECOVERING, wait_s=view.left_s, reason=reason)
     if view.tries_left > 0 and (not view.no_way or view.step is Step.WAITING):
         reason = _what_happened(view)
         return Verdict(
@@ -203,17 +249,16 @@ def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: fl
 
 
 def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
-    """The expected time is not over, or it is and the robots are to be asked."""
-    left_s = view.enquire_at_s - view.now_s
-    if left_s > 0 or view.state is MissionState.PAUSED:
-        return Verdict(state=view.state, wait_s=max(left_s, EXTENSION_S if left_s <= 0 else left_s))
-    names = tuple(script.robot for script in open_scripts)
-    return Verdict(
-        state=view.state,
-        wait_s=EXTENSION_S,
-        ask=names,
-        reason=f"the expected time is over: asking {', '.join(names)}",
-    )
+    """The expected time is not over and nobody silent for too long; or robots are to be asked."""
+    if view.state is MissionState.PAUSED:
+        return Verdict(state=view.state, wait_s=view.left_s if view.left_s > 0 else EXTENSION_S)
+    ask = tuple(script.robot for script in open_scripts if view.left_s <= 0 or script.is_silent)
+    if not ask:
+        silent_in_s = min(script.silent_in_s for script in open_scripts)
+        return Verdict(state=view.state, wait_s=min(view.left_s, max(silent_in_s, LOOK_S)))
+    over = "the expected time is over" if view.left_s <= 0 else f"no word from {', '.join(ask)}"
+    reason = f"{over}: asking {', '.join(ask)}"
+    return Verdict(state=view.state, wait_s=EXTENSION_S, ask=ask, reason=reason)
 
 
 def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
@@ -222,24 +267,34 @@ def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: 
     Paused meanwhile, nothing is concluded from either: the question is asked anew later.
     """
     if view.state is MissionState.PAUSED:
-        return Verdict(state=view.state, wait_s=EXTENSION_S, enquire_at_s=view.now_s + EXTENSION_S)
-    silent = [script.robot for script in open_scripts if script.open_question or script.delivery == "pending"]
-    if not silent:
-        extension_s = max(EXTENSION_S, view.estimate_s / 2)
-        return Verdict(
-            state=MissionState.RUNNING,
-            wait_s=extension_s,
-            reason=f"still at work: {', '.join(script.robot for script in open_scripts)}",
-            enquire_at_s=view.now_s + extension_s,
-        )
-    asked_s = view.asked_for_s or 0.0
-    if asked_s < patience_s:
-        return Verdict(
-            state=view.state, wait_s=patience_s, reason=f"waiting for {', '.join(silent)} to answer"
-        )
+        later_s = max(view.enquire_at_s, view.now_s + EXTENSION_S)
+        return Verdict(state=view.state, wait_s=EXTENSION_S, enquire_at_s=later_s)
+    owing = [script.robot for script in open_scripts if _owes_an_answer(script, over=view.left_s <= 0)]
+    if not owing:
+        return _going_on(view, open_scripts)
+    if (view.asked_for_s or 0.0) < patience_s:
+        reason = f"waiting for {', '.join(owing)} to answer"
+        return Verdict(state=view.state, wait_s=patience_s, reason=reason)
     return Verdict(
         state=MissionState.UNKNOWN,
         wait_s=patience_s,
-        reason=f"no answer from {', '.join(silent)}",
+        reason=f"no answer from {', '.join(owing)}",
         failure=FailureCategory.UNREACHABLE,
+    )
+
+
+def _owes_an_answer(script: ScriptView, *, over: bool) -> bool:
+    """One that has not agreed to its script yet has time to, until it is silent or the expected time is over."""
+    return script.open_question or (script.delivery == "pending" and (over or script.is_silent))
+
+
+def _going_on(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
+    """All that were asked have answered. What is left of the expected time is left, and some is given at least."""
+    extension_s = max(EXTENSION_S, view.estimate_s / 2) if view.left_s <= 0 else view.left_s
+    begun = any(script.state is not None for script in view.scripts)
+    return Verdict(
+        state=MissionState.RUNNING if begun else MissionState.DISPATCHING,
+        wait_s=extension_s,
+        reason=f"still at work: {', '.join(script.robot for script in open_scripts)}",
+        enquire_at_s=view.now_s + extension_s,
     )

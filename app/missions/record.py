@@ -3,7 +3,14 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import GoalRow, MissionRow
+from app.database import GoalRow, MissionRow, ScriptRow
+from app.states import TERMINAL_SCRIPTS
+
+UNENDED = (
+    ScriptRow.delivery.in_(("pending", "acknowledged")),
+    ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
+)
+"""Of scripts: given to a robot, which has not said that it has ended."""
 
 
 def locked_after_goal(session: Session, mission_id: str) -> MissionRow:

@@ -9,10 +9,12 @@ from app.database import MessageRow, MissionRow, ScriptRow
 from app.durations import learn
 from app.missions.believing import Believing
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
+from app.missions.orders import give, insist, unanswered
 from app.missions.upkeep import note_upkeep
 from app.states import TERMINAL_SCRIPTS, MissionState
 from robots.wire import (
     Acknowledgement,
+    ControlVerb,
     Message,
     PacketReport,
     PacketState,
@@ -24,6 +26,8 @@ from robots.wire import (
 )
 
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
+FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptState.RUNNING}
+"""How a robot stands that has agreed to an order."""
 
 
 class ReportBook:
@@ -62,7 +66,7 @@ class ReportBook:
             if self._holdings.of_mission(session, mission) != before:
                 self._released(session, mission.world)
             if not MissionState(mission.state).ended:  # its workflow is over, and may be forgotten
-                self._workflows.wake(session, mission.id, message.id)
+                self._workflows.wake(session, mission.workflow, message.id)
             return True
 
     def _consequences(
@@ -75,10 +79,12 @@ class ReportBook:
                 self._answered(session, message, script, mission, "refused")
             case PacketReport() as report:
                 self._packet(session, report, script, mission)
+                insist(script, mission)
             case ScriptReport() as report:
                 self._ended(session, report, script, mission)
             case StatusReport() as report:
-                self._status(session, report, script)
+                self._status(session, message, report, script)
+                insist(script, mission)
 
     def _answered(
         self, session: Session, message: Message, script: ScriptRow, mission: MissionRow, delivery: str
@@ -93,24 +99,32 @@ class ReportBook:
                 script.delivery, script.detail = delivery, reason
                 if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
                     # It was on its way when the operator paused the mission.
-                    script.orders += 1
-                    script.control = f"pause:{script.orders}"
+                    give(script, ControlVerb.PAUSE)
                 self._events.append(
                     session, f"script.{delivery}", script.id, robot=script.robot, reason=reason
                 )
+        elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
+            order = unanswered(script)
+            if order is not None and delivery == "acknowledged":
+                _stands(script, FOLLOWED.get(order.verb, script.state), message.sent_at_s)
+            self._settled(session, script, "control", refused=delivery == "refused", reason=reason)
+        elif script.clearance is not None and message.in_reply_to == f"{script.id}:{script.clearance}":
+            self._settled(session, script, "clearance", refused=delivery == "refused", reason=reason)
+
+    def _settled(self, session: Session, script: ScriptRow, kind: str, *, refused: bool, reason: str) -> None:
+        """An order or a clearance is answered. Why one was refused the robot is asked: the script has ended, and its
+        report is on the way; or it is not known any more; or the robot has followed an order with a greater number,
+        of a record that was lost.
+        """
+        sent = getattr(script, kind)
+        setattr(script, kind, None)
+        if not refused:
             return
-        for order in ("control", "clearance"):
-            sent = getattr(script, order)
-            if sent is None or message.in_reply_to != f"{script.id}:{sent}":
-                continue
-            setattr(script, order, None)
-            if delivery == "refused" and script.stopping and script.state not in TERMINAL_SCRIPTS:
-                # It has ended, and its report is on its way, or it does not know of the script any more.
-                script.question = f"{script.id}:status:{sent}"
-            if delivery == "refused":
-                script.detail = reason
-                data = {"robot": script.robot, order: sent, "reason": reason}
-                self._events.append(session, f"{order}.refused", script.id, **data)
+        if script.state not in TERMINAL_SCRIPTS:
+            script.question = f"{script.id}:status:{sent}"
+        script.detail = reason
+        data = {"robot": script.robot, kind: sent, "reason": reason}
+        self._events.append(session, f"{kind}.refused", script.id, **data)
 
     def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
         known = dict(script.packets.get(report.packet_id, {}))
@@ -123,9 +137,8 @@ class ReportBook:
         if report.state in TERMINAL_PACKETS:
             known["finished_at_s"] = report.at_s
         script.packets = {**script.packets, report.packet_id: known}
-        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
-        if script.state is None:
-            script.state = ScriptState.RUNNING
+        paused = report.state is PacketState.PAUSED
+        _stands(script, ScriptState.PAUSED if paused else ScriptState.RUNNING, report.at_s)
         if script.plan_id == mission.plan_id:
             self._started(session, mission, report.at_s)
         if report.state is PacketState.FINISHED:
@@ -191,9 +204,10 @@ class ReportBook:
             if has_ended(scripts_of(session, mission, script.plan_id), packet):
                 self._believing.came_true(session, packet, report.at_s, script, mission)
 
-    def _status(self, session: Session, report: StatusReport, script: ScriptRow) -> None:
-        script.question = None
-        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
+    def _status(self, session: Session, message: Message, report: StatusReport, script: ScriptRow) -> None:
+        if message.in_reply_to == script.question:
+            script.question = None
+        script.orders = max(script.orders, report.order)
         if script.state in TERMINAL_SCRIPTS:
             return
         if report.state is None:
@@ -201,7 +215,7 @@ class ReportBook:
             script.detail = f"{script.robot} does not know the script it was given"
         elif report.state not in TERMINAL_SCRIPTS:
             # A terminal state comes with its own report, which says what was perceived.
-            script.state = report.state
+            _stands(script, report.state, report.at_s)
         self._note_waiting(report, script)
         self._events.append(
             session,
@@ -220,6 +234,13 @@ class ReportBook:
         known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
         if known["state"] == PacketState.INITIALIZING:
             script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
+
+
+def _stands(script: ScriptRow, state: str | None, at_s: float) -> None:
+    """What the robot said last counts, not what came last."""
+    if script.state not in TERMINAL_SCRIPTS and at_s >= (script.heard_at_s or 0.0):
+        script.state = state
+    script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
 
 
 def _row(message: Message) -> MessageRow:

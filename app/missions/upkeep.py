@@ -1,30 +1,42 @@
-"""What robots do for their own sake, in the record: where they are afterwards is believed."""
+"""What robots do that no mission asked for, in the record: where they are afterwards is believed."""
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.missions.waking import wake_missions
 from app.world_model import reconciled
 from app.world_model.beliefs import ROBOT_POSITION
-from robots.wire import UpkeepReport
+from app.world_model.store import source_of
+from app.world_model.timeliness import known_since, timely
+from robots.wire import PacketState, UpkeepReport
 
 
 def note_upkeep(session: Session, core: Core, *, world: str, robot: str, report: UpkeepReport) -> None:
-    """Believe what the robot perceives, unless something newer is known of where it is."""
+    """Believe what the robot perceives, unless something newer is known of where it is, or of what it sees."""
     core.facts.lock(session, world)
     rows = core.facts.rows(session, world)
     known_s = max(
         (row.at_s for row in rows if row.predicate == ROBOT_POSITION and row.args[0] == robot), default=0.0
     )
     if report.at_s >= known_s:
-        facts = core.facts.facts(session, world)
-        change = reconciled(facts, robot, report.perceived, core.knowledge_base)
-        core.facts.change(
+        facts, before = core.facts.facts(session, world), core.facts.version(session, world)
+        newer = known_since(core.facts.dated(session, world), report.at_s)
+        change = timely(facts, reconciled(facts, robot, report.perceived, core.knowledge_base), newer)
+        version = core.facts.change(
             session,
             world,
             add=change.add,
             remove=change.remove,
-            source=f"report of {robot}",
+            source=source_of(robot),
             at_s=report.at_s,
+            corrects=True,
         )
+        if version != before:
+            wake_missions(session, core.workflows, world, f"facts:{version}")
     data = {"packet": report.tag, "at_s": report.at_s, "detail": report.detail}
-    core.events.append(session, f"upkeep.{report.state.value}", robot, world=world, **data)
+    if report.driver is None:
+        core.events.append(session, f"upkeep.{report.state.value}", robot, world=world, **data)
+    elif report.state is not PacketState.RUNNING or not report.detail:  # else it is news on the way
+        what = "began" if report.state is PacketState.RUNNING else "ended"
+        driver = report.driver
+        core.events.append(session, f"teleoperation.{what}", robot, world=world, driver=driver, **data)

@@ -1,8 +1,9 @@
 """A mission as its record shows it to the monitor's rules."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -18,14 +19,18 @@ from app.vocabulary import symbolic
 from planner import Fact
 from robots.wire import FailureCategory, PacketState, ScriptState
 
+REMEMBERED = 2000
+"""Of so many missions it is remembered what they count on."""
+
 Known = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 class MissionViews:
     """Reads missions; what they count on is held against the facts only when either has changed."""
 
-    def __init__(self, core: Core) -> None:
-        self._core, self._lock = core, Lock()
+    def __init__(self, core: Core, *, silent_in_s: Callable[[str], float]) -> None:
+        """:param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains."""
+        self._core, self._silent_in_s, self._lock = core, silent_in_s, Lock()
         self._known: dict[str, tuple[object, Known]] = {}
 
     def of(
@@ -41,7 +46,7 @@ class MissionViews:
             estimate_s=mission.original_estimate_s,
             asked_for_s=None if mission.asked_at is None else time.time() - mission.asked_at,
             cancel_requested=mission.cancel_requested,
-            scripts=[_script(script) for script in current],
+            scripts=[_script(script, silent_in_s=self._silent_in_s(script.robot)) for script in current],
             missed=missed,
             cut=lacking,
             policy=Policy(mission.recovery),
@@ -53,6 +58,7 @@ class MissionViews:
             ),
             reason=mission.reason,
             stopped_for=mission.stopped_for,
+            deadline_s=mission.deadline_s,
         )
 
     def forget(self, mission_id: str) -> None:
@@ -73,6 +79,8 @@ class MissionViews:
         missed = tuple(self._said(goal) for goal in net.goals if goal not in facts)
         known = (missed, tuple(dict.fromkeys(self._said(link.fact) for link in links)))
         with self._lock:
+            if len(self._known) >= REMEMBERED:
+                self._known.clear()
             self._known[mission.id] = (key, known)
         return known
 
@@ -85,14 +93,21 @@ def scripts_of_all_plans(session: Session, mission_id: str) -> Sequence[ScriptRo
     return session.scalars(query).all()
 
 
-def _failed_at(script: ScriptRow) -> str:
-    """The tag of the packet that failed, as far as it was reported."""
-    tags = {packet["id"]: packet["tag"] for packet in script.body["packets"]}
-    failed = (known["state"] == PacketState.FAILED and tags[name] for name, known in script.packets.items())
-    return next(filter(None, failed), "")
+def _failed(script: ScriptRow) -> tuple[Mapping[str, Any], Mapping[str, Any]] | None:
+    """The packet that failed, as far as it was reported, and what is known of it."""
+    packets = {packet["id"]: packet for packet in script.body["packets"]}
+    failed = (name for name, known in script.packets.items() if known["state"] == PacketState.FAILED)
+    name = next(failed, None)
+    return None if name is None else (packets[name], script.packets[name])
 
 
-def _script(script: ScriptRow) -> ScriptView:
+def _waited(packet: Mapping[str, Any], known: Mapping[str, Any]) -> bool:
+    """True if it never began, for want of what another robot was to do."""
+    return "started_at_s" not in known and bool(packet.get("awaits") or packet.get("after"))
+
+
+def _script(script: ScriptRow, *, silent_in_s: float) -> ScriptView:
+    failed = _failed(script)
     return ScriptView(
         robot=script.robot,
         delivery=script.delivery,
@@ -102,5 +117,7 @@ def _script(script: ScriptRow) -> ScriptView:
         category=None if script.category is None else FailureCategory(script.category),
         detail=script.detail,
         abandoned=script.abandoned,
-        failed_at=_failed_at(script),
+        failed_at=failed[0]["tag"] if failed else "",
+        waited=failed is not None and _waited(*failed),
+        silent_in_s=silent_in_s,
     )

@@ -13,7 +13,8 @@ def wake_missions(session: Session, workflows: Workflows, world: str, key: str, 
 
     :param but: the mission that is woken anyway.
     """
-    query = select(MissionRow.id).where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
-    for mission_id in session.scalars(query):
-        if mission_id != but:
-            workflows.wake(session, mission_id, f"{mission_id}:{key}")
+    query = select(MissionRow.workflow).where(
+        MissionRow.world == world, MissionRow.state.not_in(ENDED), MissionRow.id != but
+    )
+    for workflow in session.scalars(query):
+        workflows.wake(session, workflow, f"{workflow}:{key}")

@@ -15,7 +15,9 @@ TIMEOUT_FACTOR = 4.0
 """A packet may run this many times its expected duration before it has failed (our choice)."""
 SHORTEST_WAIT_S = 60.0
 WAIT_FACTOR = 3.0
-"""A packet may wait this many times the whole plan's span for its pre-conditions (our choice)."""
+"""A packet may wait this many times the whole plan's span for what other robots are to bring about (our choice); for
+what none of them is to, no longer than `SHORTEST_WAIT_S`.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +93,7 @@ class _Writer:
         awaits: Awaits,
         radio_s: float,
     ) -> None:
-        self._radio_s = radio_s
+        self._patience_s = max(SHORTEST_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + radio_s
         self._plan_net, self._knowledge_base = plan_net, knowledge_base
         self._found, self._awaits, self._cleared = found, awaits, cleared(plan_net)
         self._agents = {action.id: action.agents for action in plan_net.actions}
@@ -103,19 +105,20 @@ class _Writer:
         found = self._found[action.id, robot]
         awaits = self._awaits.get((action.id, robot), ())
         required = tuple(f for f in action.preconditions if f in found.requires or f in awaits)
-        base = self._knowledge_base
+        base, after = self._knowledge_base, self._after(action, robot)
+        depends = bool(awaits or after or len(action.agents) > 1)
         return BehaviourPacket(
             id=action.id,
             tag=found.tag,
             arguments={**action.arguments, **_roles(action, robot)},
             requires=symbolic_all(required, base),
             awaits=symbolic_all(awaits, base),
-            after=self._after(action, robot),
+            after=after,
             achieves=symbolic_all(linking_goals(self._plan_net, action), base),
             expected_start_s=action.earliest_start_s,
             expected_duration_s=action.duration_s,
             timeout_s=max(SHORTEST_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
-            wait_timeout_s=max(SHORTEST_WAIT_S, WAIT_FACTOR * self._plan_net.makespan_s) + self._radio_s,
+            wait_timeout_s=self._patience_s if depends else SHORTEST_WAIT_S,
             description=action.description,
         )
 

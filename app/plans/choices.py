@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.database import GoalRow, PlanRow
 from app.durable import PLANNING, or_give_up, step
-from app.errors import Conflict, NotFound
+from app.errors import Conflict, unrecorded
 from app.goals.record import goal_to_change
 from app.ids import new_id
 from app.plan_body import PlanBody
@@ -107,7 +107,7 @@ class Choices:
         with self._database.read() as session:
             goal = session.get(GoalRow, goal_id)
             if goal is None:
-                raise NotFound(f"no goal {goal_id!r}", code="unknown-goal")
+                raise unrecorded("goal", goal_id)
             rows = list(open_plans(session, goal_id))
             if not rows and goal.plan_id:
                 rows = [session.get_one(PlanRow, goal.plan_id)]

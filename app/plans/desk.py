@@ -11,18 +11,16 @@ from app.database.paging import page
 from app.database.tables import utc_now
 from app.durable import MISSIONS
 from app.durations import learned_durations
-from app.errors import Conflict, NotFound
+from app.errors import Conflict, unrecorded
 from app.ids import new_id
 from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.organiser import Margin
 from app.plan_body import PlanBody
 from app.plans.proposing import close_plans, open_plans
-from app.recovery.given_up import lost_in
+from app.plans.staleness import Staleness
 from app.recovery.revising import revise, turn_down
 from app.recovery.rules import TRIES
 from app.states import GoalState, MissionState, PlanState
-from app.vocabulary import symbolic
-from app.world_model import broken, taken_by
 
 AUTOMATIC = "auto_approve"
 """Who decided on a plan whose goal was submitted with `auto_approve`."""
@@ -46,13 +44,19 @@ class PlanDesk:
         :param recover: has what is left of a goal's mission planned again, likewise.
         """
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
-        self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
-        self._plan_nets = core.plan_nets
+        self._facts, self._plan_nets, self._staleness = core.facts, core.plan_nets, Staleness(core)
         self._margin, self._replan, self._recover = margin, replan, recover
 
     def get(self, plan_id: str) -> PlanRow:
         with self._database.read() as session:
             return _plan(session, plan_id)
+
+    def overtaken(self, plan: PlanRow) -> list[str]:
+        """Why the plan cannot be approved as it is, if it waits for a decision; approving has it repaired then."""
+        if plan.state != PlanState.PROPOSED:
+            return []
+        with self._database.read() as session:
+            return self._staleness.of(session, plan, session.get_one(GoalRow, plan.goal_id))
 
     def newest(
         self,
@@ -92,7 +96,7 @@ class PlanDesk:
             session.get_one(MissionRow, goal.mission_id, with_for_update=True)  # before the world, as all do
         # Of two plans that take the same robots, approved at once in two processes, one sees the other's mission.
         self._facts.lock(session, plan.world)
-        stale = self._stale(session, plan, goal)
+        stale = "; ".join(self._staleness.of(session, plan, goal))
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
         plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
@@ -114,8 +118,10 @@ class PlanDesk:
             mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
             revise(session, self._events, self._workflows, mission, plan, goal, margin_s=margin_s)
             return mission.id
+        mission_id = new_id("mission")
         mission = MissionRow(
-            id=new_id("mission"),
+            id=mission_id,
+            workflow=mission_id,
             goal_id=goal.id,
             plan_id=plan.id,
             world=plan.world,
@@ -132,7 +138,7 @@ class PlanDesk:
         self._events.append(
             session, "mission.pending", mission.id, goal=goal.id, plan=plan.id, robots=list(body.robots)
         )
-        self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.id, mission.id)
+        self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission.id)
         return mission.id
 
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
@@ -165,26 +171,11 @@ class PlanDesk:
             session, f"plan.{state.value}", plan.id, goal=plan.goal_id, actor=actor, comment=comment
         )
 
-    def _stale(self, session: Session, plan: PlanRow, goal: GoalRow) -> str:
-        """What of the plan does not hold any more, in words; empty if all of it does."""
-        net = self._plan_nets.of(session, plan.id)
-        facts = self._facts.facts(session, plan.world)
-        gone = [f"{symbolic(fact, self._knowledge_base)} is no longer true" for fact in broken(net, facts)]
-        lost = lost_in(session, plan.world)
-        gone += [f"{robot} was declared lost" for robot in net.robots if robot in lost]
-        mine = taken_by(net)
-        for held in self._holdings.of_world(session, plan.world):
-            if held.mission_id != goal.mission_id and mine.overlaps(held.reservation):
-                gone.append(
-                    f"{', '.join(mine.shared(held.reservation))} now belong to mission {held.mission_id}"
-                )
-        return "; ".join(gone)
-
 
 def _plan(session: Session, plan_id: str) -> PlanRow:
     row = session.get(PlanRow, plan_id)
     if row is None:
-        raise NotFound(f"no plan {plan_id!r}", code="unknown-plan")
+        raise unrecorded("plan", plan_id)
     return row
 
 

@@ -67,6 +67,12 @@ class Posed:
             return ""
         return why_unsolvable(knowledge_base, self.whole)
 
+    def without(self, robots: Collection[str]) -> "Posed":
+        """The same, with robots that are not waited for."""
+        facts = frozenset(fact for fact in self.whole.facts if not _is_ability(fact, of=robots))
+        resting = {robot: why for robot, why in self.resting.items() if robot not in robots}
+        return replace(self, whole=replace(self.whole, facts=facts), resting=resting)
+
     def narrowed(self, knowledge_base: KnowledgeBase) -> "Posed":
         """Waiting only for those missions and robots of which each alone keeps the goal out of reach; for all of
         them where none does so alone, or where they are too many to look into."""

@@ -6,7 +6,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.database import GoalRow, PlanRow
-from app.errors import NotFound
+from app.errors import unrecorded
 from app.plan_body import PlanBody
 from app.plans.posing import Posing
 from app.states import PlanState
@@ -33,7 +33,7 @@ def plan_row(session: Session, plan_id: str) -> PlanRow:
     """:raises NotFound: if there is no such plan."""
     plan = session.get(PlanRow, plan_id)
     if plan is None:
-        raise NotFound(f"no plan {plan_id!r}", code="unknown-plan")
+        raise unrecorded("plan", plan_id)
     return plan
 
 

@@ -20,6 +20,18 @@ class WaitingGoals:
 
     def __init__(self, core: Core) -> None:
         self._database, self._workflows = core.database, core.workflows
+        self._rested: set[str] = set()
+
+    def rested(self, world: str) -> None:
+        """A robot of the world may be recruited again; told by whoever heard so, it counts at the next `look`."""
+        self._rested.add(world)
+
+    def look(self, world: str) -> None:
+        """Release the world if a robot of it has rested meanwhile."""
+        if world in self._rested:
+            with self._database.write() as session:
+                self.release(session, world)
+            self._rested.discard(world)
 
     def release(self, session: Session, world: str) -> None:
         """Something of the world is free again; if the caller's transaction commits, goals that wait try anew."""

@@ -21,7 +21,7 @@ from app.plans.process import (
 from planner import PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
 
 ATTEMPTS = 2
-"""How often a problem is tried when the process dies under it."""
+"""How often a problem is tried when the process dies under it, and a process begun when it dies as it begins."""
 
 
 class WorkerClosed(Exception):
@@ -43,6 +43,7 @@ class PlanningWorker:
         self._free: Queue[PlanningProcess] = Queue()
         self._first: Future[bool] = Future()
         self._started = self._closed = False
+        self._stillborn = 0
 
     @property
     def pids(self) -> list[int]:
@@ -154,11 +155,21 @@ class PlanningWorker:
         try:
             process.wait_until_ready()
         except ProcessDied as death:
+            if self._may_try_another():
+                self._give_back(process)
+                return
             # NOTE: it is given out all the same, so that who waits learns of its death instead of waiting for ever.
             self._report(Unavailable(f"the planning process does not start ({death}); the log says why"))
         else:
+            self._stillborn = 0
             self._report(None)
         self._free.put(process)
+
+    def _may_try_another(self) -> bool:
+        """True if a process that died as it began may have had bad luck, such as a machine short of memory."""
+        with self._lock:
+            self._stillborn += 1
+            return self._stillborn < ATTEMPTS
 
     def _report(self, failure: Exception | None) -> None:
         with self._lock:

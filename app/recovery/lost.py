@@ -14,9 +14,12 @@ from app.agents.board import RobotBoard
 from app.core import Core
 from app.database import LostRobotRow, MissionRow, ScriptRow
 from app.errors import Conflict
+from app.missions.orders import give
+from app.missions.record import UNENDED
 from app.recovery.given_up import lost_rows
-from app.states import ENDED, TERMINAL_SCRIPTS, Connection, MissionState
+from app.states import ENDED, Connection, MissionState
 from robots.clock import Clock
+from robots.wire import ControlVerb
 
 CONTACT = "contact"
 """Who found a robot that was heard again."""
@@ -101,10 +104,9 @@ class LostRobots:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
         script.abandoned, script.question, script.clearance = True, None, None
         if not script.stopping:
-            script.orders += 1
-            script.control, script.stopping = f"cancel:{script.orders}", True
+            give(script, ControlVerb.CANCEL)
         self._events.append(session, "script.abandoned", script.id, robot=script.robot)
-        self._core.workflows.wake(session, mission.id, f"abandoned:{script.id}:{script.orders}")
+        self._core.workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
 
 
 def _is_unanswering(session: Session, world: str, robot: str) -> bool:
@@ -126,8 +128,7 @@ def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRo
             MissionRow.state.not_in(ENDED),
             ScriptRow.robot == robot,
             ScriptRow.plan_id == MissionRow.plan_id,
-            ScriptRow.delivery.in_(("pending", "acknowledged")),
-            ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
+            *UNENDED,
         )
     )
     return session.scalars(query).all()
@@ -142,8 +143,7 @@ def _owed(session: Session, world: str, robot: str) -> Sequence[str]:
             MissionRow.world == world,
             ScriptRow.robot == robot,
             ScriptRow.abandoned,
-            ScriptRow.delivery.in_(("pending", "acknowledged")),
-            ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
+            *UNENDED,
         )
     )
     return session.scalars(query).all()

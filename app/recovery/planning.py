@@ -1,6 +1,6 @@
 """A mission's recovery as a durable workflow: its plan repaired, and approved or proposed as the operator wished."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -23,6 +23,7 @@ from app.recovery.progress import begin_attempt, note, progress_of, troubles_of
 from app.recovery.rules import LeftOut, Policy, Step, category_of, left_out, measure_of, needs_decision
 from app.recovery.watch import RecoveryWatch
 from app.states import MissionState
+from app.world_model.beliefs import OBJECT_POSITION
 from planner.repair import Repair
 from robots.clock import Clock
 
@@ -104,7 +105,8 @@ class Recovering:
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
-            mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+            mission = locked_after_goal(session, mission_id)
+            session.get_one(GoalRow, mission.goal_id).planning = None
             if _is_sought(mission):
                 self._without_plan(session, mission, reason)
 
@@ -115,7 +117,7 @@ class Recovering:
                 return
             sought = self._sought(session, mission)
             note(mission, without=list(sought.left_out.words))
-        watch = RecoveryWatch(self._database, mission_id)
+            watch = RecoveryWatch(self._database, self._events, mission)
         repair: Repair | None = None
         reason = sought.posed.refusal
         try:
@@ -128,6 +130,7 @@ class Recovering:
             return
         with self._database.write() as session:
             mission = locked_after_goal(session, mission_id)
+            session.get_one(GoalRow, mission.goal_id).planning = None
             if not _is_sought(mission):
                 return
             if repair is not None and repair.plan_net is not None:
@@ -135,16 +138,16 @@ class Recovering:
             elif sought.posed.waits_for and not sought.posed.why_never(self._core.knowledge_base):
                 self._wait(session, mission, sought.posed)
             else:
-                self._without_plan(session, mission, _in_words(reason, sought.left_out.words))
+                self._without_plan(session, mission, _in_words(reason, sought))
 
     def _sought(self, session: Session, mission: MissionRow) -> _Sought:
         goal = session.get_one(GoalRow, mission.goal_id)
-        posed = self._posing.pose(session, goal)
+        without = left_out(troubles_of(mission))
+        posed = self._posing.pose(session, goal).without(without.robots)
         net = self._core.plan_nets.of(session, mission.plan_id)
         here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         scripts = session.scalars(select(ScriptRow).where(*here)).all()
         now_s = self._clocks[mission.world].now_s()
-        without = left_out(troubles_of(mission))
         work = Repairing(
             knowledge_base=self._core.knowledge_base,
             plan_net=net,
@@ -191,13 +194,19 @@ class Recovering:
     def _wake(self, session: Session, mission: MissionRow) -> None:
         last = mission.attempts[-1]
         self._events.append(session, "mission.no_repair", mission.id, reason=last["detail"])
-        self._core.workflows.wake(session, mission.id, f"{mission.id}:recovered:{last['number']}")
+        self._core.workflows.wake(session, mission.workflow, f"{mission.id}:recovered:{last['number']}")
 
 
 def _is_sought(mission: MissionRow) -> bool:
     return mission.recovery_step == Step.PLANNING and not MissionState(mission.state).ended
 
 
-def _in_words(reason: str, without: Sequence[str]) -> str:
+def _in_words(reason: str, sought: _Sought) -> str:
+    without, robots = sought.left_out.words, sought.left_out.robots
     others = f" without {', '.join(without)}" if without else ""
-    return f"no plan was found{others}: {reason}"
+    held = [
+        f for f in sorted(sought.posed.whole.facts) if f.predicate == OBJECT_POSITION and f.args[2] in robots
+    ]
+    return "; ".join(
+        [f"no plan was found{others}: {reason}", *(f"{f.args[2]} holds {f.args[0]}" for f in held)]
+    )

@@ -36,7 +36,7 @@ def revise(
     mission.reason, mission.failure = "", None
     data = {"plan": plan.id, "revision": mission.revision}
     events.append(session, "mission.revised", mission.id, **data)
-    workflows.wake(session, mission.id, f"revised:{mission.id}:{mission.revision}")
+    workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
 
 def turn_down(
@@ -46,4 +46,4 @@ def turn_down(
     mission.recovery_step, goal.plan_id = Step.ENDING, mission.plan_id
     said = f": {comment}" if comment else ""
     note(mission, plan_id=plan.id, outcome="rejected", detail=f"the repair was rejected{said}")
-    workflows.wake(session, mission.id, f"rejected:{plan.id}")
+    workflows.wake(session, mission.workflow, f"rejected:{plan.id}")

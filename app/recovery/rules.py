@@ -53,6 +53,7 @@ class Trouble:
 
     :param tag: the packet that it failed at; empty if that is not known.
     :param fit: it may be planned with again.
+    :param waited: it waited in vain for what another was to do, and has not failed at anything itself.
     """
 
     robot: str
@@ -60,6 +61,7 @@ class Trouble:
     detail: str
     tag: str = ""
     fit: bool = True
+    waited: bool = False
 
     def __str__(self) -> str:
         return f"{self.robot}: {self.detail}" if self.detail else self.robot
@@ -118,7 +120,7 @@ def left_out(troubles: Iterable[Trouble]) -> LeftOut:
 
     :param troubles: all that the mission has had so far.
     """
-    had = list(troubles)
+    had = [one for one in troubles if not one.waited]
     often = {
         known for known, times in Counter((one.robot, one.tag) for one in had).items() if times >= FAILURES
     }

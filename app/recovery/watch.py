@@ -3,25 +3,24 @@
 import time
 
 from app.database import Database, MissionRow
-from app.plans.process import Watch
+from app.events import EventLog
+from app.plans.watch import LOOK_S, GoalWatch
 from app.recovery.rules import Step
-from app.states import MissionState
-
-LOOK_S = 0.25
+from app.states import GoalState, MissionState
 
 
-class RecoveryWatch(Watch):
-    """For one thread."""
+class RecoveryWatch(GoalWatch):
+    """Its progress is the goal's, which stays committed meanwhile. For one thread."""
 
-    def __init__(self, database: Database, mission_id: str) -> None:
-        self._database, self._mission_id = database, mission_id
-        self._looked_at, self._cancelled = float("-inf"), False
+    def __init__(self, database: Database, events: EventLog, mission: MissionRow) -> None:
+        super().__init__(database, events, mission.goal_id, during=GoalState.COMMITTED)
+        self._mission_id = mission.id
 
-    def is_cancelled(self) -> bool:
-        if time.monotonic() >= self._looked_at + LOOK_S:
-            with self._database.read() as session:
-                mission = session.get_one(MissionRow, self._mission_id)
-                ended = MissionState(mission.state).ended
-                self._cancelled = ended or mission.recovery_step != Step.PLANNING
-            self._looked_at = time.monotonic()
-        return self._cancelled
+    def _look(self) -> None:
+        if time.monotonic() < self._looked_at + LOOK_S:
+            return
+        with self._database.read() as session:
+            mission = session.get_one(MissionRow, self._mission_id)
+            ended = MissionState(mission.state).ended
+            self._cancelled = ended or mission.recovery_step != Step.PLANNING
+        self._looked_at = time.monotonic()

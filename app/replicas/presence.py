@@ -9,15 +9,16 @@ meanwhile is recorded once, as steps and messages are anyway.
 import logging
 import os
 import socket
-import threading
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from sqlalchemy import delete, func, select
 from sqlalchemy.dialects.postgresql import insert
 from sqlalchemy.orm import Session
 
+from app.background import Background
 from app.database import Database, ExecutorRow, LeaseRow, is_away
 from app.database.tables import utc_now
 from app.errors import Unavailable
@@ -28,6 +29,8 @@ FORGOTTEN_AFTER_S = 60.0
 """A dead process' row goes then; until then it is looked whether it came back, began something, and died again."""
 HELD_S = DEAD_AFTER_S - BEAT_S
 """So long after its last beat a process counts on its worlds: less than it takes others to take them."""
+TAKE_UP_S = 5.0
+"""How often a process looks for workflows of its own that it has lost."""
 
 logger = logging.getLogger(__name__)
 
@@ -50,6 +53,23 @@ class Executor:
     alive: bool
 
 
+class Undone(Protocol):
+    """Workflows that a process has left undone, and who that is."""
+
+    @property
+    def executor(self) -> str:
+        """The name of this process."""
+        ...
+
+    def take_over(self, executor: str) -> int:
+        """Have those of a dead executor run again; answers how many."""
+        ...
+
+    def take_up(self) -> int:
+        """Have those run again that this process has lost; answers how many."""
+        ...
+
+
 class Presence:
     """Says that this process lives, holds the worlds it speaks for, and takes over what dead ones left.
 
@@ -59,22 +79,21 @@ class Presence:
     def __init__(
         self,
         database: Database,
+        workflows: Undone,
         *,
-        executor: str,
         serves: Sequence[str],
         speaks_for: Collection[str],
-        take_over: Callable[[str], int],
     ) -> None:
         """
         :param speaks_for: the worlds that this process may speak for.
-        :param take_over: has the workflows of a dead executor run again; answers how many.
         """
-        self._database, self._executor, self._serves = database, executor, list(serves)
-        self._speaks_for, self._take_over = sorted(speaks_for), take_over
+        self._database, self._workflows, self._serves = database, workflows, list(serves)
+        self._executor = workflows.executor
+        self._speaks_for = sorted(speaks_for)
+        self._take_up_at = 0.0
         self._started_at = utc_now()
         self._held: Mapping[str, float] = {}
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="presence", daemon=True)
+        self._background = Background("presence", self._run)
 
     def register(self, simulates: Collection[str] = ()) -> None:
         """Say that this process lives, before it begins anything that others would have to take over.
@@ -94,18 +113,16 @@ class Presence:
                     f"another process on this database has world {', '.join(others)}; "
                     "give this one a database of its own, or reach the world's robots over --broker"
                 )
-            self._stop.wait(BEAT_S)
+            self._background.ending.wait(BEAT_S)
 
     def start(self) -> None:
         if self._database.shared:
-            self._thread.start()
+            self._background.start()
 
     def close(self) -> None:
         """What is left undone here is the others' from now on."""
-        self._stop.set()
-        if not self._thread.is_alive():
+        if not self._background.end():
             return
-        self._thread.join(timeout=5)
         try:
             with self._database.write() as session:
                 row = session.get(ExecutorRow, self._executor, with_for_update=True)
@@ -125,16 +142,17 @@ class Presence:
         return executors(self._database)
 
     def _run(self) -> None:
-        while not self._stop.is_set():
+        while not self._background.ending.is_set():
             try:
                 self._beat()
                 self._look_after_dead()
+                self._look_after_own()
             except Exception as error:
                 if is_away(error):
                     logger.warning("no word to the other processes: the database is away")
                 else:
                     logger.exception("no word to the other processes")
-            self._stop.wait(BEAT_S)
+            self._background.ending.wait(BEAT_S)
 
     def _beat(self) -> None:
         until = time.monotonic() + HELD_S
@@ -171,10 +189,17 @@ class Presence:
             now = _now(session, self._database)
             query = select(ExecutorRow).where(ExecutorRow.seen_at < now - DEAD_AFTER_S)
             for dead in session.scalars(query.with_for_update(skip_locked=True)).all():
-                if count := self._take_over(dead.id):
+                if count := self._workflows.take_over(dead.id):
                     logger.warning("took over %d workflows of %s on %s", count, dead.id, dead.host)
                 if dead.seen_at < now - FORGOTTEN_AFTER_S:
                     session.execute(delete(ExecutorRow).where(ExecutorRow.id == dead.id))
+
+    def _look_after_own(self) -> None:
+        if time.monotonic() < self._take_up_at:
+            return
+        self._take_up_at = time.monotonic() + TAKE_UP_S
+        if count := self._workflows.take_up():
+            logger.warning("took up %d workflows that were lost on their way here", count)
 
 
 def executors(database: Database) -> Sequence[Executor]:

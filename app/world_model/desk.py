@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import or_, select
 
-from app.agents import RobotBoard, RobotView
+from app.agents import Hearing, RobotBoard, RobotView
 from app.core import Core
 from app.database import FactRow, LostRobotRow, MissionRow, ScriptRow, WorldRow
 from app.durations import Durations, learned_durations
@@ -49,11 +49,17 @@ class WorldReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotReport:
-    """A robot as known; `mission_id` is the mission that it is reserved for, `lost` that it was given up."""
+    """A robot as known; `mission_id` is the mission that it is reserved for, `lost` that it was given up.
+
+    :param silent: it has not been heard for longer than its radio explains.
+    :param next_contact_s: world seconds until contact is expected.
+    """
 
     view: RobotView
     connection: Connection
     last_heard_s: float | None
+    silent: bool
+    next_contact_s: float
     repertoire: Sequence[str]
     reach: Sequence[str]
     mission_id: str | None
@@ -70,10 +76,12 @@ class WorldDesk:
         worlds: Mapping[str, WorldFile],
         clocks: Mapping[str, Clock],
         board: RobotBoard,
+        hearing: Hearing,
     ) -> None:
         self._database, self._events, self._facts = core.database, core.events, core.facts
         self._knowledge_base, self._workflows = core.knowledge_base, core.workflows
         self._worlds, self._clocks, self._board = worlds, clocks, board
+        self._hearing = hearing
 
     def reports(self) -> list[WorldReport]:
         with self._database.read() as session:
@@ -230,6 +238,8 @@ class WorldDesk:
             view=view,
             connection=view.connection(now),
             last_heard_s=None if view.heard_at is None else round(now - view.heard_at, 3),
+            silent=self._hearing.silent_in_s(view.name) == 0,
+            next_contact_s=round(self._hearing.next_contact_s(view.name), 3),
             repertoire=spec.repertoire,
             reach=[place.name for place in world.reach_of(spec)],
             mission_id=mission_id,

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.database import FactRow, WorldRow
 from app.events import EventLog
-from app.world_model.beliefs import CLEAR, VACANT
+from app.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
 from app.world_model.doubts import note_unknown, unknowns
 from app.world_model.timeliness import Dated, subjects_of
 from planner import Fact
@@ -66,7 +66,7 @@ class FactStore:
         known = {fact.atom: fact for fact in self.rows(session, world)}
         gone = [known[str(fact)] for fact in removed - added if str(fact) in known]
         new = [fact for fact in sorted(added) if str(fact) not in known]
-        before = [_belief(old) for old in gone if corrects and old.predicate not in (VACANT, CLEAR)]
+        before = [_belief(old) for old in gone if corrects and not _is_passing(old, source)]
         for old in gone:
             session.delete(old)
             del known[old.atom]
@@ -89,6 +89,18 @@ class FactStore:
             data = {"source": source, "at_s": at_s, "believed": before}
             self._events.append(session, "world.contradicted", world, **data)
         return row.version
+
+
+def source_of(robot: str) -> str:
+    """Who said a fact that a robot reported."""
+    return f"report of {robot}"
+
+
+def _is_passing(old: FactRow, source: str) -> bool:
+    """True of what follows from other facts, and of where a robot stood that says itself where it stands now."""
+    if old.predicate == ROBOT_POSITION:
+        return source == source_of(old.args[0])
+    return old.predicate in (VACANT, CLEAR)
 
 
 def _belief(row: FactRow) -> dict[str, Any]:

@@ -43,6 +43,20 @@ def subjects_of(fact: Fact) -> frozenset[Subject]:
             return frozenset()
 
 
+def in_place_of(fact: Fact, believed: Iterable[Dated]) -> list[Dated]:
+    """What is believed of the things that the fact, which is not, tells of."""
+    match fact.predicate, fact.args:
+        case "vacant", (place,):
+            return [one for one in believed if ("place", place) in subjects_of(one.fact)]
+        case "clear", (place, *_):
+            return [
+                one for one in believed if one.fact.predicate == ROBOT_POSITION and one.fact.args[2] == place
+            ]
+        case _:
+            about = subjects_of(fact)
+            return [one for one in believed if not about.isdisjoint(subjects_of(one.fact))]
+
+
 def _subject(fact: Fact) -> Subject:
     match fact.predicate, fact.args:
         case "transported", (_, robot, *_):

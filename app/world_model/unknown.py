@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from app.database import MissionRow, ScriptRow, UnknownRow
 from app.recovery.given_up import lost_rows
 from app.states import TERMINAL_SCRIPTS, MissionState
-from app.world_model.beliefs import ROBOT_POSITION
+from app.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION
 from app.world_model.doubts import unknowns
 from app.world_model.timeliness import Dated
 from planner import Fact
@@ -35,13 +35,18 @@ def not_known(
     """
     placed = {one.fact.args[0]: one for one in known if one.fact.predicate == ROBOT_POSITION}
     found = {row.name: _misplaced(row) for row in unknowns(session, world)}
-    located = {one.fact.args[0] for one in known if one.fact.predicate == "object_position"}
+    located = {one.fact.args[0] for one in known if one.fact.predicate == OBJECT_POSITION}
     for name in set(samples) - located - found.keys():
         found[name] = Unknown(name=name, reason="nobody has said where it is", since_s=None, last=None)
     for row in lost_rows(session, world):
         reason = f"{row.declared_by} declared it lost" + (f": {row.comment}" if row.comment else "")
         last = placed.get(row.robot)
         found[row.robot] = Unknown(name=row.robot, reason=reason, since_s=row.since_s, last=last)
+        for held in (one for one in known if one.fact.predicate == OBJECT_POSITION):
+            sample, _, ref = held.fact.args
+            if ref == row.robot:
+                why = f"it was in {ref}, which {row.declared_by} declared lost"
+                found[sample] = Unknown(name=sample, reason=why, since_s=row.since_s, last=held)
     for robot, mission_id, heard_at_s in _silent(session, world):
         reason = f"it has not answered what mission {mission_id} asked or ordered"
         silent = Unknown(name=robot, reason=reason, since_s=heard_at_s, last=placed.get(robot))

@@ -1,56 +1,29 @@
-"""Durable workflows: the one module that knows DBOS.
-
-The domain tables are the record; a workflow is the mechanism that carries a goal or a mission on, also after a crash.
-A workflow and a message to it are started inside the transaction that makes them necessary, so neither can be lost.
-"""
+"""Starts, wakes and runs workflows, and has those run again that a process left or lost."""
 
 import logging
+import sqlite3
 import threading
 import uuid
 from collections.abc import Callable, Collection
-from contextvars import ContextVar
-from dataclasses import dataclass
-from typing import Any
 
 from dbos import DBOS, DBOSClient, DBOSConfig, DBOSPortableJSONSerializer, EnqueueOptions
-from dbos import error as dbos_error
-from dbos._queue import queue_worker_thread
+from dbos._sys_db import SystemDatabase
+from sqlalchemy import ExceptionContext, event
 from sqlalchemy.orm import Session
 
-from app.database import after_commit, announce, is_away
+from app.database import after_commit, announce, is_unwritable
+from app.durable.listener import Listener
+from app.durable.queues import MISSIONS, QUEUES, Queue
+from app.durable.steps import CLOSING, WAKE
 
 APPLICATION = "macta"
-APPLICATION_VERSION = "1"
+APPLICATION_VERSION = "2"
 """Raised when a workflow's steps change order, so that no old workflow is replayed by new code."""
 
-WAKE = "wake"
-STEP_ATTEMPTS = 4
 POLLING_S = 0.05
 SELDOM_S = 0.25
 """How often queues are looked at: every process is told of new work, and every 50 ms kept a sixth of a core busy."""
-AWAY_S = 0.5
-"""Pause before a step that found the database away is tried again."""
 EMBEDDED = "embedded"
-
-logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Queue:
-    """Where workflows of one kind wait for an executor; `at_once` is how many run in one process."""
-
-    name: str
-    at_once: int
-
-
-PLANNING = Queue(name="planning", at_once=4)
-WAITING = Queue(name="waiting", at_once=1)
-MISSIONS = Queue(name="missions", at_once=1000)
-QUEUES = (PLANNING, WAITING, MISSIONS)
-
-
-_CLOSING: ContextVar[threading.Event] = ContextVar("closing")
-"""Inside a workflow: set once the process ends."""
 
 
 class Workflows:
@@ -71,10 +44,11 @@ class Workflows:
         # A process that died left its workflows under its own name; the embedded service is one executor.
         self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
         self._closing = threading.Event()
+        self._suspected: set[str] = set()
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
-        DBOS.listen_queues([])  # we do, see `_Listener`
-        self._listeners: dict[str, _Listener] = {}
+        DBOS.listen_queues([])  # we do, see `Listener`
+        self._listeners: dict[str, Listener] = {}
 
     def _config(self) -> DBOSConfig:
         return {
@@ -92,7 +66,7 @@ class Workflows:
         """Make a workflow known under a name. Every process registers every workflow before `launch`."""
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
-            _CLOSING.set(self._closing)
+            CLOSING.set(self._closing)
             function(subject)
 
         DBOS.workflow(name=name)(workflow)
@@ -105,12 +79,13 @@ class Workflows:
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
             if queue in self._serves:
-                self._listeners[queue.name] = _Listener(self._dbos, known)
+                self._listeners[queue.name] = Listener(self._dbos, known)
         self._client = DBOSClient(
             system_database_url=self._url,
             serializer=DBOSPortableJSONSerializer(),
             application_name=APPLICATION,
         )
+        event.listen(self._dbos._sys_db.engine, "handle_error", _as_locked)
 
     def start(self, session: Session, queue: Queue, name: str, workflow_id: str, subject: str) -> None:
         """Enqueue a workflow on one subject; it exists exactly if the caller's transaction commits."""
@@ -134,8 +109,7 @@ class Workflows:
 
         DBOS looks by itself only once a minute.
         """
-        for _, _, waiting in self._dbos._sys_db.notifications_map.snapshot():
-            waiting.set()
+        _rouse(self._dbos._sys_db)
 
     def take_over(self, executor: str) -> int:
         """Have what another executor left undone run again, by whoever serves its queues; answers how many.
@@ -143,6 +117,24 @@ class Workflows:
         Only what is still that executor's: a workflow that was taken over already is left alone.
         """
         return len(DBOS._recover_pending_workflows([executor]))
+
+    def take_up(self) -> int:
+        """Have what this process took from a queue and then lost run again; answers how many. To be called often.
+
+        A database that dies may have recorded that a workflow is ours and not have come to say so. What is not executed
+        here though it is ours at two calls in a row is such a one: whatever is just being taken is executed by then.
+        """
+        running = set(self._dbos._active_workflows_set.activeList())
+        mine = self._connected.list_workflows(
+            status="PENDING", executor_id=self.executor, load_input=False, load_output=False
+        )
+        unclaimed = {one.workflow_id for one in mine} - running
+        lost, self._suspected = unclaimed & self._suspected, unclaimed
+        system = self._dbos._sys_db
+        count = sum(system.reenqueue_for_recovery(one, [self.executor], MISSIONS.name) for one in lost)
+        for listener in self._listeners.values() if count else ():
+            listener.look()
+        return count
 
     def wake(self, session: Session, workflow_id: str, key: str) -> None:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
@@ -171,102 +163,37 @@ class Workflows:
         # Workflows that are cut off complain that the database is gone; they are meant to be.
         logging.getLogger("dbos").setLevel(logging.CRITICAL)
         self._closing.set()
-        if self._client is not None:
-            # Those that sleep need not look for the database for ever once they wake.
-            self._dbos._sys_db._retry_connection_errors = False
         for listener in self._listeners.values():
             listener.end()
-        if self._client is not None:
-            self._client.destroy()
+        if self._client is None:
+            DBOS.destroy(destroy_registry=True)
+            return
+        system = self._dbos._sys_db
+        # Those that sleep need not look for the database for ever once they wake.
+        system._retry_connection_errors = False
+        self._client.destroy()
         DBOS.destroy(destroy_registry=True)
+        # A thread that slept on would hold up the process's end, and one that woke later would go on beside whoever
+        # has taken the workflow up: they wake now, and without a connection they can record nothing.
+        event.listen(system.engine, "do_connect", _refused)
+        _rouse(system)
 
 
-class _Listener:
-    """Takes the workflows of one queue in this process. DBOS looks every so often; this looks also when it is told that
-    there is one, which saves a goal half a poll."""
-
-    def __init__(self, dbos: DBOS, queue: Any) -> None:
-        self._pause = _Pause()
-        self._thread = threading.Thread(
-            target=queue_worker_thread,
-            args=(self._pause, dbos, queue),
-            name=f"queue {queue.name}",
-            daemon=True,
-        )
-        self._thread.start()
-
-    def look(self) -> None:
-        """Look now."""
-        self._pause.cut_short()
-
-    def end(self) -> None:
-        self._pause.set()
-        self._thread.join()
+def _rouse(system: SystemDatabase) -> None:
+    for _, _, waiting in system.notifications_map.snapshot():
+        waiting.set()
 
 
-class _Pause(threading.Event):
-    """Between two looks: set at the end, and can be cut short."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._over = threading.Event()
-
-    def cut_short(self) -> None:
-        self._over.set()
-
-    def set(self) -> None:
-        super().set()
-        self._over.set()
-
-    def wait(self, timeout: float | None = None) -> bool:
-        """Until it is set, cut short or over; True if it is set."""
-        self._over.wait(timeout)
-        self._over.clear()
-        return self.is_set()
+def _refused(*_: object) -> None:
+    """:raises RuntimeError: always: there are no connections any more."""
+    raise RuntimeError("the service has ended")
 
 
-class StepFailed(Exception):
-    """Raised when a step has failed as often as it is tried; the message says which and why."""
+def _as_locked(context: ExceptionContext) -> None:
+    """What cannot be written for now is tried again, as what is locked is: DBOS would give the workflow up.
 
-
-def step(name: str, function: Callable[[], Any]) -> Any:
-    """Run a step of the current workflow: its result, JSON data, is kept and not computed again on replay.
-
-    A step that fails is tried again a few times, ever later; while the database is away, as often as it takes.
-
-    :raises StepFailed: if it failed every time.
+    :raises sqlite3.OperationalError: in place of SQLite's words for a full disk.
     """
-
-    def logged() -> Any:
-        while True:
-            try:
-                return function()
-            except Exception as error:
-                if not is_away(error):
-                    logger.exception("step %r failed", name)
-                    raise
-                logger.warning("step %r waits for the database: %s", name, error)
-                if _CLOSING.get().wait(AWAY_S):
-                    raise
-
-    try:
-        return DBOS.run_step(
-            {"name": name, "retries_allowed": True, "interval_seconds": 0.5, "max_attempts": STEP_ATTEMPTS},
-            logged,
-        )
-    except dbos_error.DBOSMaxStepRetriesExceeded as error:
-        raise StepFailed(f"step {name!r} failed {STEP_ATTEMPTS} times; the log says why") from error
-
-
-def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None:
-    """Take a workflow's steps; if one keeps failing, the step that gives up, with the reason, in place of the rest."""
-    try:
-        work()
-    except StepFailed as failure:
-        reason = str(failure)
-        step("give up", lambda: give_up(reason))
-
-
-def sleep_until_woken(timeout_s: float) -> None:
-    """Wait inside a workflow for a message on `WAKE`, `timeout_s` at most; the instant it ends at is durable."""
-    DBOS.recv(WAKE, timeout_seconds=timeout_s)
+    error = context.original_exception
+    if isinstance(error, sqlite3.Error) and is_unwritable(error):
+        raise sqlite3.OperationalError(f"database is locked: {error}") from error

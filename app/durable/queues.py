@@ -1,0 +1,17 @@
+"""The queues that workflows wait in."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Queue:
+    """Where workflows of one kind wait for an executor; `at_once` is how many run in one process."""
+
+    name: str
+    at_once: int
+
+
+PLANNING = Queue(name="planning", at_once=4)
+WAITING = Queue(name="waiting", at_once=1)
+MISSIONS = Queue(name="missions", at_once=1000)
+QUEUES = (PLANNING, WAITING, MISSIONS)
