@@ -1,0 +1,78 @@
+"""A recording in the form that a page replays: columns of poses, and what was told beside them."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.recordings.shelf import Entry
+from app.recordings.tape import ASIDE, EVENTS, GOAL, MISSION, NANO, PLAN, ROBOTS, SAMPLES, SCRIPT, WORLD
+
+STEP_S = 0.2
+"""Poses closer in time than this are left out."""
+CLOSELY_S = 1.0
+"""… and so is all else that robots told."""
+
+
+@dataclass(slots=True)
+class Replay:
+    """What happened, on the world's clock.
+
+    `robots`: by name, rows of `[at_s, x_m, y_m, heading_rad, holding, packet_tag]`; `telemetry`: by name, what the
+    mission's own robots told beside that. `missions`: the mission as it stood from `at_s` on; `goal`: as it stood last;
+    `plans`: all that were made for it, and `scripts`: what robots were given, by id; `samples`: where they lay from
+    `at_s` on; `events`: decisions, reports and all else, in order.
+    """
+
+    world: dict[str, Any] = field(default_factory=dict)
+    goal: dict[str, Any] = field(default_factory=dict)
+    robots: dict[str, list[list[Any]]] = field(default_factory=dict)
+    telemetry: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    missions: list[dict[str, Any]] = field(default_factory=list)
+    plans: dict[str, Any] = field(default_factory=dict)
+    scripts: dict[str, Any] = field(default_factory=dict)
+    samples: list[dict[str, Any]] = field(default_factory=list)
+    events: list[dict[str, Any]] = field(default_factory=list)
+
+
+def replay_of(entries: Iterable[Entry]) -> Replay:
+    replay = Replay()
+    by_id = {PLAN: replay.plans, SCRIPT: replay.scripts}
+    for topic, body, at_s in _told(entries):
+        if topic.startswith(ROBOTS):
+            _take_robot(replay, topic.removeprefix(ROBOTS), body, at_s)
+        elif topic == EVENTS:
+            replay.events.append({"at_s": at_s, **body})
+        elif topic == MISSION:
+            replay.missions.append({"at_s": at_s, "mission": body})
+        elif topic == SAMPLES:
+            replay.samples.append({"at_s": at_s, "lying": body})
+        elif topic in by_id:
+            by_id[topic][body["id"]] = body
+        elif topic == GOAL:
+            replay.goal = body
+        elif topic == WORLD:
+            replay.world = body
+    return replay
+
+
+def last_event(entries: Iterable[Entry]) -> int:
+    """The number of the newest event in a recording; 0 without one."""
+    return max((body["seq"] for topic, body, _ in _told(entries) if topic == EVENTS), default=0)
+
+
+def _told(entries: Iterable[Entry]) -> Iterable[tuple[str, Any, float]]:
+    for _, channel, message in entries:
+        if channel.message_encoding == "json":
+            yield channel.topic, json.loads(message.data), message.log_time / NANO
+
+
+def _take_robot(replay: Replay, name: str, said: dict[str, Any], at_s: float) -> None:
+    rows = replay.robots.setdefault(name, [])
+    if rows and at_s - rows[-1][0] < STEP_S - 0.01:  # a tick more or less
+        return
+    place = [round(said["x_m"], 3), round(said["y_m"], 3), round(said["heading_rad"], 3)]
+    rows.append([round(at_s, 2), *place, said["holding"], said["packet_tag"]])
+    closely = replay.telemetry.setdefault(name, []) if said.keys() > ASIDE else None
+    if closely is not None and (not closely or at_s - closely[-1]["at_s"] >= CLOSELY_S - 0.01):
+        closely.append({key: value for key, value in said.items() if key not in ASIDE})

@@ -1,0 +1,154 @@
+"""A mission's recording while it is made: an MCAP file (https://mcap.dev) on the world's clock.
+
+Topics: `/tf` (foxglove.FrameTransforms: each robot in the frame `world`, each sample there or in the frame of the robot
+that holds it) and `/poses/ROBOT` (foxglove.PoseInFrame; the mission's own) for any viewer that knows the Foxglove
+schemas; `/robots/ROBOT` (telemetry; of other missions' robots where they were and what they did), `/events`, `/goal`,
+`/mission`, `/plan`, `/script` and `/world` as JSON, as the API has them, and `/samples`, where each is believed to lie.
+Log times are the world's clock from its building on, publish times the wall clock; both nanoseconds.
+"""
+
+import json
+import time
+from collections.abc import Callable, Collection, Mapping
+from math import cos, sin
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Self, cast
+
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from google.protobuf.timestamp_pb2 import Timestamp
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from robots.body import GRIPPER_REACH_M
+from robots.wire import Telemetry
+
+FRAME = "world"
+CHUNK_BYTES = 32 * 1024
+"""What is lost at most, uncompressed, when the process is killed."""
+NANO = 1_000_000_000
+ROBOTS = "/robots/"
+EVENTS, GOAL, MISSION, PLAN = "/events", "/goal", "/mission", "/plan"
+SCRIPT, WORLD, SAMPLES = "/script", "/world", "/samples"
+TRANSFORMS, POSES = "/tf", "/poses/"
+ASIDE = {"x_m", "y_m", "heading_rad", "holding", "packet_tag"}
+"""What is kept of a robot that has no part in the mission."""
+
+
+class _Appended:
+    """A file that is open only while it is written to: thousands of missions may be under way."""
+
+    def __init__(self, path: Path, wrote: Callable[[int], None]) -> None:
+        self._path, self._wrote, self._written = path, wrote, 0
+
+    def write(self, data: bytes) -> int:
+        with self._path.open("ab") as stream:
+            stream.write(data)
+        self._written += len(data)
+        self._wrote(len(data))
+        return len(data)
+
+    def tell(self) -> int:
+        return self._written
+
+    def flush(self) -> None: ...
+
+
+class Tape:
+    """One file that is being written."""
+
+    def __init__(self, path: Path, *, wrote: Callable[[int], None] = lambda size_bytes: None) -> None:
+        """:param wrote: told of the bytes that were written, each time some are."""
+        self.path = path
+        path.touch(exist_ok=False)
+        self._writer = Writer(cast(IO[bytes], _Appended(path, wrote)), chunk_size=CHUNK_BYTES)
+        self._writer.start(profile="", library="macta")
+        self._channels: dict[str, int] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Finish the file: it has its index then, and any reader can jump about in it."""
+        self._writer.finish()  # type: ignore[no-untyped-call]
+
+    def robots(self, said: Mapping[str, Telemetry], *, whole: Collection[str]) -> None:
+        """Where robots believe to be, and what they told with it.
+
+        :param whole: those of whom everything is kept that they told.
+        """
+        for name, told in said.items():
+            if name in whole:
+                self._protobuf(POSES + name, _pose(told), told.at_s)
+            kept = told.model_dump_json(exclude={"kind"}, include=None if name in whole else ASIDE)
+            self._json(ROBOTS + name, kept, told.at_s)
+        if said:
+            latest = max(told.at_s for told in said.values())
+            transforms = [_transform(name, told) for name, told in said.items()]
+            self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), latest)
+
+    def samples(
+        self, lying: Mapping[str, str], places: Mapping[str, tuple[float, float]], at_s: float
+    ) -> None:
+        """Where samples lie: in a place, or before the robot that holds them."""
+        transforms = []
+        for name, where in lying.items():
+            frame, (x_m, y_m) = (FRAME, places[where]) if where in places else (where, (GRIPPER_REACH_M, 0.0))
+            transforms.append(_placed(name, frame, x_m, y_m, 0.0, at_s))
+        self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), at_s)
+
+    def tell(self, topic: str, body: Any, at_s: float) -> None:
+        """Something as the API has it."""
+        self._json(topic, json.dumps(body, separators=(",", ":")), at_s)
+
+    def _json(self, topic: str, body: str, at_s: float) -> None:
+        channel = self._channels.get(topic)
+        if channel is None:
+            any_object = json.dumps({"type": "object"}).encode()
+            schema = self._writer.register_schema(
+                f"macta{topic.replace('/', '.')}", SchemaEncoding.JSONSchema, any_object
+            )
+            channel = self._channels[topic] = self._writer.register_channel(
+                topic, MessageEncoding.JSON, schema
+            )
+        self._add(channel, body.encode(), at_s)
+
+    def _protobuf(self, topic: str, message: Any, at_s: float) -> None:
+        channel = self._channels.get(topic)
+        if channel is None:
+            schema = register_schema(self._writer, type(message))
+            channel = self._channels[topic] = self._writer.register_channel(
+                topic, MessageEncoding.Protobuf, schema
+            )
+        self._add(channel, message.SerializeToString(), at_s)
+
+    def _add(self, channel: int, data: bytes, at_s: float) -> None:
+        self._writer.add_message(channel, log_time=int(at_s * NANO), data=data, publish_time=time.time_ns())
+
+
+def _transform(name: str, told: Telemetry) -> FrameTransform:
+    return _placed(name, FRAME, told.x_m, told.y_m, told.heading_rad, told.at_s)
+
+
+def _placed(name: str, frame: str, x_m: float, y_m: float, heading_rad: float, at_s: float) -> FrameTransform:
+    transform = FrameTransform(parent_frame_id=frame, child_frame_id=name, timestamp=_stamp(at_s))
+    transform.translation.x, transform.translation.y = x_m, y_m
+    transform.rotation.z, transform.rotation.w = sin(heading_rad / 2), cos(heading_rad / 2)
+    return transform
+
+
+def _pose(told: Telemetry) -> PoseInFrame:
+    pose = PoseInFrame(frame_id=FRAME, timestamp=_stamp(told.at_s))
+    pose.pose.position.x, pose.pose.position.y = told.x_m, told.y_m
+    pose.pose.orientation.z, pose.pose.orientation.w = sin(told.heading_rad / 2), cos(told.heading_rad / 2)
+    return pose
+
+
+def _stamp(at_s: float) -> Timestamp:
+    return Timestamp(seconds=int(at_s), nanos=int((at_s % 1.0) * NANO))

@@ -1,0 +1,157 @@
+"""Recordings: what is written is read again, whatever became of the process; the oldest give way."""
+
+import os
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+from app.agents.board import RobotView
+from app.errors import NotFound
+from app.recordings import Shelf, replay_of
+from app.recordings.tape import CHUNK_BYTES, EVENTS, MISSION, PLAN, WORLD
+from app.recordings.track import Track
+from robots.wire import Telemetry
+
+MB = 1_000_000
+
+
+def said(at_s: float, x_m: float, **more: object) -> Telemetry:
+    return Telemetry.model_validate({"at_s": at_s, "x_m": x_m, "y_m": 2.0, "heading_rad": 3.0, **more})
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> Shelf:
+    return Shelf(tmp_path, budget_bytes=MB)
+
+
+def record(shelf: Shelf, mission_id: str = "mission-1", *, from_s: float = 0.0, count: int = 50) -> Path:
+    with shelf.begin(mission_id) as tape:
+        tape.tell(WORLD, {"id": "store", "layout": {}}, from_s)
+        tape.tell(PLAN, {"id": "plan-1"}, from_s)
+        tape.tell(MISSION, {"id": mission_id, "state": "running"}, from_s)
+        for tick in range(count):
+            tape.robots(
+                {"yard_1": said(from_s + tick / 10, tick / 100, packet_tag="NAVIGATE")}, whole={"yard_1"}
+            )
+        tape.tell(EVENTS, {"type": "mission.completed", "subject": mission_id}, from_s + count / 10)
+    return tape.path
+
+
+def test_what_was_recorded_is_replayed(shelf: Shelf) -> None:
+    record(shelf)
+    replay = replay_of(shelf.entries("mission-1"))
+    assert replay.world == {"id": "store", "layout": {}}
+    assert list(replay.plans) == ["plan-1"]
+    assert [one["mission"]["state"] for one in replay.missions] == ["running"]
+    assert replay.events == [{"at_s": 5.0, "type": "mission.completed", "subject": "mission-1"}]
+    rows = replay.robots["yard_1"]
+    assert rows[0] == [0.0, 0.0, 2.0, 3.0, None, "NAVIGATE"]
+    assert [row[0] for row in rows] == sorted(row[0] for row in rows)
+    assert len(rows) == 25  # every 0.2 s of what came every 0.1 s
+
+
+def test_any_reader_of_the_foxglove_schemas_finds_the_robots(shelf: Shelf) -> None:
+    record(shelf)
+    with shelf.whole("mission-1").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        assert summary is not None
+        kinds = {
+            channel.topic: summary.schemas[channel.schema_id].name for channel in summary.channels.values()
+        }
+        assert kinds["/tf"] == "foxglove.FrameTransforms"
+        assert kinds["/poses/yard_1"] == "foxglove.PoseInFrame"
+        told = [message for _, _, _, message in reader.iter_decoded_messages(topics=["/tf"])]
+    last = told[-1].transforms[0]
+    assert (last.parent_frame_id, last.child_frame_id) == ("world", "yard_1")
+    assert last.translation.x == pytest.approx(0.49)
+    assert (last.rotation.z, last.rotation.w) == pytest.approx((0.9975, 0.0707), abs=1e-3)
+
+
+def test_log_times_never_go_back_and_frames_hang_together(shelf: Shelf) -> None:
+    with shelf.begin("mission-1") as tape:
+        for tick in range(20):
+            tape.robots({"yard_1": said(tick / 10, 1.0), "store_1": said(tick / 10, 9.0)}, whole={"yard_1"})
+            holder = "yard_1" if tick < 10 else "bay_1"
+            tape.samples({"sample_1": holder}, {"bay_1": (7.0, 3.0)}, tick / 10)
+    with shelf.whole("mission-1").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        topics = ["/tf", "/poses/yard_1"]
+        told = [(one.topic, entry, body) for _, one, entry, body in reader.iter_decoded_messages(topics)]
+    assert {topic for topic, _, _ in told} == set(topics)
+    for topic in topics:
+        times = [entry.log_time for other, entry, _ in told if other == topic]
+        assert times == sorted(times), topic
+    frames = [one for topic, _, decoded in told if topic == "/tf" for one in decoded.transforms]
+    for topic, entry, decoded in told:
+        for one in decoded.transforms if topic == "/tf" else [decoded] if topic.startswith("/poses") else []:
+            assert one.timestamp.ToNanoseconds() == pytest.approx(entry.log_time, abs=1000)
+    assert {one.parent_frame_id for one in frames} <= {"world"} | {one.child_frame_id for one in frames}
+    samples = [one for one in frames if one.child_frame_id == "sample_1"]
+    assert (samples[0].parent_frame_id, samples[0].translation.x) == ("yard_1", pytest.approx(0.34))
+    assert (samples[-1].parent_frame_id, samples[-1].translation.x) == ("world", 7.0)
+
+
+def test_of_a_robot_that_has_no_part_only_its_moves_are_kept(shelf: Shelf) -> None:
+    with shelf.begin("mission-1") as tape:
+        track = Track("mission-1", tape, "store", robots=frozenset({"yard_1"}))
+        for tick in range(50):
+            at_s = tick / 10
+            moves = at_s < 2.0
+            heard = {"yard_1": said(at_s, 1.0), "store_1": said(at_s, at_s if moves else 2.0), "far": None}
+            track.hear({name: view(name, one) for name, one in heard.items()})
+    replay = replay_of(shelf.entries("mission-1"))
+    assert len(replay.robots["yard_1"]) == 25
+    assert [row[0] for row in replay.robots["store_1"]] == [0.0, 1.0, 2.0]
+    assert list(replay.telemetry) == ["yard_1"]
+    assert [one["battery"] for one in replay.telemetry["yard_1"]] == [1.0] * 5
+
+
+def view(name: str, telemetry: Telemetry | None) -> RobotView:
+    return RobotView(name=name, world="store", telemetry=telemetry)
+
+
+def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_part(shelf: Shelf) -> None:
+    path = record(shelf, count=2000)
+    whole = len(replay_of(shelf.entries("mission-1")).robots["yard_1"])
+    assert whole == 1000
+    os.truncate(path, path.stat().st_size // 2)
+    kept = len(replay_of(shelf.entries("mission-1")).robots["yard_1"])
+    assert 0.2 * whole < kept < 0.8 * whole
+    record(shelf, from_s=300.0)
+    replay = replay_of(shelf.entries("mission-1"))
+    assert len(replay.robots["yard_1"]) == kept + 25
+    with shelf.whole("mission-1").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    assert summary.statistics.message_end_time == 305 * 10**9
+
+
+def test_recordings_are_measured_once_so_much_was_written_that_they_may_be_too_much(shelf: Shelf) -> None:
+    assert shelf.is_to_be_tidied, "what an earlier process left"
+    shelf.make_room()
+    assert not shelf.is_to_be_tidied
+    with shelf.begin("mission-1") as tape:
+        while not shelf.is_to_be_tidied:
+            tape.tell(EVENTS, {"data": os.urandom(1000).hex()}, 0.0)
+        written = tape.path.stat().st_size
+    assert MB / 100 <= written < MB / 100 + 3 * CHUNK_BYTES
+
+
+def test_the_oldest_recordings_give_way_but_not_those_that_are_made(shelf: Shelf) -> None:
+    for number in range(4):
+        path = record(shelf, f"mission-{number}", count=5)
+        os.truncate(path, 400_000)
+        os.utime(path, (number, number))
+    assert shelf.make_room(spare=frozenset({"mission-0"})) == ["mission-1"]
+    assert [one.mission_id for one in shelf.recordings()] == ["mission-3", "mission-2", "mission-0"]
+
+
+@pytest.mark.parametrize("name", ["mission-9", "..", "../..", "", "a/b"])
+def test_there_is_no_recording_of_what_was_not_recorded(shelf: Shelf, name: str) -> None:
+    record(shelf)
+    with pytest.raises(NotFound, match="no recording"):
+        list(shelf.entries(name))
