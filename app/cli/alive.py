@@ -5,7 +5,7 @@ import time
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from app.cli.serve import over
+from app.cli.over_broker import over
 from app.cli.settings import settings_of
 from app.database import Database
 from app.durable import PLANNING

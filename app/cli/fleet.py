@@ -1,15 +1,10 @@
 """`macta fleet`: a world's simulation and its robots, reached over a broker. Ends in order when told to."""
 
-import logging
-import signal
-import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from rich.console import Console
-from rich.markup import escape
-
+from app.cli.long_running import log_warnings, tell_why_afresh, told_to_end, warn_if_open
 from app.cli.settings import settings_of
 from app.errors import Invalid, Unavailable
 from robots.link import LinkClosed
@@ -35,7 +30,7 @@ def fleet(
     broker = settings.broker()
     if broker is None:
         raise Invalid("--broker: say where the broker is, as mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
-    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    log_warnings()
     warn_if_open(broker)
     keep = Keep(folder=settings.data / "worlds", any_run=True, afresh=afresh)
     with (
@@ -44,19 +39,10 @@ def fleet(
         _at(broker, world, simulation.run) as link,
     ):
         if simulation.why_afresh:
-            why = escape(simulation.why_afresh)
-            Console(stderr=True).print(f"World {world.name} begins afresh: {why}.", soft_wrap=True)
+            tell_why_afresh(world.name, simulation.why_afresh)
         relay = _Relay(world, simulation, link, broker, speed)
         while not ending.is_set():
             relay.turn()
-
-
-def warn_if_open(broker: Broker) -> None:
-    """Say so if a password is about to be sent in the clear."""
-    if broker.password is not None and not broker.is_private:
-        Console(stderr=True).print(
-            f"[yellow]{escape(str(broker))} is not encrypted: the password can be read on its way; say mqtts://[/]"
-        )
 
 
 class _Relay:
@@ -107,17 +93,3 @@ def _at(broker: Broker, world: WorldFile, run: str) -> Iterator[FleetLink]:
         yield link
     finally:
         link.close()
-
-
-@contextmanager
-def told_to_end() -> Iterator[threading.Event]:
-    """Set by SIGINT and SIGTERM for the length of the block."""
-    ending = threading.Event()
-    before = {
-        number: signal.signal(number, lambda *_: ending.set()) for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    try:
-        yield ending
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

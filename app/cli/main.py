@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from app.cli import production
-from app.cli.options import Broker, Speed, World, carefully, fail, leave, named_world
+from app.cli.options import Broker, Speed, World, Worlds, carefully, fail, leave, named_world, named_worlds
 from planner import Objective, PlanningRequest, load_knowledge_base
 from robots.world import WorldFile
 
@@ -33,7 +33,7 @@ def main() -> None:
 
 @app.command()
 def serve(
-    world: World = "sample_store",
+    world: Worlds = None,
     speed: Speed = 1.0,
     host: Annotated[str | None, typer.Option(help="Address to listen on; loopback unless told.")] = None,
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="0: any free one. Default 8000.")] = None,
@@ -42,13 +42,13 @@ def serve(
     broker: Broker = None,
     afresh: Annotated[bool, typer.Option("--afresh", help="Build the world anew; else it goes on.")] = False,
 ) -> None:
-    """Serve the HTTP API and the operator's page; the world is simulated here or, given a broker, by `macta fleet`."""
+    """Serve the HTTP API and the operator's page; worlds are simulated here or, given a broker, by `macta fleet`."""
     from app.cli.serve import serve as run
 
     given = {"host": host, "port": port, "data": data, "broker_url": broker}
     with carefully():
         run(
-            named_world(world),
+            named_worlds(world),
             speed or 1.0,
             seed,
             {k: v for k, v in given.items() if v is not None},
@@ -134,6 +134,34 @@ def plan(
                 pddl=pddl,
             )
         )
+
+
+@app.command()
+def soak(
+    minutes: Annotated[float, typer.Option(min=0.1, help="How long; the last quiet comes on top.")] = 10.0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of goals and faults.")] = 0,
+    world: World = "sample_store",
+    speed: Speed = 6.0,
+    database_url: Annotated[
+        str | None, typer.Option(help="Database of the service under trial; one in a folder unless told.")
+    ] = None,
+) -> None:
+    """Try a service of its own: random goals, kills and outages; then what it says is compared with the world's truth.
+
+    Ends with 0 only if all held. `MACTA_…` variables are not handed on to the service under trial.
+    """
+    from app.cli.soak import Wish
+    from app.cli.soak import soak as run
+
+    with carefully():
+        wish = Wish(
+            world=named_world(world),
+            minutes=minutes,
+            seed=seed,
+            speed=speed or 6.0,
+            database_url=database_url,
+        )
+        raise typer.Exit(run(wish))
 
 
 @worlds.command()

@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Annotated, NoReturn
 
@@ -20,6 +20,15 @@ from sim import SimulationError
 
 World = Annotated[
     str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")
+]
+Worlds = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--world",
+        help="A world that ships with Macta, or a world file; may be given several times.",
+        metavar="NAME|FILE",
+        show_default="sample_store",
+    ),
 ]
 Speed = Annotated[
     float | None, typer.Option(min=0.01, help="World seconds a second; left out: see the command.")
@@ -75,3 +84,18 @@ def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> World
     except KnowledgeBaseError as error:
         fail(f"{name} is not a valid world: facts: {error}")
     return world
+
+
+def named_worlds(names: Sequence[str] | None) -> Sequence[WorldFile]:
+    """The worlds of one service, each valid; ends the command if two, or two of their robots, have one name."""
+    worlds = [named_world(name) for name in names or ("sample_store",)]
+    known: dict[str, str] = {}
+    for world in worlds:
+        for thing in (f"world {world.name}", *(f"robot {robot.name}" for robot in world.robots)):
+            if thing in known:
+                fail(
+                    f"--world: {thing} is in {known[thing]} and in {world.name}; "
+                    "one service tells worlds and robots apart by their names"
+                )
+            known[thing] = world.name
+    return worlds

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli.options import Broker, Speed, World, carefully, leave, named_world
+from app.cli.options import Broker, Speed, World, Worlds, carefully, leave, named_world, named_worlds
 
 
 def fleet(
@@ -26,13 +26,13 @@ def fleet(
     leave(0)
 
 
-def worker(world: World = "sample_store", broker: Broker = None) -> None:
+def worker(world: Worlds = None, broker: Broker = None) -> None:
     """Plan the goals of the service's processes on the same database (MACTA_DATABASE_URL)."""
     from app.cli.worker import worker as run
 
     given = {} if broker is None else {"broker_url": broker}
     with carefully():
-        run(named_world(world), given)
+        run(named_worlds(world), given)
     leave(0)
 
 

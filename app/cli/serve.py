@@ -2,14 +2,13 @@
 
 import errno
 import gc
-import logging
 import os
 import signal
 import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
@@ -19,16 +18,15 @@ from rich.console import Console
 from rich.markup import escape
 
 from app.afresh import recorded_run
-from app.cli.fleet import warn_if_open
+from app.cli.long_running import each, log_warnings, tell_why_afresh
+from app.cli.over_broker import over
 from app.cli.settings import settings_of
 from app.cli.show import tell_of_start
 from app.composition import RunningWorld, Service
 from app.errors import Invalid
 from app.settings import Settings
-from robots.mqtt import Broker, ServiceLink
 from robots.world import WorldFile
 from sim import Keep, LastingWorld
-from sim.snapshot import digest_of
 
 GRACE_S = 3
 """Seconds that open event streams may hold up the end."""
@@ -45,7 +43,7 @@ class Viewer:
         running = self._process is not None and self._process.poll() is None
         return f"http://127.0.0.1:{self._port}" if running else None
 
-    def start(self, *, api: str, world: str, token: str) -> None:
+    def start(self, *, api: str, token: str) -> None:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self._port = free.getsockname()[1]
@@ -57,8 +55,6 @@ class Viewer:
             api,
             "--port",
             str(self._port),
-            "--world",
-            world,
             "--parent",
             str(os.getpid()),
         ]
@@ -95,21 +91,27 @@ class Server(uvicorn.Server):
 
 
 def serve(
-    world: WorldFile, speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
+    worlds: Sequence[WorldFile], speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
 ) -> None:
     """Run until interrupted or terminated.
 
-    :param afresh: build the world anew, though it might go on.
+    :param worlds: one or more.
+    :param afresh: build the worlds anew, though they might go on.
     :raises Invalid: if a setting is wrong or the address is not to be had, before anything is started.
     """
     settings = settings_of(given)
     broker = settings.broker()
-    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    log_warnings()
     listener = listen(settings)
     tell_of_start(Console(stderr=True))
     viewer = Viewer()
-    reached = _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
-    with reached as running, Service(settings, [running], viewer=viewer.address) as service:
+    with (
+        each(
+            _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
+            for world in worlds
+        ) as running,
+        Service(settings, running, viewer=viewer.address) as service,
+    ):
         config = uvicorn.Config(
             service.api,
             log_level="warning",
@@ -119,7 +121,7 @@ def serve(
         )
         server = Server(config, service.stopping)
         announce = threading.Thread(
-            target=_announce, args=(server, listener, service, viewer, world.name), daemon=True
+            target=_announce, args=(server, listener, service, viewer, worlds), daemon=True
         )
         announce.start()
         gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
@@ -150,24 +152,12 @@ def _embedded(
         yield running
 
 
-@contextmanager
-def over(broker: Broker, world: WorldFile) -> Iterator[RunningWorld]:
-    """The world as a fleet drives it that is reached over a broker, there already or not."""
-    warn_if_open(broker)
-    fleet = ServiceLink(world.name, [robot.name for robot in world.robots], broker, digest=digest_of(world))
-    try:
-        yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
-    finally:
-        fleet.close()
-
-
 def _tell_of_world(world: RunningWorld) -> None:
     """Whether it goes on, on standard error."""
-    console = Console(stderr=True)
     if world.why_afresh:
-        console.print(f"World {world.file.name} begins afresh: {escape(world.why_afresh)}.", soft_wrap=True)
+        tell_why_afresh(world.file.name, world.why_afresh)
     elif world.clock.now_s() > 0:
-        console.print(f"[dim]World {world.file.name} goes on at {world.clock.now_s():.0f} s.[/]")
+        Console(stderr=True).print(f"[dim]World {world.file.name} goes on at {world.clock.now_s():.0f} s.[/]")
 
 
 def listen(settings: Settings) -> socket.socket:
@@ -194,9 +184,13 @@ def listen(settings: Settings) -> socket.socket:
 
 
 def _announce(
-    server: uvicorn.Server, listener: socket.socket, service: Service, viewer: Viewer, world: str
+    server: uvicorn.Server,
+    listener: socket.socket,
+    service: Service,
+    viewer: Viewer,
+    worlds: Sequence[WorldFile],
 ) -> None:
-    """Once requests are answered: start the view of the world and say where everything is."""
+    """Once requests are answered: start the view and say where everything is."""
     waiting = threading.Event()
     while not server.started:
         if server.should_exit or waiting.wait(0.02):
@@ -205,9 +199,10 @@ def _announce(
     host = service.settings.host
     shown = f"[{host}]" if ":" in host else host
     reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
-    viewer.start(api=f"http://{reachable}:{port}", world=world, token=service.token)
+    viewer.start(api=f"http://{reachable}:{port}", token=service.token)
     # NOTE: plain print: a terminal's width must not break the address.
     print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
+    names = ", ".join(world.name for world in worlds)
     Console(stderr=True).print(
-        f"[dim]World {world}; the record is in {escape(service.settings.place_of_record)}. Ctrl-C ends.[/]"
+        f"[dim]World {names}; the record is in {escape(service.settings.place_of_record)}. Ctrl-C ends.[/]"
     )

@@ -1,6 +1,7 @@
 """What is true in the simulated world itself: for the command line only, never for the service or a robot."""
 
 from math import dist
+from pathlib import Path
 
 from app.world_model.berths import berths_of
 from robots.wire import SymbolicFact
@@ -24,3 +25,18 @@ def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
         points = [place.at for place in world.places if place.name in refs]
         return any(dist(point, (pose.x_m, pose.y_m)) <= NEAR_M for point in points)
     return False
+
+
+def truth_of(data: Path, world: WorldFile) -> Truth:
+    """The world as its last snapshot in a data folder has it."""
+    # NOTE: imported here, for they load the physics.
+    from sim.agents import behavioural_agent
+    from sim.snapshot import WorldSnapshot
+    from sim.world import Simulation
+
+    snapshot = WorldSnapshot.model_validate_json((data / "worlds" / f"{world.name}.json").read_bytes())
+    simulation = Simulation(world, make_agent=behavioural_agent, snapshot=snapshot)
+    try:
+        return simulation.truth()
+    finally:
+        simulation.close()

@@ -1,13 +1,12 @@
 """`macta worker`: plans for the service's processes on the same database. Ends in order when told to."""
 
-import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from app.cli.fleet import told_to_end
-from app.cli.serve import over
+from app.cli.long_running import each, log_warnings, told_to_end
+from app.cli.over_broker import over
 from app.cli.settings import settings_of
 from app.cli.show import tell_of_start
 from app.composition import Service
@@ -17,7 +16,7 @@ from app.settings import Settings
 from robots.world import WorldFile
 
 
-def worker(world: WorldFile, given: Mapping[str, Any]) -> None:
+def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
     """Run until interrupted or terminated.
 
     :raises Invalid: if there is nobody to plan for, or no way to hear of the world's robots.
@@ -27,17 +26,18 @@ def worker(world: WorldFile, given: Mapping[str, Any]) -> None:
     _refuse_alone(settings)
     if broker is None:
         raise Invalid("--broker: say where the broker is that robots are heard over, as mqtt://HOST[:PORT]")
-    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    log_warnings()
     tell_of_start(Console(stderr=True))
     serves = (PLANNING, WAITING)
     with (
         told_to_end() as ending,
-        over(broker, world) as running,
-        Service(settings, [running], serves=serves),
+        each(over(broker, world) for world in worlds) as running,
+        Service(settings, running, serves=serves),
     ):
+        names = ", ".join(world.name for world in worlds)
         # NOTE: plain print: a terminal's width must not break the line.
         print(
-            f"The planning worker of {world.name} is ready: {settings.planning_processes} goals side by side",
+            f"The planning worker of {names} is ready: {settings.planning_processes} goals side by side",
             flush=True,
         )
         ending.wait()

@@ -11,6 +11,7 @@ from app.durable import PLANNING
 from app.errors import Invalid, Unavailable
 from app.replicas import Presence
 from app.settings import Settings
+from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL
 
 SHARED = "postgresql+psycopg://macta:open-sesame@database.example:5432/macta"
@@ -62,8 +63,12 @@ def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pyte
     migrate(database)
     with pytest.raises(Unavailable, match="no living process"):
         worker_alive()
-    Presence(
-        database, executor="worker", serves=[PLANNING.name], speaks_for=(), take_over=lambda _: 0
-    ).register()
+    Presence(database, Noted("worker"), serves=[PLANNING.name], speaks_for=()).register()
     assert "plans" in worker_alive()
     database.close()
+
+
+@pytest.mark.parametrize("command", ["serve", "worker"])
+def test_worlds_whose_robots_have_the_same_names_are_refused(command: str) -> None:
+    done = macta(command, "--world", "sample_store", "--world", "sample_store_radio")
+    assert (done.exit_code, "robot yard_1" in done.stderr) == (2, True)
