@@ -7,25 +7,31 @@ from typing import TYPE_CHECKING, Any
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 from starlette.types import ASGIApp
 
 from app.api import problems
 from app.api.auth import Door, TokenCheck
 from app.api.bodies import GoalBody, plan_body
+from app.api.driving import driving_router
 from app.api.goals import goals_router, plans_router
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
+from app.api.recordings import MCAP, recordings_router
 from app.api.replicas import replicas_router
 from app.api.robots import robots_router
 from app.api.streams import streams_router
-from app.api.viewer_proxy import viewer_router
+from app.api.viewer_proxy import view_router, viewer_router
+from app.api.views import views_router
 from app.api.worlds import worlds_router
 from app.durable import PLANNING
+from app.views import Views
 
 if TYPE_CHECKING:
     from app.composition import Service
 
 MAX_BODY_BYTES = 1_000_000
+WORTH_PACKING_BYTES, PACKED_AT = 2000, 4
 
 
 def build_api(service: "Service", *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -44,6 +50,7 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
     api.include_router(robots_router(service.worlds, service.questions, service.tunings, service.lost))
+    api.include_router(driving_router(service.teleoperation))
     api.include_router(
         streams_router(
             events=service.events,
@@ -54,10 +61,20 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
             most=service.settings.open_streams,
         )
     )
+    api.include_router(recordings_router(service.shelf, static))
     api.include_router(replicas_router(service.presence))
-    api.include_router(viewer_router(viewer, check.admits))
+    api.include_router(view_router(viewer))
+    api.include_router(viewer_router(viewer, check.admits, most=service.settings.open_streams))
+    api.include_router(views_router(Views(), most=service.settings.open_streams))
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
+    # Operators are far away, over links that are slow. Recordings are packed already, streams go out as they come.
+    api.add_middleware(
+        GZipMiddleware,
+        minimum_size=WORTH_PACKING_BYTES,
+        compresslevel=PACKED_AT,
+        exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, MCAP),
+    )
     api.add_middleware(_door(check))
     return api
 

@@ -45,6 +45,13 @@ class SubmitGoal(Request):
         return self
 
 
+class CheckGoal(Request):
+    """A sentence, as far as it is typed."""
+
+    world: str | None = Field(default=None, description="may be left out where only one world runs")
+    text: str = Field(max_length=1000, examples=["move sample_1 to"])
+
+
 class SetRecovery(Request):
     policy: Policy
 
@@ -118,6 +125,27 @@ class GoalBody(BaseModel):
         return cls.model_validate({name: getattr(row, name) for name in cls.model_fields})
 
 
+class CheckedIssue(BaseModel):
+    """What is missing, not understood, or in the way; as the problem that stating the goal would end in."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    code: str
+    detail: str
+    thing: str
+    choices: list[str]
+
+
+class CheckedGoal(BaseModel):
+    """What a sentence would be taken for as things are."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    goals: list[SymbolicFact] = Field(description="empty if it is not understood")
+    issue: CheckedIssue | None = Field(description="none if the goal would be taken")
+    completions: list[str] = Field(description="whole sentences that it may become, the likeliest first")
+
+
 def plan_body(row: PlanRow) -> PlanBody:
     """The stored plan body with the decision on it."""
     decision = {
@@ -146,12 +174,24 @@ class PlanChoice(BaseModel):
     robots: list[str]
     clearances: int
     actions: int
+    lanes: dict[str, list[tuple[float, float, str]]] = Field(
+        description="what each robot does: start and end, seconds from the plan's start, and tag, in order"
+    )
 
     @classmethod
     def of(cls, row: PlanRow) -> Self:
         body = plan_body(row)
-        plain = {name: getattr(body, name) for name in cls.model_fields if name not in ("actions", "robots")}
-        return cls(**plain, robots=list(body.robots), actions=len(body.actions))
+        made = {"actions", "robots", "lanes"}
+        plain = {name: getattr(body, name) for name in cls.model_fields if name not in made}
+        lanes = {
+            robot: sorted(
+                (one.earliest_start_s, one.earliest_end_s, one.tag)
+                for one in body.actions
+                if robot in one.agents
+            )
+            for robot in body.robots
+        }
+        return cls(**plain, robots=list(body.robots), actions=len(body.actions), lanes=lanes)
 
 
 class PoseBody(BaseModel):
@@ -178,11 +218,17 @@ class RobotBody(BaseModel):
     world: str
     connection: str
     last_heard_s: float | None = Field(description="seconds ago, wall clock")
+    heard_at_s: float | None = Field(description="when it was last heard, world's clock")
+    silent: bool = Field(description="it has not been heard for longer than its radio explains")
+    next_contact_s: float = Field(
+        description="world seconds until contact is expected, as far as is known beforehand; 0 while it is"
+    )
     repertoire: list[str]
     reach: list[str]
     pose: PoseBody | None = None
     battery: float | None = None
     holding: str | None = None
+    driven_by: str | None = Field(default=None, description="the operator who drives it by hand")
     packet: str | None = None
     packet_state: str | None = None
     mission_id: str | None = None

@@ -5,7 +5,17 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Query
 
-from app.api.bodies import Decision, GoalBody, Page, PlanChoice, SeekAlternatives, SubmitGoal, plan_body
+from app.api.bodies import (
+    CheckedGoal,
+    CheckGoal,
+    Decision,
+    GoalBody,
+    Page,
+    PlanChoice,
+    SeekAlternatives,
+    SubmitGoal,
+    plan_body,
+)
 from app.explanation_body import ActionExplanationBody, ExplanationBody
 from app.goals.desk import GoalDesk, GoalRequest
 from app.plan_body import PlanBody
@@ -40,6 +50,11 @@ def goals_router(goals: GoalDesk, choices: Choices) -> APIRouter:
         given = body.model_dump(exclude={"time_limit_s", "effort_s", "objective"})
         request = GoalRequest(**{**given, "goal": body.goal, "planning": wish})
         return GoalBody.of(goals.submit(request, actor=ACTOR, key=idempotency_key))
+
+    @router.post("/goals:check")
+    def check_goal(body: CheckGoal) -> CheckedGoal:
+        """What a sentence would be taken for, what it lacks, and how it could go on. Nothing is recorded."""
+        return CheckedGoal.model_validate(goals.check(body.world, body.text), from_attributes=True)
 
     @router.get("/goals")
     def list_goals(
@@ -92,7 +107,8 @@ def plans_router(plans: PlanDesk, explaining: Explaining, exporting: Exporting) 
 
     @router.get("/plans/{plan_id}")
     def get_plan(plan_id: str) -> PlanBody:
-        return plan_body(plans.get(plan_id))
+        row = plans.get(plan_id)
+        return plan_body(row).model_copy(update={"overtaken": tuple(plans.overtaken(row))})
 
     @router.get("/plans/{plan_id}/explanation")
     def explain_plan(plan_id: str) -> ExplanationBody:

@@ -6,6 +6,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, Field
 
 from app.database import MissionRow, ScriptRow
+from app.missions.orders import unanswered
 from app.recovery.rules import Measure, Policy, Step
 from robots.wire import BehaviourScript, FailureCategory
 
@@ -63,7 +64,7 @@ class ScriptProgress(BaseModel):
             script_id=row.id,
             delivery=row.delivery,  # type: ignore[arg-type]
             state=row.state,
-            order=row.control.split(":")[0] if row.control else None,
+            order=order.verb.value if (order := unanswered(row)) else None,
             lost=row.abandoned,
             detail=row.detail,
             heard_at_s=row.heard_at_s,
@@ -82,6 +83,10 @@ class TroubleBody(BaseModel):
     detail: str
     tag: str = Field(description="the packet that it failed at; empty if that is not known")
     fit: bool = Field(description="the robot may be planned with again")
+    waited: bool = Field(
+        default=False,
+        description="it waited in vain for another robot, and has not failed at anything itself",
+    )
 
 
 class AttemptBody(BaseModel):
@@ -124,10 +129,16 @@ class MissionBody(BaseModel):
     state: str
     reason: str
     failure: str | None
+    cancel_requested: bool = Field(
+        default=False, description="it ends once every robot at work has answered that it stopped"
+    )
     estimate_s: float
     original_estimate_s: float
     margin_s: float
     started_at_s: float | None
+    revised_at_s: float | None = Field(
+        default=None, description="when the plan that it carries out now began, if that is not its first"
+    )
     deadline_s: float | None
     enquire_at_s: float | None
     ended_at_s: float | None

@@ -10,7 +10,7 @@ from fastapi.responses import JSONResponse
 from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
-from app.database import is_away
+from app.database import is_away, is_unwritable
 from app.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
 
 STATUS: dict[type[MactaError], int] = {
@@ -76,9 +76,16 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
 
 async def _database(request: Request, error: Exception) -> JSONResponse:
     """The record is away, or another transaction came between: trying again helps."""
-    if not is_away(error):
+    if not isinstance(error, DBAPIError) or not is_away(error):
         return await _internal(request, error)
-    answer = problem(503, "database-away", "the database does not answer; try again in a moment")
+    code, detail = "database-away", "the database does not answer; try again in a moment"
+    if is_unwritable(error):
+        code, detail = (
+            "record-not-writable",
+            f"the record cannot be written: {error.orig}; nothing was changed",
+        )
+        logging.getLogger(__name__).error("%s", detail)
+    answer = problem(503, code, detail)
     answer.headers["retry-after"] = str(RETRY_AFTER_S)
     return answer
 

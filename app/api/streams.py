@@ -31,7 +31,7 @@ def envelope(row: EventRow) -> dict[str, Any]:
     return {"seq": row.seq, "time": row.time, "type": row.type, "subject": row.subject, "data": row.data}
 
 
-class _Count:
+class Count:
     """How many blocks are entered; all in the one thread of the event loop."""
 
     def __init__(self) -> None:
@@ -62,19 +62,25 @@ class Streams:
     snapshot: Snapshot
     waiting: anyio.CapacityLimiter
     most: int
-    open: _Count = field(default_factory=_Count)
+    open: Count = field(default_factory=Count)
 
-    async def changes(self, request: Request, seen: int | None) -> AsyncIterator[ServerSentEvent]:
+    async def changes(
+        self, request: Request, seen: int | None, seq: int, *, state: bool
+    ) -> AsyncIterator[ServerSentEvent]:
         """Every change after event `seen`; the current state first where nothing or too much was seen.
 
         So also where changes after it are not kept any more, and a word of that before.
+
+        :param seq: the newest event.
+        :param state: whether a client that begins is told the current state.
         """
         generation = self.events.generation
-        seq = await to_thread.run_sync(self.events.last)
         # An event above the newest is of another record, say one begun afresh: nothing follows it here.
         forgotten = seen is not None and await to_thread.run_sync(self.events.has_forgotten, seen)
         if forgotten:
             yield ServerSentEvent(data=_reset(seen))
+        if seen is None and not state:
+            seen = seq
         if seen is None or seen > seq or forgotten:
             for event in await self._state(seq):
                 yield event
@@ -161,12 +167,18 @@ def streams_router(
     @router.get("/events", response_class=EventSourceResponse, dependencies=room)
     async def stream_events(
         request: Request,
+        # Read before the stream begins: while the database is away that is told as a problem.
+        newest: Annotated[int, Depends(events.last)],
         last_event_id: Annotated[int | None, Header(ge=0, le=GREATEST_SEQ)] = None,
         after: Annotated[int | None, Query(ge=0, le=GREATEST_SEQ, description="like Last-Event-ID")] = None,
+        state: Annotated[
+            bool, Query(description="false: begin with the next change, not with the state")
+        ] = True,
     ) -> AsyncIterator[ServerSentEvent]:
         """The current state first, then every change; `Last-Event-ID` resumes after that event instead."""
         with streams.open:
-            async for event in streams.changes(request, after if last_event_id is None else last_event_id):
+            seen = after if last_event_id is None else last_event_id
+            async for event in streams.changes(request, seen, newest, state=state):
                 yield event
 
     _add_telemetry(router, streams)

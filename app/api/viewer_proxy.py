@@ -6,11 +6,13 @@ socket, and viser's request for a public share tunnel never reaches it, so no cl
 
 import asyncio
 from collections.abc import Callable
+from typing import Annotated
 
 import httpx2
 import msgspec
-from fastapi import APIRouter, Request, Response, WebSocket
+from fastapi import APIRouter, Path, Request, Response, WebSocket
 from fastapi.responses import JSONResponse
+from pydantic import BaseModel
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocketDisconnect, WebSocketState
 from websockets.asyncio.client import ClientConnection, connect
@@ -18,10 +20,20 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
 from app.api.auth import own_origin
+from app.api.streams import Count
 
 Upstream = Callable[[], str | None]
 """The viser server's address, `http://127.0.0.1:PORT`, or None while there is none."""
 Authenticate = Callable[[HTTPConnection], bool]
+
+
+ViewId = Annotated[str, Path(pattern=r"^[A-Za-z0-9_-]{8,64}$")]
+"""By which a page and its frame with the view know of each other."""
+
+
+class ViewBody(BaseModel):
+    running: bool
+
 
 SHARE_REQUESTS = frozenset({"ShareUrlRequest", "ShareUrlDisconnect"})
 """viser's message types that open and close its public tunnel."""
@@ -36,9 +48,39 @@ CONTENT_POLICY = (
 )
 
 
-def viewer_router(upstream: Upstream, authenticate: Authenticate) -> APIRouter:
-    """Routes that relay `/viewer/*` to `upstream` for those whom `authenticate` lets in."""
-    router = APIRouter(include_in_schema=False)
+def view_router(upstream: Upstream) -> APIRouter:
+    """The route by which a page learns that it may open the view."""
+    router = APIRouter(prefix="/v1", tags=["health"])
+
+    @router.get("/view")
+    async def view() -> ViewBody:
+        """Whether the view of the world in three dimensions, at `/viewer/`, can be opened."""
+        return ViewBody(running=await _listens(upstream()))
+
+    return router
+
+
+async def _listens(address: str | None) -> bool:
+    """Whether somebody takes connections there: a process that has just begun does not yet."""
+    if address is None:
+        return False
+    at = httpx2.URL(address)
+    try:
+        async with asyncio.timeout(CONNECT_TIMEOUT_S):
+            _, writer = await asyncio.open_connection(at.host, at.port)
+    except (OSError, TimeoutError):
+        return False
+    writer.close()
+    return True
+
+
+def viewer_router(upstream: Upstream, authenticate: Authenticate, *, most: int) -> APIRouter:
+    """Routes that relay `/viewer/*` to `upstream` for those whom `authenticate` lets in, `most` views at a time."""
+    router, open_ = APIRouter(include_in_schema=False), Count()
+
+    @router.get("/viewer/{view}/")
+    async def page_of(request: Request, view: ViewId) -> Response:
+        return await page(request)
 
     @router.get("/viewer")
     @router.get("/viewer/{path:path}")
@@ -52,18 +94,23 @@ def viewer_router(upstream: Upstream, authenticate: Authenticate) -> APIRouter:
             return _problem(503, "The view of the world is not running")
         return await _fetch(f"{address}/{path}", request.headers.get("accept-encoding", "identity"))
 
-    # The page asks for its socket at its own address without the last slash.
+    # The page asks for its socket at its own address without the last slash: so the view hears whose it is.
+    @router.websocket("/viewer/{view}")
+    async def socket_of(browser: WebSocket, view: ViewId) -> None:
+        await socket(browser, view)
+
     @router.websocket("/viewer")
     @router.websocket("/viewer/")
-    async def socket(browser: WebSocket) -> None:
+    async def socket(browser: WebSocket, view: str = "") -> None:
         if not authenticate(browser) or not own_origin(browser):
             await browser.close(POLICY_VIOLATION)
             return
         address = upstream()
-        if address is None:
+        if address is None or open_.count >= most:
             await browser.close(TRY_AGAIN_LATER)
             return
-        await _relay(browser, address)
+        with open_:
+            await _relay(browser, f"{address}/{view}")
 
     return router
 

@@ -1,0 +1,73 @@
+"""Driving a robot by hand: set-points, each valid for a moment, and letting go."""
+
+from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.api.bodies import Request
+from app.api.goals import ACTOR
+from app.api.worlds import TAGS
+from app.teleoperation import Drive, Teleoperation
+
+SESSION = Field(
+    min_length=1,
+    max_length=64,
+    pattern=r"^[\w.:-]+$",
+    description="of the client's own making, a new one each time it takes control; tells two operators apart",
+)
+
+
+class Release(Request):
+    session: str = SESSION
+
+
+class DriveLike(Release):
+    """A set-point in the robot's frame; beyond what a driven robot may do it is cut down to that."""
+
+    speed_m_s: float = Field(default=0.0, ge=-10, le=10, description="ahead; negative: back")
+    turn_rad_s: float = Field(default=0.0, ge=-10, le=10, description="to the left; negative: to the right")
+
+
+class DriveBody(BaseModel):
+    model_config = ConfigDict(from_attributes=True)
+
+    robot: str
+    driver: str
+    driving: bool = Field(description="the robot says that it goes by this driver's set-points")
+    last_heard_s: float | None = Field(description="seconds ago, wall clock")
+    valid_s: float = Field(
+        description="world seconds after which the robot stands if no other set-point comes"
+    )
+    most_m_s: float
+    most_rad_s: float
+
+
+def driving_router(teleoperation: Teleoperation) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=TAGS)
+
+    @router.post("/robots/{name}:teleoperate", status_code=202)
+    def teleoperate(name: str, body: DriveLike) -> DriveBody:
+        """Have the robot go like this until the next set-point, but not for longer than `valid_s`.
+
+        The first takes control, and one operator at a time has it; send one about five times a second. What is in the
+        robot's way still counts. 409 says why the robot is not to be driven: lost, out of contact, on a mission,
+        another's, or not willing; after that, or after three seconds without a set-point, take control anew.
+        """
+        drive = teleoperation.drive(
+            name, _driver(body.session), speed_m_s=body.speed_m_s, turn_rad_s=body.turn_rad_s
+        )
+        return _body(drive)
+
+    @router.post("/robots/{name}:end_teleoperation", status_code=202)
+    def end_teleoperation(name: str, body: Release) -> DriveBody:
+        """Let go of the robot: it stops at once."""
+        return _body(teleoperation.let_go(name, _driver(body.session)))
+
+    return router
+
+
+def _driver(session: str) -> str:
+    return f"{ACTOR} ({session})"
+
+
+def _body(drive: Drive) -> DriveBody:
+    return DriveBody.model_validate(drive)

@@ -1,0 +1,110 @@
+"""Recordings of missions: what there is, the file itself, and what a page needs to replay it."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter
+from fastapi.responses import FileResponse, HTMLResponse
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.api.bodies import GoalBody, Page, plan_body
+from app.api.mission_bodies import MissionBody
+from app.plans.desk import PlanDesk
+from app.recordings import Shelf, replay_of
+from app.recordings.page import replay_page
+from app.recordings.recorder import Shown
+from app.world_model.desk import WorldDesk
+
+MCAP = "application/x-mcap"
+
+
+class RecordingBody(BaseModel):
+    """The recording of a mission."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    mission_id: str
+    size_bytes: int
+    written_at: float = Field(description="when it was last written to, epoch seconds")
+
+
+class ReplayBody(BaseModel):
+    """What happened during a mission, on the world's clock, in the order it happened."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    world: dict[str, Any] = Field(
+        description="as `GET /v1/worlds/{id}` has it, with its facts, at the beginning"
+    )
+    goal: dict[str, Any] = Field(description="as it stood last")
+    robots: dict[str, list[list[Any]]] = Field(
+        description="by name, rows of at_s, x_m, y_m, heading_rad, what it holds, its packet's tag"
+    )
+    telemetry: dict[str, list[dict[str, Any]]] = Field(
+        description="by name, what the mission's own robots told beside that, once a second"
+    )
+    missions: list[dict[str, Any]] = Field(description="the mission as it stood from `at_s` on")
+    plans: dict[str, Any] = Field(description="all plans that were made for its goal, by id")
+    scripts: dict[str, Any] = Field(description="what its robots were given, by id")
+    samples: list[dict[str, Any]] = Field(description="where each was believed to lie from `at_s` on")
+    events: list[dict[str, Any]] = Field(description="from the statement of its goal on")
+
+
+def recordings_router(shelf: Shelf, static: Path) -> APIRouter:
+    """:param static: the folder of the console's files, which a replay as one file is made of."""
+    router = APIRouter(prefix="/v1", tags=["recordings"])
+
+    @router.get("/recordings")
+    def list_recordings() -> Page[RecordingBody]:
+        """The recordings that are kept, the newest first. MACTA_RECORDINGS_MB says how much they may take."""
+        return Page(items=[RecordingBody.model_validate(one) for one in shelf.recordings()])
+
+    @router.get("/missions/{mission_id}/recording", response_class=FileResponse)
+    def get_recording(mission_id: str) -> FileResponse:
+        """The mission's recording as one MCAP file, so far as it goes. Log times are the world's clock."""
+        return FileResponse(shelf.whole(mission_id), media_type=MCAP, filename=f"{mission_id}.mcap")
+
+    @router.get("/missions/{mission_id}/replay")
+    def get_replay(mission_id: str) -> ReplayBody:
+        """The mission's recording in the form that a page replays."""
+        return ReplayBody.model_validate(replay_of(shelf.entries(mission_id)), from_attributes=True)
+
+    @router.get("/missions/{mission_id}/replay.html", response_class=HTMLResponse)
+    def get_replay_page(mission_id: str) -> HTMLResponse:
+        """The mission's recording as one HTML file that plays by itself."""
+        page = replay_page(static, asdict(replay_of(shelf.entries(mission_id))), title=f"Macta: {mission_id}")
+        # To be kept: as a page of the service its policy would not let it run.
+        return HTMLResponse(
+            page, headers={"content-disposition": f'attachment; filename="{mission_id}.html"'}
+        )
+
+    return router
+
+
+def as_the_api_has_it(worlds: WorldDesk, plans: PlanDesk) -> Shown:
+    """What is recorded is what the API would have answered at that moment."""
+
+    def facts(name: str) -> list[dict[str, Any]]:
+        return [{"predicate": predicate, "args": args} for (predicate, args), _ in worlds.facts(name)[0]]
+
+    def world(name: str) -> dict[str, Any]:
+        known = worlds.get(name)
+        return {
+            "id": known.id,
+            "name": known.name,
+            "title": known.title,
+            "layout": known.layout,
+            "facts": facts(name),
+        }
+
+    return Shown(
+        goal=lambda row: GoalBody.of(row).model_dump(mode="json"),
+        mission=lambda row, scripts: MissionBody.of(row, list(scripts)).model_dump(mode="json"),
+        plan=lambda plan_id: plan_body(plans.get(plan_id)).model_dump(mode="json"),
+        world=world,
+        samples=lambda name: {
+            one["args"][0]: one["args"][1] for one in facts(name) if one["predicate"] == "in"
+        },
+        places=lambda name: {place.name: place.at for place in worlds.world(name).places},
+    )
