@@ -134,3 +134,37 @@ class Telemetry(Part):
 
     time_s: float = 0.0
     robots: dict[str, RobotTelemetry] = Field(default_factory=dict)
+
+
+class PlannedAction(Part):
+    """An action of a plan, as far as it says who goes where and when."""
+
+    id: str
+    agents: tuple[str, ...] = ()
+    arguments: dict[str, str] = Field(default_factory=dict)
+    earliest_start_s: float = 0.0
+
+
+class Plan(Part):
+    id: str
+    actions: tuple[PlannedAction, ...] = ()
+
+
+class Cursor(Part):
+    """An instant of a mission's recording, by the world's clock."""
+
+    mission_id: str
+    time_s: float
+
+
+class Shown(Part):
+    """What a page shows: its world (None: the first there is), what is selected, where the camera is to be."""
+
+    world: str | None = None
+    robot: str | None = None
+    sample: str | None = None
+    plan_id: str | None = None
+    action: str | None = None
+    follow: bool = False
+    whole: int = 0
+    replay: Cursor | None = None

@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import socket
 import threading
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -15,7 +14,10 @@ from fastapi import Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 
+from app.api.viewer_proxy import view_router, viewer_router
+from app.api.views import views_router
 from app.world_model.layout import layout_of
+from tests.ports import free_port
 from tests.web.fake_service import WORLD, FakeService
 
 TOKEN = "secret"
@@ -31,6 +33,115 @@ def require_token(request: Request) -> None:
 
 def items(values: Any) -> dict[str, Any]:
     return {"items": list(values), "next": None}
+
+
+def page(values: Any, limit: int) -> dict[str, Any]:
+    """The newest, as the service does."""
+    newest = sorted(values, key=lambda value: value["created_at"], reverse=True)
+    return {"items": newest[:limit], "next": "more" if len(newest) > limit else None}
+
+
+def known(records: dict[str, dict[str, Any]], name: str) -> dict[str, Any]:
+    if name not in records:
+        raise HTTPException(404)
+    return records[name]
+
+
+def add_goals(app: FastAPI, service: FakeService) -> None:
+    """Goals and plans."""
+    v1 = [Depends(require_token)]
+
+    @app.get("/v1/goals", dependencies=v1)
+    def goals(limit: int = 100) -> Any:
+        return page(service.goals.values(), limit)
+
+    @app.post("/v1/goals", dependencies=v1)
+    def state_goal(body: dict[str, Any]) -> Any:
+        if "sample_9" in body["text"]:
+            problem = {
+                "type": "unknown-sample",
+                "title": "Unknown sample",
+                "status": 422,
+                "detail": "There is no sample_9 in sample_store",
+                "choices": ["sample_1", "sample_2"],
+            }
+            return JSONResponse(problem, 422, media_type="application/problem+json")
+        service.asked.append(body)
+        return JSONResponse(service.propose(body["text"]), 202)
+
+    @app.post("/v1/goals:check", dependencies=v1)
+    def check_goal(body: dict[str, Any]) -> Any:
+        return service.check(body["text"])
+
+    @app.get("/v1/goals/{goal_id}", dependencies=v1)
+    def goal(goal_id: str) -> Any:
+        return known(service.goals, goal_id)
+
+    @app.post("/v1/goals/{goal_id}:alternatives", dependencies=v1)
+    def seek_alternatives(goal_id: str) -> Any:
+        return JSONResponse(service.find_alternatives(goal_id), 202)
+
+    @app.post("/v1/goals/{goal_id}:{verb}", dependencies=v1)
+    def end_planning(goal_id: str, verb: str) -> Any:
+        return JSONResponse(service.stop(goal_id, verb), 202)
+
+    @app.get("/v1/goals/{goal_id}/plans", dependencies=v1)
+    def compare(goal_id: str) -> Any:
+        return items(plan for plan in service.plans.values() if plan["goal_id"] == goal_id)
+
+    @app.get("/v1/plans/{plan_id}", dependencies=v1)
+    def plan(plan_id: str) -> Any:
+        return known(service.plans, plan_id)
+
+    @app.get("/v1/plans/{plan_id}/actions/{action_id}/explanation", dependencies=v1)
+    def action_explanation(plan_id: str, action_id: str) -> Any:
+        return service.explanation["actions"][0] | {"action": action_id}
+
+    @app.get("/v1/plans/{plan_id}/explanation", dependencies=v1)
+    def explanation(plan_id: str) -> Any:
+        return service.explanation
+
+    @app.post("/v1/plans/{plan_id}:{verb}", dependencies=v1)
+    def decide(plan_id: str, verb: str, body: dict[str, Any]) -> Any:
+        service.decisions.append((plan_id, verb, body["comment"]))
+        if verb == "approve":
+            return JSONResponse(service.approve(plan_id), 202)
+        service.plans[plan_id] |= {"state": "rejected", "comment": body["comment"]}
+        service.publish("plan.rejected", plan_id)
+        return JSONResponse(service.plans[plan_id], 202)
+
+
+def add_missions(app: FastAPI, service: FakeService) -> None:
+    """Missions and orders on them."""
+    v1 = [Depends(require_token)]
+
+    @app.get("/v1/missions", dependencies=v1)
+    def missions(limit: int = 100) -> Any:
+        return page(service.missions.values(), limit)
+
+    @app.get("/v1/missions/{mission_id}", dependencies=v1)
+    def mission(mission_id: str) -> Any:
+        return service.missions[mission_id]
+
+    @app.get("/v1/missions/{mission_id}/replay", dependencies=v1)
+    def replay(mission_id: str) -> Any:
+        return service.replay(mission_id)
+
+    @app.post("/v1/missions/{mission_id}:{verb}", dependencies=v1)
+    def steer(mission_id: str, verb: str) -> Any:
+        if service.refusal:
+            problem = {"title": "Conflict", "status": 409, "detail": service.refusal}
+            return JSONResponse(problem, 409, media_type="application/problem+json")
+        states = {"pause": "paused", "resume": "running", "cancel": "cancelled"}
+        service.missions[mission_id]["state"] = states[verb]
+        service.publish(f"mission.{states[verb]}", mission_id)
+        return JSONResponse(service.missions[mission_id], 202)
+
+    @app.put("/v1/missions/{mission_id}/recovery", dependencies=v1)
+    def set_recovery(mission_id: str, body: dict[str, Any]) -> Any:
+        service.missions[mission_id]["recovery"] |= {"policy": body["policy"]}
+        service.publish("mission.recovery_set", mission_id)
+        return service.missions[mission_id]
 
 
 def create_app(service: FakeService) -> FastAPI:
@@ -69,71 +180,54 @@ def create_app(service: FakeService) -> FastAPI:
             "version": service.version
         }
 
-    @app.get("/v1/goals", dependencies=v1)
-    def goals() -> Any:
-        return items(service.goals.values())
+    @app.get("/v1/worlds/{world}/unknown", dependencies=v1)
+    def unknown(world: str) -> Any:
+        return items(service.unknown)
 
-    @app.post("/v1/goals", dependencies=v1)
-    def state_goal(body: dict[str, Any]) -> Any:
-        if "sample_9" in body["text"]:
-            problem = {
-                "type": "unknown-sample",
-                "title": "Unknown sample",
-                "status": 422,
-                "detail": "There is no sample_9 in sample_store",
-                "choices": ["sample_1", "sample_2"],
-            }
-            return JSONResponse(problem, 422, media_type="application/problem+json")
-        service.asked.append(body)
-        return JSONResponse(service.propose(body["text"]), 202)
+    add_goals(app, service)
+    add_missions(app, service)
 
-    @app.get("/v1/goals/{goal_id}", dependencies=v1)
-    def goal(goal_id: str) -> Any:
-        return service.goals[goal_id]
+    app.include_router(view_router(lambda: service.view), dependencies=v1)
+    app.include_router(
+        viewer_router(lambda: service.view, lambda asking: asking.cookies.get("macta") == TOKEN, most=8)
+    )
+    app.include_router(views_router(service.views, most=8))
 
-    @app.post("/v1/goals/{goal_id}:alternatives", dependencies=v1)
-    def seek_alternatives(goal_id: str) -> Any:
-        return JSONResponse(service.find_alternatives(goal_id), 202)
+    @app.post("/v1/robots/{name}:teleoperate", dependencies=v1)
+    def teleoperate(name: str, body: dict[str, Any]) -> Any:
+        if name in service.undrivable:
+            problem = {"title": "Conflict", "status": 409, "detail": service.undrivable[name]}
+            return JSONResponse(problem, 409, media_type="application/problem+json")
+        service.set_points.append((name, body))
+        told = {"robot": name, "driver": body["session"], "driving": len(service.set_points) > 1}
+        limits = {"valid_s": 0.5, "most_m_s": 0.3, "most_rad_s": 1.0}
+        return JSONResponse(told | limits | {"last_heard_s": service.last_heard_s}, 202)
 
-    @app.post("/v1/goals/{goal_id}:{verb}", dependencies=v1)
-    def end_planning(goal_id: str, verb: str) -> Any:
-        return JSONResponse(service.stop(goal_id, verb), 202)
+    @app.post("/v1/robots/{name}:end_teleoperation", dependencies=v1)
+    def end_teleoperation(name: str, body: dict[str, Any]) -> Any:
+        service.released.append((name, body["session"]))
+        return JSONResponse({}, 202)
 
-    @app.get("/v1/goals/{goal_id}/plans", dependencies=v1)
-    def compare(goal_id: str) -> Any:
-        return items(plan for plan in service.plans.values() if plan["goal_id"] == goal_id)
+    @app.get("/v1/robots/{name}/tuning", dependencies=v1)
+    def tuning(name: str) -> Any:
+        return service.tuning
 
-    @app.get("/v1/plans/{plan_id}", dependencies=v1)
-    def plan(plan_id: str) -> Any:
-        return service.plans[plan_id]
+    @app.put("/v1/robots/{name}/tuning", dependencies=v1)
+    def tune(name: str, body: dict[str, Any], request: Request) -> Any:
+        if request.headers["if-match"] != f'"{service.tuning["version"]}"':
+            problem = {"title": "Tuning changed", "status": 412, "detail": "the tuning of yard_1 has changed"}
+            return JSONResponse(problem, 412, media_type="application/problem+json")
+        service.tune(body["tuning"])
+        return service.tuning
 
-    @app.get("/v1/plans/{plan_id}/explanation", dependencies=v1)
-    def explanation(plan_id: str) -> Any:
-        return service.explanation
+    @app.get("/v1/robots/{name}/trace", dependencies=v1)
+    def trace(name: str, seconds: float) -> Any:
+        return service.trace
 
-    @app.post("/v1/plans/{plan_id}:{verb}", dependencies=v1)
-    def decide(plan_id: str, verb: str, body: dict[str, Any]) -> Any:
-        service.decisions.append((plan_id, verb, body["comment"]))
-        if verb == "approve":
-            return JSONResponse(service.approve(plan_id), 202)
-        service.plans[plan_id] |= {"state": "rejected", "comment": body["comment"]}
-        service.publish("plan.rejected", plan_id)
-        return JSONResponse(service.plans[plan_id], 202)
-
-    @app.get("/v1/missions", dependencies=v1)
-    def missions() -> Any:
-        return items(service.missions.values())
-
-    @app.get("/v1/missions/{mission_id}", dependencies=v1)
-    def mission(mission_id: str) -> Any:
-        return service.missions[mission_id]
-
-    @app.post("/v1/missions/{mission_id}:{verb}", dependencies=v1)
-    def steer(mission_id: str, verb: str) -> Any:
-        states = {"pause": "paused", "resume": "running", "cancel": "cancelled"}
-        service.missions[mission_id]["state"] = states[verb]
-        service.publish(f"mission.{states[verb]}", mission_id)
-        return JSONResponse(service.missions[mission_id], 202)
+    @app.post("/v1/robots/{name}:{verb}", dependencies=v1)
+    def declare(name: str, verb: str) -> Any:
+        service.declare(name, verb)
+        return JSONResponse({}, 202)
 
     @app.get("/v1/robots", dependencies=v1)
     def robots() -> Any:
@@ -168,12 +262,6 @@ def create_app(service: FakeService) -> FastAPI:
 def add_console(app: FastAPI) -> None:
     """The console's files, last: they answer for every path that is nobody else's."""
     app.mount("/", StaticFiles(directory=STATIC, html=True))
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @contextmanager

@@ -1,10 +1,14 @@
 """The state behind the stand-in for the service; tests change it and `publish` that they did."""
 
+import re
 from typing import Any
 
+from app.views import Views
+from app.world_model.layout import layout_of
 from robots.world import load_world
 
 WORLD = "sample_store"
+PLACES = re.compile(r"(?:home|door|interchange|bay)_\w+")
 
 
 def action(
@@ -14,13 +18,16 @@ def action(
     return {
         "id": f"a{number}",
         "tag": tag,
-        "arguments": {},
+        "arguments": {f"ref{number}": word for number, word in enumerate(PLACES.findall(about), start=1)},
         "agents": [robot],
         "duration_s": takes_s,
         "earliest_start_s": start_s,
         "latest_start_s": start_s + slack_s,
         "earliest_end_s": start_s + takes_s,
         "slack_s": slack_s,
+        "critical": slack_s == 0,
+        "preconditions": [{"predicate": "can", "args": [robot, tag]}],
+        "intended_effects": [],
         "description": about,
     }
 
@@ -35,6 +42,27 @@ ACTIONS = [
     action(7, "TRANSPORT", "store_1", (28.3, 6.6, 0), "store_1 carries sample_1 from interchange_1 to bay_1"),
     action(8, "RELEASE2", "store_1", (34.9, 6, 0), "store_1 deposits sample_1 at bay_1"),
 ]
+REPAIRED = [
+    action(1, "NAVIGATE", "yard_2", (0, 6, 0), "yard_2 goes from home_yard_2 to door_1"),
+    action(2, "DOCK", "yard_2", (6, 5, 0), "yard_2 drives up to sample_1 at door_1 and grips it"),
+    action(3, "TRANSPORT", "yard_2", (11, 8.1, 0), "yard_2 carries sample_1 from door_1 to interchange_1"),
+    action(4, "RELEASE2", "yard_2", (19.1, 6, 0), "yard_2 deposits sample_1 at interchange_1"),
+    action(5, "NAVIGATE", "store_1", (0, 6.4, 18.7), "store_1 goes on to interchange_1"),
+    action(6, "DOCK", "store_1", (25.1, 5, 0), "store_1 drives up to sample_1 at interchange_1 and grips it"),
+    action(7, "TRANSPORT", "store_1", (30.1, 6.6, 0), "store_1 carries sample_1 from interchange_1 to bay_1"),
+    action(8, "RELEASE2", "store_1", (36.7, 6, 0), "store_1 deposits sample_1 at bay_1"),
+]
+"""The rest of `ACTIONS` five seconds after their start, yard_2 in the place of yard_1."""
+DIFFERENCE = {
+    "kept": {f"a{number}": f"a{number}" for number in (5, 6, 7, 8)},
+    "reassigned": {"a2": "a2", "a3": "a3"},
+    "dropped": ["a4"],
+    "added": ["a1", "a4"],
+    "shifted": {"a6": 6.8, "a7": 6.8, "a8": 6.8},
+    "later_s": 6.8,
+    "elapsed_s": 5.0,
+    "words": ["4 of 8 actions kept, ends 7 s later", "dropped: yard_1 deposits", "new: yard_2 deposits"],
+}
 LINKS = [
     ("initial", "in", ["sample_1", "door_1"], "a2"),
     ("a1", "near", ["yard_1", "door_1"], "a2"),
@@ -68,15 +96,36 @@ class FakeService:
                 "holding": None,
                 "battery": 0.97,
                 "packet_tag": None,
+                "packet_state": None,
+                "patterns": {},
+                "resultants": {},
+                "sensors": ["ultrasonic"],
                 "tags": {},
                 "at_s": 12.0,
             }
             for robot in self.world.robots
         }
+        self.unknown: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
         self.decisions: list[tuple[str, str, str]] = []
         self.stopped: list[tuple[str, str]] = []
         self.asked: list[dict[str, Any]] = []
+        self.declared: list[tuple[str, str]] = []
+        self.set_points: list[tuple[str, dict[str, Any]]] = []
+        self.released: list[tuple[str, str]] = []
+        self.undrivable: dict[str, str] = {}
+        self.last_heard_s = 0.1
+        self.tuning: dict[str, Any] = {"version": 0, "delivery": "untouched", "tuning": {}, "set_out": {}}
+        self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
+        self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
+        self.connection: dict[str, str] = {}
+        self.hearing: dict[str, dict[str, Any]] = {}
+        """What differs of a robot's link from one that is heard all the time."""
+        self.lost: set[str] = set()
+        self.view: str | None = None
+        self.views = Views()
+        self.refusal = ""
+        """What stands against every order on a mission, if anything does."""
         self.stopping = False
         self.explanation = {
             "plan_id": "plan-1",
@@ -95,9 +144,25 @@ class FakeService:
             "waits": [],
         }
 
-    def publish(self, type_: str, subject: str) -> None:
+    def publish(self, type_: str, subject: str, **data: Any) -> None:
+        """Tell of an event; the data of missions' names their goal, wherever that has changed too."""
         seq = len(self.events) + 1
-        self.events.append({"seq": seq, "time": "", "type": type_, "subject": subject, "data": {}})
+        self.events.append({"seq": seq, "time": "", "type": type_, "subject": subject, "data": data})
+
+    def check(self, text: str) -> dict[str, Any]:
+        """What a sentence would be taken for: this service understands `move SAMPLE to PLACE` and no more."""
+        match text.split():
+            case ["move", sample, "to", place]:
+                return {
+                    "goals": [{"predicate": "in", "args": [sample, place]}],
+                    "issue": None,
+                    "completions": [],
+                }
+            case ["move", sample]:
+                asked, choices = f"move {sample} where to?", [f"{text} to bay_{number}" for number in (1, 3)]
+            case _:
+                asked, choices = "move which sample?", ["move sample_1", "move sample_2"]
+        return {"goals": [], "issue": {"code": "needed", "detail": asked}, "completions": choices}
 
     def propose(self, text: str, **changes: Any) -> dict[str, Any]:
         """A goal whose plan is proposed at once."""
@@ -138,11 +203,17 @@ class FakeService:
     def find_alternatives(self, goal_id: str) -> dict[str, Any]:
         """Another plan beside the proposed one."""
         goal = self.goals[goal_id]
-        figures = {"distance_m": 14.2, "energy_j": 556.0, "clearances": 0}
+        lanes: dict[str, list[tuple[float, float, str]]] = {}
+        for act in ACTIONS:
+            spell = (act["earliest_start_s"], act["earliest_end_s"], act["tag"])
+            lanes.setdefault(act["agents"][0], []).append(spell)
+        figures = {"distance_m": 14.2, "energy_j": 556.0, "clearances": 0, "lanes": lanes}
         self.plans[goal["plan_id"]] |= {**figures, "label": "shortest time", "comparison": ""}
         other = self._plan(f"{goal['plan_id']}b", goal_id)
         label = {"label": "without yard_1", "comparison": "7.2 s longer", "robots": ["store_1", "yard_2"]}
-        self.plans[other["id"]] = {**other, **figures, **label, "makespan_s": 48.1}
+        longer = {"makespan_s": 48.1, "distance_m": 12.9}
+        lanes = {"store_1": lanes["store_1"], "yard_2": [(0, 11.4, "NAVIGATE"), *lanes["yard_1"][1:]]}
+        self.plans[other["id"]] = {**other, **figures, **label, **longer, "lanes": lanes}
         goal["alternatives"] = {"state": "found", "count": 4, "reason": ""}
         self.publish("goal.alternatives_found", goal_id)
         return goal
@@ -164,12 +235,15 @@ class FakeService:
             "estimate_s": 40.9,
             "original_estimate_s": 40.9,
             "started_at_s": self.time_s,
+            "revised_at_s": None,
             "deadline_s": None,
             "enquire_at_s": self.time_s + 81.4,
             "ended_at_s": None,
             "progress": [self._progress("yard_1", "running"), self._progress("store_1", "waiting")],
+            "recovery": {"policy": "ask", "step": None, "attempts": []},
             "created_at": goal["created_at"],
         }
+        self.publish("plan.approved", plan_id, goal=goal["id"])
         self.publish("mission.running", mission_id)
         return plan | {"mission_id": mission_id}
 
@@ -180,19 +254,127 @@ class FakeService:
         self.goals[mission["goal_id"]] |= {"state": "finished", "outcome": "completed"}
         self.publish("mission.completed", mission_id)
 
+    def replay(self, mission_id: str) -> dict[str, Any]:
+        """The recording of 40 s in which yard_1 drives 4 m to the east and delivers sample_1 at half time."""
+        mission = self.missions[mission_id]
+        began = {**mission, "state": "running", "progress": []}
+        change = {"type": "world.facts_changed", "subject": WORLD, "data": {}}
+        lying = {sample.name: sample.at for sample in self.world.samples}
+        start_s = mission["started_at_s"]
+        return {
+            "world": {"layout": layout_of(self.world), "facts": self.facts},
+            "robots": {
+                "yard_1": [[start_s, 1.0, 2.0, 0.0, None, None], [start_s + 40, 5.0, 2.0, 0.0, None, None]]
+            },
+            "missions": [
+                {"at_s": start_s, "mission": began},
+                {"at_s": start_s + 39, "mission": mission},
+            ],
+            "goal": self.goals[mission["goal_id"]],
+            "plans": {},
+            "scripts": {},
+            "telemetry": {
+                "yard_1": [{"at_s": start_s, "battery": 0.8}, {"at_s": start_s + 20, "battery": 0.6}]
+            },
+            "samples": [
+                {"at_s": start_s, "lying": lying},
+                {"at_s": start_s + 10, "lying": lying | {"sample_1": "yard_1"}},
+                {"at_s": start_s + 20, "lying": lying | {"sample_1": "interchange_1"}},
+            ],
+            "events": [
+                {
+                    "at_s": start_s - 5,
+                    "type": "plan.approved",
+                    "subject": mission["plan_id"],
+                    "data": {"actor": "administrator"},
+                },
+                {"at_s": start_s + 10, **change},
+                {"at_s": start_s + 20, **change},
+                {"at_s": start_s + 39, "type": "mission.completed", "subject": mission_id, "data": {}},
+            ],
+        }
+
+    def tune(self, tuning: dict[str, Any]) -> None:
+        packets = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
+        for pattern, values in tuning.get("NAVIGATE", {}).items():
+            packets["NAVIGATE"][pattern] |= values
+        version = self.tuning["version"] + 1
+        self.tuning |= {
+            "tuning": tuning,
+            "packets": packets,
+            "version": version,
+            "delivery": "pending",
+        }
+
+    def navigate(self, robot: str, mission: str) -> None:
+        """The robot is at NAVIGATE in the mission, a second long, and half way."""
+        told = {"packet_tag": "NAVIGATE", "packet_state": "running", "goal_m": 2.5}
+        self.telemetry[robot] |= told | {"resultants": {"translate": [0.5, 0.4], "rotate": [0.0, 0.2]}}
+        self.hearing[robot] = {"mission_id": mission}
+        ticks = [
+            {
+                "at_s": 11 + tick / 20,
+                "patterns": [[tick / 20, 0.8]],
+                "resultants": [[tick / 20, 0.8]],
+                "linear_m_s": 0.2,
+                "angular_rad_s": 0.0,
+            }
+            for tick in range(20)
+        ]
+        advance = {"name": "translate/advance", "level": "task"}
+        stretch = {"packet_id": "a1", "patterns": [advance], "dofs": ["translate"], "ticks": ticks}
+        near = {"when": "after", "words": "is 1.70 m off the approach point of door_1", "holds": False}
+        empty = {"when": "before", "words": "holds nothing, jaws open", "holds": True}
+        self.trace = {"at_s": 12.0, "stretches": [stretch], "conditions": [empty, near]}
+
+    def declare(self, name: str, verb: str) -> None:
+        self.declared.append((name, verb))
+        self.lost.symmetric_difference_update({name})
+
+    def ask_about_repair(self, mission_id: str) -> None:
+        """The mission's yard robot has failed, and a repaired plan waits for a decision."""
+        mission = self.missions[mission_id]
+        plan = self._plan(f"{mission['plan_id']}-repaired", mission["goal_id"])
+        plan |= {"actions": REPAIRED, "makespan_s": 42.7, "robots": ["store_1", "yard_2"]}
+        plan["repairs"] = {"plan_id": mission["plan_id"], "course": "mended", "difference": DIFFERENCE}
+        self.plans[plan["id"]] = plan
+        self.goals[mission["goal_id"]]["plan_id"] = plan["id"]
+        attempt = {
+            "number": 1,
+            "failure": "robot",
+            "reason": "yard_1: the gripper does not close",
+            "measure": "replan",
+            "without": ["DOCK by yard_1"],
+            "outcome": "proposed",
+            "detail": "4 of 8 actions kept",
+            "plan_id": plan["id"],
+        }
+        mission |= {"state": "recovering", "failure": "robot", "reason": attempt["reason"]}
+        mission["recovery"] |= {"step": "deciding", "attempts": [attempt]}
+        self.publish("mission.repair_proposed", mission_id)
+
     def robots(self) -> list[dict[str, Any]]:
         return [
             {
                 "id": name,
                 "name": name,
                 "world": WORLD,
-                "connection": "online",
-                "last_heard_s": self.time_s,
+                "connection": self.connection.get(name, "online"),
+                "lost": {"since_s": 0.0} if name in self.lost else None,
+                "last_heard_s": 0.2,
+                "heard_at_s": self.time_s - 0.2,
+                "silent": False,
+                "next_contact_s": 0.0,
+                "mission_id": None,
+                "driven_by": None,
+                "repertoire": ["NAVIGATE", "DOCK"],
+                "reach": ["door_1", "interchange_1"],
                 "pose": {key: told[key] for key in ("x_m", "y_m", "heading_rad")},
                 "packet": told["packet_tag"],
                 "battery": told["battery"],
                 "holding": told["holding"],
             }
+            | self.hearing.get(name, {})
             for name, told in self.telemetry.items()
         ]
 

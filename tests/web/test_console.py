@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
+from tests.ports import free_port
+from tests.web.fake_api import TOKEN, add_console, create_app, served
 from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -14,6 +15,11 @@ pytestmark = pytest.mark.browser
 HOSTILE = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>"
 
 
+def approve(page: Page) -> None:
+    page.get_by_test_id("plan-approve").click()
+    page.get_by_test_id("plan-confirm").click()
+
+
 def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeService) -> None:
     page.get_by_test_id("goal-text").fill("move sample_1 to bay_1")
     page.get_by_test_id("goal-submit").click()
@@ -21,7 +27,7 @@ def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeS
     expect(page.get_by_test_id("plan")).to_contain_text("yard_1 drives up to sample_1 at door_1")
     expect(page.get_by_test_id("causal-links")).to_contain_text("Causal links (9)")
     page.get_by_test_id("plan-comment").fill("go on")
-    page.get_by_test_id("plan-approve").click()
+    approve(page)
     expect(page.get_by_test_id("mission-state")).to_have_text("running")
     assert service.decisions == [("plan-1", "approve", "go on")]
     service.complete("mission-1")
@@ -36,11 +42,19 @@ def test_alternatives_are_compared_and_the_one_looked_at_is_approved(
     service.propose("move sample_1 to bay_1")
     page.get_by_test_id("seek-alternatives").click()
     table = page.get_by_test_id("alternatives")
-    expect(table.locator("tbody tr")).to_have_count(2)
-    expect(table).to_contain_text("store_1, yard_2")
-    table.get_by_text("without yard_1").click()
+    cards = table.get_by_role("button")
+    expect(cards).to_have_count(2)
+    expect(cards.nth(0)).to_have_attribute("aria-pressed", "true")
+    expect(cards.nth(0).locator(".figure.best")).to_have_text("takes40.9 s best")
+    expect(cards.nth(1).locator(".figure.best")).to_have_text("drives12.9 m best")
+    expect(cards.nth(1)).to_contain_text("store_1, yard_2")
+    cards.nth(0).focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
     expect(page.get_by_test_id("plan")).to_contain_text("without yard_1: 7.2 s longer")
-    page.get_by_test_id("plan-approve").click()
+    expect(cards.nth(1)).to_have_attribute("aria-pressed", "true")
+    expect(cards.nth(1)).to_be_focused()
+    approve(page)
     expect(page.get_by_test_id("mission-state")).to_have_text("running")
     assert [decision[:2] for decision in service.decisions] == [("plan-1b", "approve")]
 
@@ -65,13 +79,32 @@ def test_a_rejection_needs_a_comment_and_carries_it(page: Page, service: FakeSer
     assert service.decisions == [("plan-1", "reject", "use the other door")]
 
 
-def test_an_error_of_the_service_is_shown_with_its_choices(page: Page, service: FakeService) -> None:
+def test_an_error_of_the_service_is_shown(page: Page, service: FakeService) -> None:
     page.get_by_test_id("goal-text").fill("move sample_9 to bay_1")
     page.get_by_test_id("goal-submit").click()
     expect(page.get_by_test_id("goal-problem")).to_contain_text("There is no sample_9 in sample_store")
-    page.get_by_test_id("goal-problem").get_by_role("button", name="sample_2").click()
-    expect(page.get_by_test_id("goal-text")).to_have_value("move sample_2 to bay_1")
+    expect(page.get_by_test_id("goal-text")).to_have_value("move sample_9 to bay_1")
     assert service.goals == {}
+
+
+def test_a_sentence_is_said_what_it_lacks_and_goes_on_by_the_keyboard_alone(
+    page: Page, service: FakeService
+) -> None:
+    text, hint = page.get_by_test_id("goal-text"), page.get_by_test_id("goal-hint")
+    text.press_sequentially("move")
+    expect(hint).to_have_text("move which sample?")
+    for _ in range(2):
+        text.press("ArrowDown")
+    text.press("Enter")
+    expect(text).to_have_value("move sample_2")
+    expect(hint).to_have_text("move sample_2 where to?")
+    text.press("ArrowDown")
+    text.press("Enter")
+    expect(text).to_have_value("move sample_2 to bay_1")
+    expect(hint).to_have_text("understood: in(sample_2, bay_1)")
+    assert service.goals == {}
+    text.press("Enter")
+    expect(page.get_by_test_id("goal-item")).to_contain_text("move sample_2 to bay_1")
 
 
 def test_text_from_elsewhere_is_never_read_as_markup(page: Page, service: FakeService) -> None:
@@ -95,6 +128,18 @@ def test_a_running_mission_is_paused_resumed_and_cancelled(page: Page, service: 
     for control, state in (("pause", "paused"), ("resume", "running"), ("cancel", "cancelled")):
         page.get_by_test_id(f"mission-{control}").click()
         expect(page.get_by_test_id("mission-state")).to_have_text(state)
+    expect(page.get_by_test_id("mission-cancel")).to_have_count(0)
+
+
+def test_a_mission_that_waits_for_its_robots_to_stop_says_so_and_takes_no_other_order(
+    page: Page, service: FakeService
+) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    service.missions["mission-1"] |= {"cancel_requested": True, "state": "unknown"}
+    service.publish("mission.cancel_requested", "mission-1")
+    expect(page.get_by_test_id("mission-ending")).to_have_text("being cancelled: waits for its robots")
+    expect(page.get_by_test_id("mission-pause")).to_have_count(0)
     expect(page.get_by_test_id("mission-cancel")).to_have_count(0)
 
 

@@ -1,16 +1,21 @@
 """Where the view puts things, without a browser."""
 
-from math import pi
+from math import atan, pi
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web.layout import Fact, Layout, RobotTelemetry, Wall
+from web.layout import Fact, Layout, Plan, PlannedAction, RobotTelemetry, Wall
 from web.scene import palette
+from web.scene.camera import BACK, FILLED, FOV_RAD, TURN, distance_m
+from web.scene.eye import Eye
+from web.scene.frame import RADIUS_M, whiskers
 from web.scene.geometry import Mesh, box, cylinder, merged, turned
-from web.scene.robots import RADIUS_M, label_text, whiskers
+from web.scene.labels import CHOSEN_FIRST, LETTER_PX, LINE_PX, ROBOTS_NEXT, Label, with_room
+from web.scene.paths import routes
+from web.scene.robots import label_text
 from web.scene.samples import LIFTED_M, SamplePlaces
 from web.scene.store import wall_pieces
 
@@ -159,3 +164,75 @@ def test_a_long_sample_lies_across_its_place_and_hangs_between_who_hold_it() -> 
     }
     assert places.update([at_quarry], pair)["beam"] == pytest.approx((3.34, 1.45, LIFTED_M))
     assert places.heading_rad("beam", pair) == pytest.approx(0.1 + pi / 2)
+
+
+def eye(**changes: float) -> Eye:
+    """Ten metres above the origin, looking straight down, north up; 100 pixels a metre on the floor."""
+    sizes = {"fov_rad": 2 * atan(0.3), "width_px": 800.0, "height_px": 600.0} | changes
+    return Eye(at=np.array([0.0, 0.0, 10.0]), turn=np.diag([1.0, -1.0, -1.0]), **sizes)
+
+
+def test_a_camera_sees_what_is_below_it_in_the_middle_and_north_above() -> None:
+    seen = eye().sees(np.array([(0.0, 0.0, 0.0), (1.0, 2.0, 0.0)]))
+    np.testing.assert_allclose(seen, [(400, 300, 10), (500, 100, 10)])
+
+
+def labels(*spots: tuple[str, float, int]) -> list[Label]:
+    return [Label(name=name, text=name, at=(x_m, 0.0, 0.0), rank=rank) for name, x_m, rank in spots]
+
+
+def test_of_labels_on_one_spot_the_chosen_one_is_shown() -> None:
+    near_by = labels(
+        ("robot_a", 0.0, ROBOTS_NEXT), ("sample_b", 0.1, CHOSEN_FIRST), ("robot_c", 2.0, ROBOTS_NEXT)
+    )
+    assert {label.name for label in with_room(near_by, eye())} == {"sample_b", "robot_c"}
+
+
+def test_what_is_beside_the_picture_or_behind_the_camera_has_no_label() -> None:
+    assert with_room(labels(("far", 9.0, CHOSEN_FIRST)), eye()) == []
+    behind = Label(name="behind", text="behind", at=(0.0, 0.0, 11.0), rank=CHOSEN_FIRST)
+    assert with_room([behind], eye()) == []
+
+
+@given(st.lists(st.tuples(st.floats(-4, 4), st.floats(-3, 3)), max_size=80))
+def test_labels_never_overlap(spots: list[tuple[float, float]]) -> None:
+    crowd = [Label(name=str(i), text="robot", at=(*spot, 0.0), rank=1) for i, spot in enumerate(spots)]
+    shown = eye().sees(np.array([label.at for label in with_room(crowd, eye())] or np.zeros((0, 3))))
+    for i, one in enumerate(shown):
+        for other in shown[i + 1 :]:
+            assert abs(one[0] - other[0]) >= 5 * LETTER_PX or abs(one[1] - other[1]) >= LINE_PX
+    assert bool(len(shown)) == bool(spots)
+
+
+@pytest.mark.parametrize("size", [(400.0, 900.0), (800.0, 600.0), (1800.0, 400.0)])
+def test_the_whole_world_fills_the_picture_and_no_more(size: tuple[float, float]) -> None:
+    corners = np.array([(x, y, 0.0) for x in (-4.0, 4.0) for y in (-3.0, 3.0)])
+    away = distance_m(corners, *size)
+    seen = Eye(at=away * BACK, turn=TURN, fov_rad=FOV_RAD, width_px=size[0], height_px=size[1]).sees(corners)
+    filled = np.abs(seen[:, :2] / size - 0.5).max()
+    assert filled == pytest.approx(FILLED / 2, abs=0.01)
+
+
+def test_a_plan_takes_each_robot_from_place_to_place() -> None:
+    actions = [
+        ("a3", "TRANSPORT", 2.0, {"ref1": "door_1", "ref2": "bay_1"}),
+        ("a1", "NAVIGATE", 0.0, {"ref1": "home_1", "ref2": "door_1", "area": "yard"}),
+        ("a2", "DOCK", 1.0, {"object": "sample_1", "ref1": "door_1"}),
+    ]
+    plan = Plan(
+        id="p",
+        actions=tuple(
+            PlannedAction(id=id_, agents=("yard_1",), arguments=arguments, earliest_start_s=start_s)
+            for id_, _, start_s, arguments in actions
+        ),
+    )
+    door, bay = (2.0, 0.4), (0.5, 2.0)
+    # Home is no place of this layout: the first leg is the one from the door.
+    assert routes(plan, LAYOUT) == {"yard_1": [("a3", door, bay)]}
+
+
+def test_going_back_in_a_recording_forgets_who_held_what() -> None:
+    places = SamplePlaces(LAYOUT)
+    place(places, AT_DOOR, holding="sample_1")
+    places.forget()
+    assert place(places, AT_DOOR) == (2.0, 0.4, 0.0)

@@ -1,32 +1,32 @@
 """The view as a client of the service: a real viser server before a stand-in for the API."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import pytest
+import viser
+from websockets.sync.client import ClientConnection, connect
 
 from tests.app.berthed_store import berthed_store
-from tests.web.fake_api import TOKEN, create_app, free_port, served
+from tests.ports import free_port
+from tests.waiting import until
+from tests.web.fake_api import TOKEN, create_app, served
+from tests.web.fake_browser import FakeBrowser, browsing
 from tests.web.fake_service import WORLD, FakeService
 from web.feed import WorldFeed
-from web.viewer import Viewer
+from web.layout import Layout, Shown
+from web.scene import Frame, Stage
+from web.viewer import Viewer, page_of
 
 PROJECT = Path(__file__).parents[2]
-
-
-def until(rule: Callable[[], bool], timeout_s: float = 15.0) -> None:
-    deadline = time.monotonic() + timeout_s
-    while not rule():
-        assert time.monotonic() < deadline, "did not come true in time"
-        time.sleep(0.02)
 
 
 @pytest.fixture
@@ -41,10 +41,9 @@ def port(service: FakeService) -> int:
 
 @pytest.fixture
 def viewer(port: int) -> Iterator[Viewer]:
-    feed = WorldFeed(
-        api=f"http://127.0.0.1:{port}", token=TOKEN, world=WORLD, facts_every_s=0.05, again_s=0.05
+    viewer = Viewer(
+        api=f"http://127.0.0.1:{port}", token=TOKEN, port=free_port(), facts_every_s=0.05, again_s=0.05
     )
-    viewer = Viewer(feed=feed, port=free_port())
     thread = threading.Thread(target=viewer.run)
     thread.start()
     yield viewer
@@ -53,92 +52,251 @@ def viewer(port: int) -> Iterator[Viewer]:
     assert not thread.is_alive()
 
 
-def node(viewer: Viewer, name: str) -> Any:
-    return viewer.server.scene.get_handle_by_name(name)
+@pytest.fixture
+def browser(viewer: Viewer) -> Iterator[FakeBrowser]:
+    with browsing(viewer.server.get_port()) as browser:
+        yield browser
 
 
-def label(viewer: Viewer, robot: str) -> str | None:
-    handle = node(viewer, f"/robots/{robot}/label")
+@pytest.fixture
+def served_api(service: FakeService, port: int) -> Iterator[str]:
+    with served(create_app(service), service, port) as api:
+        yield api
+
+
+def node(viewer: Viewer, name: str, page: str = "") -> Any:
+    """A thing in the scene of the page's frame, None as long as it is not there."""
+    for id_, stage in list(viewer.stages.items()):
+        if page_of(viewer.server, id_) == page:
+            return stage.client.scene.get_handle_by_name(name)
+    return None
+
+
+def label(viewer: Viewer, name: str, page: str = "") -> str | None:
+    handle = node(viewer, f"/labels/{name}", page)
     return None if handle is None or not handle.visible else handle.text
 
 
-def test_the_scene_is_drawn_from_the_layout(viewer: Viewer, service: FakeService, port: int) -> None:
-    with served(create_app(service), service, port):
-        # The samples are drawn last: a label is there, and for a moment visible, before all is built.
-        until(lambda: node(viewer, "/samples") is not None)
-        until(lambda: label(viewer, "store_2") == "store_2")
-        for name in ("/yard/floor", "/store/aisle_2", "/walls", "/beacons", "/places/bay/bay_12"):
-            assert node(viewer, name) is not None, name
-        assert len(node(viewer, "/places/bay").batched_positions) == 12
-        assert len(node(viewer, "/samples").batched_positions) == len(service.world.samples)
-        _, camera_y, camera_z = viewer.server.initial_camera.position
-        assert camera_y < 0 < camera_z
+def shown(viewer: Viewer, name: str, page: str = "") -> bool:
+    handle = node(viewer, name, page)
+    return handle is not None and handle.visible
+
+
+def test_the_scene_is_drawn_from_the_layout(
+    viewer: Viewer, browser: FakeBrowser, served_api: str, service: FakeService
+) -> None:
+    until(lambda: label(viewer, "robots/store_2") == "store_2")
+    for name in ("/yard/floor", "/store/aisle_2", "/walls", "/beacons", "/places/bay/bay_12"):
+        assert node(viewer, name) is not None, name
+    assert len(node(viewer, "/places/bay").batched_positions) == 12
+    assert len(node(viewer, "/samples").batched_positions) == len(service.world.samples)
+    until(lambda: browser.frames > 0)
 
 
 def test_a_rack_is_drawn_by_its_berths_and_named_once(
-    viewer: Viewer, service: FakeService, port: int
+    viewer: Viewer, service: FakeService, port: int, browser: FakeBrowser
 ) -> None:
     service.world = berthed_store()
     with served(create_app(service), service, port):
-        until(lambda: node(viewer, "/samples") is not None)
+        until(lambda: node(viewer, "/selection/robot") is not None)
         assert len(node(viewer, "/places/bay").batched_positions) == 12 + 4
         texts = {name: node(viewer, f"/places/bay/{name}").text for name in ("bay_2", "bay_2_1", "bay_2_2")}
         assert texts == {"bay_2": "bay_2", "bay_2_1": "1", "bay_2_2": "2"}
 
 
-def test_the_scene_follows_telemetry_and_facts(viewer: Viewer, service: FakeService, port: int) -> None:
-    with served(create_app(service), service, port):
-        until(lambda: label(viewer, "yard_1") == "yard_1")
-        service.telemetry["yard_1"] |= {
-            "x_m": 3.0,
-            "y_m": 1.5,
-            "heading_rad": 0.0,
-            "packet_tag": "TRANSPORT",
-            "holding": "sample_1",
-        }
-        until(lambda: label(viewer, "yard_1") == "yard_1: TRANSPORT")
-        assert node(viewer, "/robots/hull").batched_positions[0].tolist() == [3.0, 1.5, 0.0]
-        until(lambda: node(viewer, "/samples").batched_positions[0][0] == pytest.approx(3.34))
-        service.facts[0] = {"predicate": "in", "args": ["sample_1", "bay_1"]}
-        service.telemetry["yard_1"]["holding"] = None
-        bay = service.world.location("bay_1").at
-        until(lambda: node(viewer, "/samples").batched_positions[0][:2].tolist() == pytest.approx(bay))
+def test_the_scene_follows_telemetry_and_facts(
+    viewer: Viewer, browser: FakeBrowser, served_api: str, service: FakeService
+) -> None:
+    until(lambda: label(viewer, "robots/yard_1") == "yard_1")
+    service.telemetry["yard_1"] |= {
+        "x_m": 3.0,
+        "y_m": 1.5,
+        "heading_rad": 0.0,
+        "packet_tag": "TRANSPORT",
+        "holding": "sample_1",
+    }
+    until(lambda: label(viewer, "robots/yard_1") == "yard_1: TRANSPORT")
+    until(lambda: node(viewer, "/robots/hull").batched_positions[0].tolist() == [3.0, 1.5, 0.0])
+    until(lambda: node(viewer, "/samples").batched_positions[0][0] == pytest.approx(3.34))
+    bay = service.world.location("bay_1").at
+    free = node(viewer, "/places/bay").batched_colors[0].tolist()
+    service.facts[0] = {"predicate": "in", "args": ["sample_1", "bay_1"]}
+    service.telemetry["yard_1"]["holding"] = None
+    until(lambda: node(viewer, "/samples").batched_positions[0][:2].tolist() == pytest.approx(bay))
+    assert node(viewer, "/places/bay").batched_colors[0].tolist() != free
 
 
 def test_the_label_of_a_sample_gives_way_to_that_of_the_robot_that_holds_it(
-    viewer: Viewer, service: FakeService, port: int
+    viewer: Viewer, browser: FakeBrowser, served_api: str, service: FakeService
 ) -> None:
-    def labelled() -> bool:
-        handle = node(viewer, "/samples/sample_1")
-        return handle is not None and handle.visible
-
-    with served(create_app(service), service, port):
-        until(lambda: labelled() and node(viewer, "/samples").batched_positions[0][2] == 0)
-        service.telemetry["yard_1"]["holding"] = "sample_1"
-        until(lambda: not labelled() and node(viewer, "/samples").batched_positions[0][2] > 0)
-        until(lambda: node(viewer, "/samples/sample_2").visible)
-        service.telemetry["yard_1"]["holding"] = None
-        until(labelled)
+    until(lambda: label(viewer, "samples/sample_1"))
+    service.telemetry["yard_1"]["holding"] = "sample_1"
+    until(lambda: not label(viewer, "samples/sample_1"))
+    until(lambda: label(viewer, "samples/sample_2"))
+    service.telemetry["yard_1"]["holding"] = None
+    until(lambda: label(viewer, "samples/sample_1"))
 
 
 def test_a_robot_never_heard_of_is_not_drawn_and_the_others_keep_their_colours(
-    viewer: Viewer, service: FakeService, port: int
+    viewer: Viewer, browser: FakeBrowser, served_api: str, service: FakeService
 ) -> None:
     del service.telemetry["yard_1"]
-    with served(create_app(service), service, port):
-        until(lambda: label(viewer, "yard_2") == "yard_2")
-        assert label(viewer, "yard_1") is None
-        until(lambda: node(viewer, "/robots/hull").batched_positions[0][2] < 0)  # the label is drawn first
-        hulls = node(viewer, "/robots/hull").batched_positions
-        assert hulls[1][:2].tolist() == pytest.approx(service.world.robot("yard_2").start[:2])
+    until(lambda: label(viewer, "robots/yard_2") == "yard_2")
+    until(lambda: node(viewer, "/robots/hull").batched_positions[0][2] < 0)
+    assert label(viewer, "robots/yard_1") is None
+    hulls = node(viewer, "/robots/hull").batched_positions
+    assert hulls[1][:2].tolist() == pytest.approx(service.world.robot("yard_2").start[:2])
 
 
-def test_the_view_goes_on_after_the_service_was_away(viewer: Viewer, service: FakeService, port: int) -> None:
+def test_a_world_with_nothing_in_it_is_drawn() -> None:
+    server = viser.ViserServer(host="127.0.0.1", port=free_port(), verbose=False)
+    layout = Layout.model_validate({"compartments": [{"name": "yard", "x": [0, 8], "y": [0, 3]}]})
+    with browsing(server.get_port()):
+        until(server.get_clients)
+        (client,) = server.get_clients().values()
+        Stage(client, layout, lambda _kind, _name: None).update(Frame(), Shown(robot="none"), None)
+        assert client.scene.get_handle_by_name("/yard/floor") is not None
+    server.stop()
+
+
+ONE, OTHER = "page-number-one", "page-number-two"
+
+
+@pytest.fixture
+def two_pages(
+    viewer: Viewer, served_api: str, service: FakeService
+) -> Iterator[tuple[ClientConnection, ClientConnection]]:
+    """Two pages' links, each with its frame."""
+    view = viewer.server.get_port()
+    address = served_api.replace("http", "ws", 1)
+    with (
+        connect(f"{address}/v1/views/{ONE}", proxy=None) as one,
+        connect(f"{address}/v1/views/{OTHER}", proxy=None) as other,
+        browsing(view, ONE),
+        browsing(view, OTHER),
+    ):
+        yield one, other
+
+
+def say(page: ClientConnection, **shown: object) -> None:
+    page.send(json.dumps({"world": WORLD, **shown}))
+
+
+def test_what_a_page_has_selected_is_marked_in_its_own_frame_alone(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection], service: FakeService
+) -> None:
+    one, other = two_pages
+    say(one, robot="yard_1", sample="sample_2")
+    say(other, robot="store_2")
+    until(lambda: shown(viewer, "/selection/sample", ONE) and shown(viewer, "/selection/robot", OTHER))
+    assert not shown(viewer, "/selection/sample", OTHER)
+    for page, robot in ((ONE, "yard_1"), (OTHER, "store_2")):
+        at = service.world.robot(robot).start[:2]
+        assert node(viewer, "/selection/robot", page).position[:2] == pytest.approx(at)
+    say(one)
+    until(lambda: not shown(viewer, "/selection/robot", ONE))
+    assert shown(viewer, "/selection/robot", OTHER)
+
+
+def test_a_frame_whose_page_has_not_said_what_it_shows_stays_empty(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection]
+) -> None:
+    one, _ = two_pages
+    say(one)
+    until(lambda: shown(viewer, "/robots/hull", ONE))
+    assert node(viewer, "/walls", OTHER) is None
+
+
+def test_what_is_clicked_on_is_told_to_the_page_of_that_frame(
+    viewer: Viewer, served_api: str, service: FakeService
+) -> None:
+    address = served_api.replace("http", "ws", 1)
+    with (
+        connect(f"{address}/v1/views/{ONE}", proxy=None) as page,
+        browsing(viewer.server.get_port(), ONE) as frame,
+    ):
+        say(page)
+        until(lambda: shown(viewer, "/robots/hull", ONE))
+        (client,) = viewer.stages
+        names = [place.name for place in service.world.locations if place.kind == "bay"]
+        for clicked, told in (
+            (("/robots/hull", 1), ("robot", "yard_2")),
+            (("/samples", 2), ("sample", "sample_3")),
+            (("/places/bay", 4), ("place", names[4])),
+        ):
+            frame.click(*clicked, owner=str(client))
+            assert json.loads(page.recv(timeout=20)) == dict(zip(("kind", "name"), told, strict=True))
+
+
+def test_the_camera_follows_the_robot_until_the_whole_world_is_to_be_seen(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection], service: FakeService
+) -> None:
+    one, other = two_pages
+    say(one, robot="yard_1", follow=True)
+    say(other, robot="yard_1")
+    until(lambda: len(viewer.stages) == 2)
+    cameras = {page_of(viewer.server, id_): stage.client.camera for id_, stage in viewer.stages.items()}
+    service.telemetry["yard_1"] |= {"x_m": 3.0, "y_m": 1.5}
+    until(lambda: cameras[ONE].look_at[:2].tolist() == pytest.approx([3.0, 1.5]))
+    middle = cameras[OTHER].look_at.tolist()
+    assert middle[:2] != pytest.approx([3.0, 1.5])
+    say(one, robot="yard_1", whole=1)
+    until(lambda: cameras[ONE].look_at.tolist() == pytest.approx(middle))
+
+
+def test_the_ways_of_the_plan_that_a_page_shows_are_drawn(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection], service: FakeService
+) -> None:
+    one, _ = two_pages
+    service.propose("move sample_1 to bay_1")
+    say(one, plan_id="plan-1")
+    until(lambda: node(viewer, "/plan/heads", ONE) is not None)
+    assert len(node(viewer, "/plan/heads", ONE).batched_positions) == 4  # two robots, there and on
+    before = hues(viewer)
+    say(one, plan_id="plan-1", action="a3")
+    until(lambda: hues(viewer) and hues(viewer) != before)
+    assert len(hues(viewer) & before) == 2  # of the action alone, and of the segment that is never seen
+    say(one)
+    until(lambda: node(viewer, "/plan/ways", ONE) is None)
+
+
+def hues(viewer: Viewer) -> set[tuple[int, ...]]:
+    """The colours of the ways in the first page's frame."""
+    ways = node(viewer, "/plan/ways", ONE)
+    return set() if ways is None else {tuple(segment[0].tolist()) for segment in ways.colors}
+
+
+def test_a_page_replays_while_another_sees_what_is(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection], service: FakeService
+) -> None:
+    one, other = two_pages
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    service.complete("mission-1")
+    start_s = service.missions["mission-1"]["started_at_s"]
+    say(other)
+    for elapsed_s, x_m in ((0, 1), (20, 3), (30, 4), (10, 2)):
+        say(one, replay={"mission_id": "mission-1", "time_s": start_s + elapsed_s})
+        until(lambda x_m=x_m: _x_m(viewer, ONE) == pytest.approx(x_m))  # type: ignore[misc]
+    until(lambda: _x_m(viewer, OTHER) == pytest.approx(service.world.robot("yard_1").start[0]))
+    say(one)
+    until(lambda: _x_m(viewer, ONE) == _x_m(viewer, OTHER))
+
+
+def _x_m(viewer: Viewer, page: str) -> float | None:
+    """Where yard_1 is drawn in the page's frame."""
+    hulls = node(viewer, "/robots/hull", page)
+    return None if hulls is None else float(hulls.batched_positions[0][0])
+
+
+def test_the_view_goes_on_after_the_service_was_away(
+    viewer: Viewer, browser: FakeBrowser, service: FakeService, port: int
+) -> None:
     with served(create_app(service), service, port):
-        until(lambda: label(viewer, "yard_1") == "yard_1")
+        until(lambda: label(viewer, "robots/yard_1") == "yard_1")
     service.telemetry["yard_1"]["packet_tag"] = "DOCK"
     with served(create_app(service), service, port):
-        until(lambda: label(viewer, "yard_1") == "yard_1: DOCK")
+        until(lambda: label(viewer, "robots/yard_1") == "yard_1: DOCK")
 
 
 def test_a_wrong_token_leaves_the_scene_empty(service: FakeService, port: int) -> None:
@@ -151,7 +309,7 @@ def test_a_wrong_token_leaves_the_scene_empty(service: FakeService, port: int) -
 
 def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, port: int) -> None:
     view_port = free_port()
-    command = [sys.executable, "-m", "web.viewer", "--port", str(view_port), "--world", WORLD]
+    command = [sys.executable, "-m", "web.viewer", "--port", str(view_port)]
     with served(create_app(service), service, port) as api:
         view = subprocess.Popen(
             [*command, "--api", api],
@@ -171,7 +329,7 @@ def starting_a_view(api: str, port: int, then: str) -> list[str]:
     """A process that starts a view and then does something else."""
     start = (
         "import os, subprocess, sys; subprocess.Popen([sys.executable, '-m', 'web.viewer', '--api',"
-        f" '{api}', '--port', '{port}', '--world', '{WORLD}', '--parent', str(os.getpid())]); {then}"
+        f" '{api}', '--port', '{port}', '--parent', str(os.getpid())]); {then}"
     )
     return [sys.executable, "-c", start]
 

@@ -1,7 +1,6 @@
-"""The view's scene: the store drawn once, robots and samples moved as told. Knows viser, not the service."""
+"""A page's scene: the store drawn once, what moves moved as told. Knows viser, not the service."""
 
-from web.scene.robots import RobotsView
-from web.scene.samples import SamplesView
-from web.scene.store import aim_camera, draw_store, light_store
+from web.scene.frame import Frame
+from web.scene.stage import Stage
 
-__all__ = ["RobotsView", "SamplesView", "aim_camera", "draw_store", "light_store"]
+__all__ = ["Frame", "Stage"]

@@ -60,3 +60,31 @@ def turned(headings_rad: Sequence[float] | NDArray[np.float64]) -> Floats:
     half = np.asarray(headings_rad, dtype=np.float64) / 2
     nought = np.zeros_like(half)
     return np.stack([np.cos(half), nought, nought, np.sin(half)], axis=-1).astype(np.float32)
+
+
+def segments(
+    lines: Sequence[tuple[Sequence[tuple[float, float]], tuple[int, int, int]]], height_m: float
+) -> tuple[Floats, NDArray[np.uint8]]:
+    """Polylines on the floor with their colours as segments, points and colours each of shape (N, 2, 3).
+
+    The first lies unseen below the floor: a node of no segments at all cannot be drawn.
+    """
+    points = [np.full((1, 2, 3), -10.0, dtype=np.float32)]
+    colours = [np.zeros((1, 2, 3), dtype=np.uint8)]
+    for line, colour in lines:
+        ends = np.array([(x, y, height_m) for x, y in line], dtype=np.float32)
+        points.append(np.stack([ends[:-1], ends[1:]], axis=1))
+        colours.append(np.broadcast_to(np.array(colour, dtype=np.uint8), (len(ends) - 1, 2, 3)))
+    return np.concatenate(points), np.concatenate(colours)
+
+
+def ring(inner_m: float, outer_m: float, height_m: float, sides: int = 40) -> Mesh:
+    """A flat ring on the floor, seen from above."""
+    turns = np.linspace(0, 2 * pi, sides, endpoint=False)
+    around = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    rims = [np.column_stack([radius * around, np.full(sides, height_m)]) for radius in (inner_m, outer_m)]
+    faces = []
+    for i in range(sides):
+        j = (i + 1) % sides
+        faces += [(i, sides + i, sides + j), (i, sides + j, j)]
+    return np.concatenate(rims).astype(np.float32), np.array(faces, dtype=np.uint32)

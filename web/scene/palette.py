@@ -35,13 +35,28 @@ ROBOTS: tuple[Colour, ...] = (
 TRIM: Colour = (46, 52, 54)
 NOSE: Colour = (240, 240, 232)
 SAMPLE: Colour = (228, 186, 40)
+OCCUPIED: Colour = (44, 74, 124)
+SELECTED: Colour = (255, 122, 24)
 WHISKER_HIT: Colour = (206, 92, 60)
 WHISKER_FREE: Colour = (168, 182, 184)
 
 
 def batched(colours: Sequence[Colour]) -> NDArray[np.uint8]:
     """The colours of a batched node's instances, shape (N, 3): viser's page takes those for linear light."""
-    display = np.array(colours, dtype=np.float64) / 255
+    display = np.array(colours, dtype=np.float64).reshape(-1, 3) / 255
     linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
     instances: NDArray[np.uint8] = np.rint(linear * 255).astype(np.uint8)
     return instances
+
+
+def of_robots(names: Sequence[str]) -> dict[str, Colour]:
+    """Each robot's own colour, by its place in the world's list."""
+    return {name: ROBOTS[index % len(ROBOTS)] for index, name in enumerate(names)}
+
+
+def faded(colour: Colour, share: float) -> Colour:
+    """The colour with only so much of itself left, the rest the floor's."""
+    red, green, blue = (
+        round(share * own + (1 - share) * ground) for own, ground in zip(colour, FLOORS[0], strict=True)
+    )
+    return red, green, blue

@@ -1,34 +1,34 @@
-"""The rovers: one batched node a part, one node for all whiskers, a label each."""
+"""The rovers: one batched node a part, one node for whiskers, one for trails."""
 
-from collections.abc import Mapping, Sequence
-from math import cos, pi, sin
+from collections.abc import Sequence
 
 import numpy as np
 import viser
 
 from web.layout import RobotTelemetry
 from web.scene import palette
-from web.scene.geometry import Floats, Mesh, box, cylinder, merged, turned
+from web.scene.clicks import Click, on_instance
+from web.scene.frame import RADIUS_M, Frame, whiskers
+from web.scene.geometry import Floats, Mesh, box, cylinder, merged, segments, turned
 
-RADIUS_M = 0.22
 HULL_TOP_M = 0.2
-WHISKER_HEIGHT_M = 0.12
 LABEL_HEIGHT_M = 0.5
-JAW_OPEN_M, JAW_CLOSED_M = 0.095, 0.068
+TRAIL_HEIGHT_M = 0.015
 QUIET_AFTER_S = 5.0
 """A robot whose newest telemetry is older than this is labelled as not heard."""
+ALL_WHISKERS = 16
+"""In a world with more robots than this, only the selected one's whiskers are drawn."""
 
 
 class RobotsView:
-    """Draws the robots it was made for, at the places telemetry tells."""
+    """Draws the robots it was made for, as a frame has them."""
 
-    def __init__(self, server: viser.ViserServer, names: Sequence[str]) -> None:
-        self._names = tuple(names)
+    def __init__(self, scene: viser.SceneApi, names: Sequence[str], on_click: Click = lambda _: None) -> None:
         count = len(names)
-        colours = [palette.ROBOTS[index % len(palette.ROBOTS)] for index in range(count)]
-        self._turns = turned([0.0] * count)
-        self._places = np.zeros((count, 3), dtype=np.float32)
-        parts: dict[str, tuple[Mesh, list[palette.Colour]]] = {
+        self._names = tuple(names)
+        hues = palette.of_robots(names)
+        colours = [hues[name] for name in names]
+        looks: dict[str, tuple[Mesh, list[palette.Colour]]] = {
             "hull": (_hull(), colours),
             "trim": (_trim(), [palette.TRIM] * count),
             "nose": (_nose(), [palette.NOSE] * count),
@@ -36,55 +36,45 @@ class RobotsView:
             "jaws_right": (_jaw(), [palette.TRIM] * count),
         }
         self._parts = {
-            part: server.scene.add_batched_meshes_simple(
+            part: scene.add_batched_meshes_simple(
                 f"/robots/{part}",
                 *mesh,
-                batched_wxyzs=self._turns,
-                batched_positions=self._places,
+                batched_wxyzs=turned([0.0] * count),
+                batched_positions=np.zeros((count, 3), dtype=np.float32),
                 batched_colors=palette.batched(colour),
                 visible=False,
                 lod="off",
                 cast_shadow=False,
                 receive_shadow=False,
             )
-            for part, (mesh, colour) in parts.items()
+            for part, (mesh, colour) in looks.items()
         }
-        self._whiskers = server.scene.add_line_segments(
-            "/robots/whiskers",
-            np.zeros((1, 2, 3), dtype=np.float32),
-            np.zeros((1, 2, 3), dtype=np.uint8),
-            thickness=0.018,
-        )
-        self._labels = {
-            name: server.scene.add_label(
-                f"/robots/{name}/label", name, anchor="bottom-center", font_screen_scale=0.95, visible=False
-            )
-            for name in names
-        }
+        on_instance(self._parts["hull"], names, on_click)
+        self._whiskers = _lines(scene, "/robots/whiskers", 0.018)
+        self._trails = _lines(scene, "/robots/trails", 0.03)
+        self._trailed: object = None
 
-    def update(self, robots: Mapping[str, RobotTelemetry], now_s: float) -> None:
+    def update(self, frame: Frame, selected: str | None) -> None:
         """Move everything to where the robots say they are. Robots never heard of stay unseen."""
-        heard = [name for name in self._names if name in robots]
-        for name in heard:
-            told, label = robots[name], self._labels[name]
-            label.position = (told.x_m, told.y_m, LABEL_HEIGHT_M)
-            _set_changed(label, "text", label_text(name, told, now_s))
-            _set_changed(label, "visible", True)
-        self._place_parts(robots)
-        points, colours = whiskers([robots[name] for name in heard])
-        self._whiskers.points, self._whiskers.colors = points, colours
-
-    def _place_parts(self, robots: Mapping[str, RobotTelemetry]) -> None:
-        self._places[:, 2] = -10.0  # the unheard wait below the floor, so that all parts keep their count
-        heard = [(index, robots[name]) for index, name in enumerate(self._names) if name in robots]
-        for index, robot in heard:
-            self._turns[index] = turned([robot.heading_rad])[0]
+        left, right = frame.jaws
+        places = {"jaws_left": left, "jaws_right": right}
         for part, handle in self._parts.items():
-            for index, robot in heard:
-                self._places[index] = (*_part_place(part, robot), 0.0)
-            handle.batched_positions = self._places.copy()
-            handle.batched_wxyzs = self._turns.copy()
-            _set_changed(handle, "visible", bool(heard))
+            handle.batched_positions = places.get(part, frame.places)
+            handle.batched_wxyzs = frame.turns
+            if handle.visible != bool(frame.heard):
+                handle.visible = bool(frame.heard)
+        everyone = len(self._names) <= ALL_WHISKERS
+        feeling = [frame.robots[name] for name in frame.heard if everyone or name == selected]
+        self._whiskers.points, self._whiskers.colors = whiskers(feeling)
+        if frame.trails is not self._trailed:
+            self._trailed = frame.trails
+            self._draw_trails(frame)
+
+    def _draw_trails(self, frame: Frame) -> None:
+        hues = palette.of_robots(self._names)
+        lines = {name: way for name, way in frame.trails.items() if len(way) > 1 and name in hues}
+        points, colours = segments([(way, hues[name]) for name, way in lines.items()], TRAIL_HEIGHT_M)
+        self._trails.points, self._trails.colors = points, colours
 
 
 def label_text(name: str, told: RobotTelemetry, now_s: float) -> str:
@@ -94,35 +84,9 @@ def label_text(name: str, told: RobotTelemetry, now_s: float) -> str:
     return f"{name}: {told.packet_tag}" if told.packet_tag else name
 
 
-def whiskers(
-    robots: Sequence[RobotTelemetry],
-) -> tuple[Floats, np.ndarray[tuple[int, ...], np.dtype[np.uint8]]]:
-    """Segments from the hull to what each beam meets, shape (N, 2, 3), and their colours, of that shape too.
-
-    A beam that meets nothing is a stub, so that the count stays the same from one update to the next.
-    """
-    points, colours = [(0.0, 0.0, -10.0)] * 2, [palette.WHISKER_FREE] * 2
-    for robot in robots:
-        for index, range_m in enumerate(robot.ranges_m):
-            heading = robot.heading_rad + 2 * pi * index / len(robot.ranges_m)
-            reach = RADIUS_M + 0.06 if range_m is None else max(range_m, RADIUS_M)
-            for length in (RADIUS_M, reach):
-                points.append(
-                    (robot.x_m + length * cos(heading), robot.y_m + length * sin(heading), WHISKER_HEIGHT_M)
-                )
-            colours += [
-                palette.WHISKER_FREE,
-                palette.WHISKER_FREE if range_m is None else palette.WHISKER_HIT,
-            ]
-    shape = (-1, 2, 3)
-    return np.array(points, dtype=np.float32).reshape(shape), np.array(colours, dtype=np.uint8).reshape(shape)
-
-
-def _part_place(part: str, robot: RobotTelemetry) -> tuple[float, float]:
-    if not part.startswith("jaws"):
-        return robot.x_m, robot.y_m
-    aside = (JAW_CLOSED_M if robot.holding else JAW_OPEN_M) * (1 if part == "jaws_left" else -1)
-    return robot.x_m - aside * sin(robot.heading_rad), robot.y_m + aside * cos(robot.heading_rad)
+def _lines(scene: viser.SceneApi, name: str, thickness: float) -> viser.LineSegmentsHandle:
+    nothing: Floats = np.zeros((1, 2, 3), dtype=np.float32)
+    return scene.add_line_segments(name, nothing, nothing.astype(np.uint8), thickness=thickness)
 
 
 def _hull() -> Mesh:
@@ -145,9 +109,3 @@ def _nose() -> Mesh:
 
 def _jaw() -> Mesh:
     return box((0.2, 0.018, 0.07), (RADIUS_M + 0.11, 0.0, 0.1))
-
-
-def _set_changed(handle: object, slot: str, value: object) -> None:
-    """Spare the clients a message when nothing changes."""
-    if getattr(handle, slot) != value:
-        setattr(handle, slot, value)

@@ -6,8 +6,9 @@ from math import pi, radians
 import numpy as np
 import viser
 
-from web.layout import Fact, Layout, Point, RobotTelemetry
+from web.layout import Fact, Layout, Lying, Point, RobotTelemetry
 from web.scene import palette
+from web.scene.clicks import Click, on_instance
 from web.scene.geometry import box, cylinder, turned
 
 RADIUS_M, HEIGHT_M = 0.06, 0.15
@@ -73,6 +74,10 @@ class SamplePlaces:
         points = [r.tags.get(sample, r.jaws) for r in robots.values() if r.holding == sample]
         return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
 
+    def forget(self) -> None:
+        """Forget who held what: only facts and robots count from here on."""
+        self._dropped, self._held = {}, {}
+
     @property
     def held(self) -> frozenset[str]:
         """The samples in a robot's jaws."""
@@ -96,60 +101,63 @@ class SamplePlaces:
 
 
 class SamplesView:
-    """Draws the samples: one batched node and a label each."""
+    """Draws the samples: the compact ones as one batched node, the long ones as bars."""
 
-    def __init__(self, server: viser.ViserServer, layout: Layout) -> None:
+    def __init__(self, scene: viser.SceneApi, layout: Layout, on_click: Click = lambda _: None) -> None:
+        self.at: dict[str, Place] = {}
+        """Where each known sample is drawn."""
         self._places = SamplePlaces(layout)
-        self._names = tuple(sample.name for sample in layout.samples)
         self._compact = tuple(sample.name for sample in layout.samples if not sample.length_m)
-        self._last: dict[str, Place] = {}
-        self._bodies = _cylinders(server, len(self._compact)) if self._compact else None
+        self._bodies = _cylinders(scene, self._compact, on_click) if self._compact else None
         self._bars = {
-            sample.name: server.scene.add_mesh_simple(
-                f"/samples/{sample.name}/bar",
-                *box((sample.length_m, BAR_M, HEIGHT_M), (0.0, 0.0, HEIGHT_M / 2)),
-                color=palette.SAMPLE,
-                position=UNSEEN,
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-            for sample in layout.samples
-            if sample.length_m
+            sample.name: _bar(scene, sample, on_click) for sample in layout.samples if sample.length_m
         }
-        self._labels = {
-            name: server.scene.add_label(
-                f"/samples/{name}", name, anchor="bottom-center", font_screen_scale=0.75, visible=False
-            )
-            for name in self._names
-        }
+
+    @property
+    def held(self) -> frozenset[str]:
+        return self._places.held
+
+    def forget(self) -> None:
+        """What comes next is not what followed: a recording was gone back in."""
+        self._places.forget()
 
     def update(self, facts: Sequence[Fact], robots: Mapping[str, RobotTelemetry]) -> None:
         """Move the samples to where they are now."""
         places = self._places.update(facts, robots)
-        if places == self._last:
+        if places == self.at:
             return
-        self._last = places
+        self.at = places
         if self._bodies is not None:
             points = [places.get(name, UNSEEN) for name in self._compact]
             self._bodies.batched_positions = np.array(points, dtype=np.float32)
         for name, bar in self._bars.items():
             bar.position = places.get(name, UNSEEN)
             bar.wxyz = turned([self._places.heading_rad(name, robots)])[0]
-        for name, label in self._labels.items():
-            # The label of the robot that holds it is in the same spot.
-            label.visible = name in places and name not in self._places.held
-            x_m, y_m, bottom_m = places.get(name, UNSEEN)
-            label.position = (x_m, y_m, bottom_m + HEIGHT_M + 0.05)
 
 
-def _cylinders(server: viser.ViserServer, count: int) -> viser.BatchedMeshHandle:
-    return server.scene.add_batched_meshes_simple(
+def _bar(scene: viser.SceneApi, sample: Lying, on_click: Click) -> viser.MeshHandle:
+    bar = scene.add_mesh_simple(
+        f"/samples/{sample.name}/bar",
+        *box((sample.length_m, BAR_M, HEIGHT_M), (0.0, 0.0, HEIGHT_M / 2)),
+        color=palette.SAMPLE,
+        position=UNSEEN,
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+    bar.on_click(lambda _: on_click(sample.name))
+    return bar
+
+
+def _cylinders(scene: viser.SceneApi, names: Sequence[str], on_click: Click) -> viser.BatchedMeshHandle:
+    bodies = scene.add_batched_meshes_simple(
         "/samples",
         *cylinder(RADIUS_M, 0.0, HEIGHT_M, sides=20),
-        batched_wxyzs=turned([0.0] * count),
-        batched_positions=np.array([UNSEEN] * count, dtype=np.float32),
-        batched_colors=palette.batched([palette.SAMPLE] * count),
+        batched_wxyzs=turned([0.0] * len(names)),
+        batched_positions=np.array([UNSEEN] * len(names), dtype=np.float32),
+        batched_colors=palette.batched([palette.SAMPLE] * len(names)),
         lod="off",
         cast_shadow=False,
         receive_shadow=False,
     )
+    on_instance(bodies, names, on_click)
+    return bodies

@@ -1,17 +1,29 @@
 // The composition of the page: fetches, follows the events, and lets the parts draw.
 
-import { get, id, list } from "./api.js";
-import { el, show } from "./dom.js";
-import { seconds } from "./format.js";
-import { mountGoal } from "./goal.js";
-import { mountGoals } from "./goals.js";
-import { follow } from "./live.js";
-import { mountMission } from "./mission.js";
-import { mountPlan } from "./plan.js";
-import { createState, gathered } from "./state.js";
-import { mountWorld } from "./world.js";
+import { mountAlerts } from "./page/alerts.js";
+import { list } from "./page/api.js";
+import { el, show } from "./page/dom.js";
+import { seconds } from "./page/format.js";
+import { mountGoal } from "./goals/goal.js";
+import { mountLists } from "./goals/list.js";
+import { mountStatement } from "./goals/statement.js";
+import { follow } from "./page/live.js";
+import { createLoading } from "./page/loading.js";
+import { mountPanes } from "./page/panes.js";
+import { mountMission } from "./mission/mission.js";
+import { mountPlan } from "./plan/plan.js";
+import { createState } from "./page/state.js";
+import { createTelemetry } from "./page/telemetry.js";
+import { mountTheme } from "./page/theme.js";
+import { mountPlayer } from "./replay/player.js";
+import { mountRobots } from "./robots/list.js";
+import { mountRobotPanel } from "./robots/panel.js";
+import { mountDoor } from "./workbench/door.js";
+import { mountUnknown } from "./world/unknown.js";
+import { mountWorld } from "./world/world.js";
 
 const CLOCK_MS = 1000;
+const ROBOTS_TICKS = 3;
 
 const store = createState({
   world: null,
@@ -19,10 +31,20 @@ const store = createState({
   worldTimes: {},
   goals: [],
   missions: [],
+  more: { goals: false, missions: false }, // there are older ones than are shown
   robots: [],
+  unknown: [], // what is not known of the world that is looked at
+  robot: null, // the one looked at closely
+  sample: null, // the one picked, to be moved somewhere
+  action: null, // of the plan, the one looked at
+  follow: false, // the view's camera goes with the robot
+  whole: 0, // counts how often the whole world was to be seen again
+  replaying: null, // the mission whose recording is shown
   selected: null,
+  goal: undefined, // the one selected, which may be older than those listed; null if there is none
   look: null, // the plan an operator looks at, where there are several to choose from
   plan: null,
+  before: null, // the plan that it takes the place of
   choices: [],
   mission: null,
 });
@@ -31,10 +53,14 @@ const store = createState({
 if (new URLSearchParams(location.search).has("token")) history.replaceState(null, "", location.pathname);
 
 // Live means both: the stream of events is open, and the last question was answered.
+let ticks = 0;
 const health = { stream: false, answers: true };
-const refresh = gathered(() => asked(load));
+const loading = createLoading(store, asked);
+const { refresh, refreshAll, older } = loading;
 const select = (goalId) => {
-  store.update({ selected: goalId, look: null, plan: null, choices: [], mission: null });
+  const goal = store.get().goals.find((one) => one.id === goalId);
+  bench.close();
+  store.update({ selected: goalId, goal, look: null, plan: null, choices: [], mission: null });
   refresh();
 };
 const look = (planId) => {
@@ -51,30 +77,12 @@ async function asked(question) {
   }
 }
 
-async function load() {
-  const [goals, missions, robots] = await Promise.all([list("/v1/goals"), list("/v1/missions"), list("/v1/robots")]);
-  const selected = store.get().selected ?? newest(goals)?.id ?? null;
-  const goal = goals.find((candidate) => candidate.id === selected);
-  // A mission of the same goal may be followed by another after a replan: the latest counts.
-  const missionId = goal?.mission_id ?? newest(missions.filter((mission) => mission.goal_id === selected))?.id;
-  const choices = goal?.alternatives ? await list(`/v1/goals/${id(goal.id)}/plans`) : [];
-  const looked = choices.find((choice) => choice.id === store.get().look)?.id ?? goal?.plan_id;
-  const [plan, mission] = await Promise.all([
-    looked ? get(`/v1/plans/${id(looked)}`) : null,
-    missionId ? get(`/v1/missions/${id(missionId)}`) : null,
-  ]);
-  if ((store.get().selected ?? selected) !== selected) return; // another goal was chosen meanwhile
-  store.update({ goals, missions, robots, selected, plan, choices, mission });
-}
-
-function newest(items) {
-  return items.reduce((best, item) => (best === null || String(item.created_at ?? "") >= String(best.created_at ?? "") ? item : best), null);
-}
-
 async function loadWorlds() {
   const worlds = await list("/v1/worlds");
   const worldTimes = Object.fromEntries(worlds.map((world) => [world.id, world.time_s]));
+  const first = store.get().world === null;
   store.update({ worlds, worldTimes, world: store.get().world ?? worlds[0]?.id ?? null });
+  if (first) loading.worldChanged();
 }
 
 function badge(change, reason = "") {
@@ -88,7 +96,10 @@ function badge(change, reason = "") {
 
 function mountWorldChoice() {
   const choice = document.getElementById("world");
-  choice.addEventListener("change", () => store.update({ world: choice.value }));
+  choice.addEventListener("change", () => {
+    store.update({ world: choice.value });
+    refreshAll();
+  });
   store.subscribe((state) => {
     show(choice, state.worlds.map((world) => el("option", { value: world.id }, world.title || world.name)));
     if (state.world !== null) choice.value = state.world;
@@ -97,18 +108,36 @@ function mountWorldChoice() {
 }
 
 mountWorldChoice();
-mountGoals(store, { select, refresh });
-mountGoal(store, { refresh });
-mountPlan(store, { look, refresh });
-mountMission(store, { refresh });
-mountWorld(store);
-follow("/v1/events", {
-  onEvent: refresh,
+mountTheme();
+mountPanes();
+mountAlerts(store, { select, refresh: refreshAll });
+const statement = mountStatement(store, { select, refresh: refreshAll });
+mountLists(store, { select, older });
+mountGoal(store, { refresh: refreshAll });
+const picture = mountPlan(store, { look, refresh: refreshAll });
+const telemetry = createTelemetry();
+store.subscribe((state) => telemetry.of(state.world));
+mountRobots(store);
+mountUnknown(store);
+const bench = mountDoor(store, telemetry);
+mountRobotPanel(store, telemetry, { refresh: refreshAll, bench });
+const world = mountWorld(store, telemetry, { onPick: (sentence) => statement.write(sentence) });
+const player = mountPlayer(store, telemetry, { picture, world });
+mountMission(store, { refresh: refreshAll, replay: player.open });
+follow("/v1/events?state=false", {
+  onEvent: (event) => {
+    bench.heard(event);
+    loading.note(event);
+  },
   onState: (stream) => {
     badge({ stream });
-    if (stream) refresh();
+    if (stream) refreshAll();
   },
 });
-const tick = () => document.hidden || asked(loadWorlds);
-tick();
-setInterval(tick, CLOCK_MS);
+// A robot that falls silent sends no event of it.
+const tick = (everything) => document.hidden || asked(async () => {
+  await loadWorlds();
+  if (everything) store.update({ robots: await list("/v1/robots") });
+});
+tick(false);
+setInterval(() => tick(++ticks % ROBOTS_TICKS === 0), CLOCK_MS);

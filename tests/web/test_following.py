@@ -1,0 +1,60 @@
+"""The console follows events and asks only for what they changed."""
+
+import pytest
+
+from tests.web.fake_service import FakeService
+
+playwright = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Page, expect  # noqa: E402
+
+pytestmark = pytest.mark.browser
+CLOCK = ("/v1/worlds", "/v1/robots", "/v1/view")
+
+
+def asked_of(page: Page) -> list[str]:
+    """Paths that the page asks for from now on, but for those that it asks for as time goes by."""
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append("/" + request.url.split("/", 3)[3]))
+    return asked
+
+
+def test_only_what_an_event_is_about_is_asked_for(page: Page, service: FakeService) -> None:
+    for _ in range(60):
+        service.propose("move sample_1 to bay_1", state="finished", outcome="completed")
+    service.approve("plan-60")
+    expect(page.get_by_test_id("mission-state")).to_have_text("running")
+    page.wait_for_timeout(500)
+    asked = asked_of(page)
+    service.missions["mission-60"]["state"] = "paused"
+    service.publish("mission.paused", "mission-60")
+    expect(page.get_by_test_id("mission-state")).to_have_text("paused")
+    service.publish("packet.finished", "mission-60")
+    service.publish("script.status", "mission-60-yard_1")
+    page.wait_for_timeout(500)
+    assert {one for one in asked if one not in CLOCK} == {"/v1/missions/mission-60", "/v1/goals/goal-60"}
+    asked.clear()
+    service.publish("world.facts_changed", "sample_store")
+    page.wait_for_timeout(500)
+    assert [one for one in asked if one not in CLOCK] == ["/v1/worlds/sample_store/unknown"]
+
+
+def test_an_older_goals_change_neither_lists_it_nor_hides_it(page: Page, service: FakeService) -> None:
+    for _ in range(55):
+        service.propose("move sample_1 to bay_1", state="finished", outcome="completed")
+    expect(page.get_by_test_id("goal-item")).to_have_count(50)
+    service.publish("goal.finished", "goal-1")  # older than those that are listed
+    service.goals["goal-54"] |= {"outcome": "failed"}
+    service.publish("goal.finished", "goal-54")
+    expect(page.get_by_test_id("goal-item").nth(1)).to_contain_text("failed")
+    expect(page.get_by_test_id("goal-item")).to_have_count(50)
+    service.propose("move sample_2 to bay_3")
+    expect(page.get_by_test_id("goal-item").first).to_contain_text("move sample_2 to bay_3")
+
+
+def test_a_goal_that_was_deleted_leaves_the_list(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.propose("move sample_2 to bay_3")
+    expect(page.get_by_test_id("goal-item")).to_have_count(2)
+    del service.goals["goal-1"]
+    service.publish("goal.deleted", "goal-1")
+    expect(page.get_by_test_id("goal-item")).to_have_count(1)

@@ -1,0 +1,147 @@
+"""Reviewing a plan on the console: the picture, an action's reasons, the table, the confirmation."""
+
+import pytest
+
+from tests.web.fake_service import FakeService
+
+playwright = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Page, expect  # noqa: E402
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def plan(page: Page, service: FakeService) -> Page:
+    service.propose("move sample_1 to bay_1")
+    expect(page.get_by_test_id("plan")).to_be_visible()
+    return page
+
+
+def test_every_action_lies_in_its_robots_lane_at_its_time(plan: Page) -> None:
+    boxes = {
+        name: plan.locator(f"[data-action={name}] .bar").bounding_box() for name in ("a1", "a2", "a5", "a6")
+    }
+    a1, a2, a5, a6 = (box for box in boxes.values() if box is not None)
+    assert a1["y"] == a2["y"] != a5["y"] == a6["y"]
+    assert a1["x"] == pytest.approx(a5["x"], abs=1)
+    assert a2["x"] == pytest.approx(a1["x"] + a1["width"], abs=1)
+    assert a5["width"] / a1["width"] == pytest.approx(11.4 / 4.2, rel=0.02)
+
+
+def test_links_between_robots_are_drawn_with_the_fact_they_carry(plan: Page) -> None:
+    links = plan.locator(".links:not(.chosen) .link")
+    expect(links).to_have_count(1)
+    expect(links.first).to_contain_text("in(sample_1, interchange_1)")
+
+
+def test_an_action_that_is_pointed_at_says_what_it_needs_and_why_it_is_there(plan: Page) -> None:
+    plan.locator("[data-action=a4]").hover()
+    detail = plan.get_by_test_id("action-detail")
+    expect(detail).to_contain_text("a4 RELEASE2")
+    expect(detail).to_contain_text("can(yard_1, RELEASE2)")
+    expect(detail).to_contain_text("yard_2 instead of yard_1: +7.2 s")
+    expect(plan.locator(".links.chosen .link")).to_have_count(2)
+    plan.get_by_test_id("plan-state").hover()
+    expect(detail).to_contain_text("Point at an action")
+
+
+def test_arrow_keys_go_from_action_to_action_and_from_lane_to_lane(plan: Page) -> None:
+    plan.get_by_test_id("plan-as-table").focus()
+    plan.keyboard.press("Tab")
+    detail = plan.get_by_test_id("action-detail")
+    for key, action in (("", "a1"), ("ArrowRight", "a2"), ("ArrowUp", "a5"), ("ArrowRight", "a6")):
+        if key:
+            plan.keyboard.press(key)
+        expect(detail).to_contain_text(f"{action} ")
+    plan.keyboard.press("Enter")
+    expect(plan.locator("[data-action=a6]")).to_have_attribute("aria-pressed", "true")
+
+
+def test_the_table_is_kept_by_those_who_prefer_it(plan: Page) -> None:
+    plan.get_by_test_id("plan-as-table").click()
+    expect(plan.get_by_test_id("action-table").locator("tbody tr")).to_have_count(8)
+    expect(plan.get_by_test_id("picture")).to_be_hidden()
+    plan.reload()
+    expect(plan.get_by_test_id("action-table")).to_be_visible()
+
+
+def test_an_approval_names_the_robots_that_will_move_and_can_be_thought_better_of(
+    plan: Page, service: FakeService
+) -> None:
+    plan.keyboard.press("a")
+    dialog = plan.get_by_test_id("plan-dialog")
+    expect(dialog).to_contain_text("These 2 robots will move")
+    expect(dialog).to_contain_text("yard_1 NAVIGATE, DOCK, TRANSPORT, RELEASE2")
+    plan.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+    assert service.decisions == []
+    plan.keyboard.press("a")
+    plan.keyboard.press("Enter")
+    expect(plan.get_by_test_id("mission-state")).to_have_text("running")
+    assert [decision[:2] for decision in service.decisions] == [("plan-1", "approve")]
+
+
+def test_keys_that_decide_are_letters_where_something_is_written(plan: Page, service: FakeService) -> None:
+    plan.get_by_test_id("plan-comment").press_sequentially("a rare one")
+    expect(plan.get_by_test_id("plan-dialog")).to_have_count(0)
+    expect(plan.get_by_test_id("plan-comment")).to_have_value("a rare one")
+
+
+def test_who_decided_what_and_why_stays_visible(plan: Page, service: FakeService) -> None:
+    decided = {"decided_by": "administrator", "decided_at": "2026-11-20T12:00:00Z", "comment": "too long"}
+    service.plans["plan-1"] |= {"state": "rejected", **decided}
+    service.publish("plan.rejected", "plan-1")
+    expect(plan.get_by_test_id("plan-decided")).to_contain_text("rejected by administrator")
+    expect(plan.get_by_test_id("plan-decided")).to_contain_text("“too long”")
+
+
+def test_what_happens_is_drawn_beneath_what_was_planned(plan: Page, service: FakeService) -> None:
+    service.approve("plan-1")
+    mission = service.missions["mission-1"]
+    first, second = mission["progress"][0]["packets"][:2]
+    start_s = mission["started_at_s"]
+    first |= {"state": "finished", "started_at_s": start_s, "finished_at_s": start_s + 6.2}
+    second |= {"state": "running", "started_at_s": start_s + 6.2}
+    service.time_s = start_s + 8.0
+    service.publish("mission.progress", "mission-1")
+    expect(plan.locator(".actual.finished")).to_have_count(1)
+    overrun = plan.locator(".actual.overrun").first
+    expect(overrun).to_be_attached()
+    planned = plan.locator("[data-action=a1] .bar").bounding_box()
+    longer = overrun.bounding_box()
+    assert planned is not None
+    assert longer is not None
+    assert longer["width"] / planned["width"] == pytest.approx(2.0 / 4.2, rel=0.05)
+    expect(plan.locator(".upright.now")).to_have_count(1)
+
+
+def test_a_deadline_after_the_plans_end_is_drawn_where_it_falls(plan: Page, service: FakeService) -> None:
+    service.approve("plan-1")
+    mission = service.missions["mission-1"]
+    mission["deadline_s"] = mission["started_at_s"] + 60.0
+    service.publish("mission.running", "mission-1")
+    line = plan.locator(".upright.deadline line")
+    expect(line).to_be_attached()
+    due, first = line.bounding_box(), plan.locator("[data-action=a2] .bar").bounding_box()
+    assert due is not None
+    assert first is not None
+    begins = first["x"] - 4.2 / 5.0 * first["width"]
+    assert (due["x"] - begins) / first["width"] == pytest.approx(60.0 / 5.0, rel=0.02)
+    expect(plan.get_by_test_id("mission")).to_contain_text("due at 1 min 00 s")
+
+
+def test_a_mission_that_takes_longer_tells_both_estimates(plan: Page, service: FakeService) -> None:
+    service.approve("plan-1")
+    service.missions["mission-1"]["estimate_s"] = 55.0
+    service.time_s += 50.0
+    service.publish("mission.overdue", "mission-1")
+    expect(plan.get_by_test_id("mission")).to_contain_text("50.0 s of 55.0 s estimated (at first 40.9 s)")
+
+
+def test_who_approved_stays_visible_when_the_mission_has_ended(plan: Page, service: FakeService) -> None:
+    service.plans["plan-1"] |= {"decided_by": "ann", "decided_at": "2026-11-20T12:00:00Z", "comment": "go on"}
+    service.approve("plan-1")
+    service.complete("mission-1")
+    expect(plan.get_by_test_id("mission-state")).to_have_text("completed")
+    expect(plan.get_by_test_id("plan-decided")).to_contain_text("approved by ann")
+    expect(plan.get_by_test_id("plan-decided")).to_contain_text("“go on”")

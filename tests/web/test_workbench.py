@@ -1,0 +1,238 @@
+"""The workbench: robots found and described, and one of them driven by hand, with a dead man's handle."""
+
+from typing import Any
+
+import pytest
+
+from tests.waiting import until
+from tests.web.fake_service import FakeService
+
+playwright = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Locator, Page, expect  # noqa: E402
+
+pytestmark = pytest.mark.browser
+
+
+def opened(page: Page, part: str) -> Locator:
+    """A part of the workbench with yard_1 in it."""
+    page.locator("[data-testid=robot][data-robot=yard_1]").click()
+    page.locator("#workbench-toggle").click()
+    page.get_by_test_id(f"bench-{part}").click()
+    return page.get_by_test_id("workbench")
+
+
+def take(page: Page, service: FakeService) -> Locator:
+    """The state line of a drive that has begun."""
+    opened(page, "drive")
+    page.get_by_test_id("drive-take").click()
+    state = page.get_by_test_id("drive-state")
+    expect(state).to_have_text("You drive yard_1.")
+    return state
+
+
+def last_wish(service: FakeService) -> tuple[float, float]:
+    body = service.set_points[-1][1]
+    return round(body["speed_m_s"], 2), round(body["turn_rad_s"], 2)
+
+
+def test_the_workbench_comes_and_goes_in_place_of_goal_and_plan(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    expect(page.get_by_test_id("plan")).to_be_visible()
+    bench = opened(page, "robots")
+    expect(bench).to_be_visible()
+    expect(page.get_by_test_id("plan")).to_be_hidden()
+    page.locator("#workbench-toggle").click()
+    expect(bench).to_be_hidden()
+    expect(page.get_by_test_id("plan")).to_be_visible()
+
+
+def test_robots_are_found_by_what_is_said_of_them(page: Page, service: FakeService) -> None:
+    bench = opened(page, "robots")
+    rows = bench.locator("tbody tr")
+    expect(rows).to_have_count(4)
+    service.connection["store_1"] = "offline"
+    service.publish("robot.quiet", "store_1")
+    page.get_by_test_id("bench-search").fill("out of contact")
+    expect(rows).to_have_count(1)
+    expect(rows).to_contain_text("store_1")
+    expect(page.get_by_test_id("bench-changes")).to_have_text("store_1 is out of contact")
+    page.get_by_test_id("bench-search").fill("yard velocity")
+    expect(rows).to_have_count(2)
+    rows.get_by_role("button", name="yard_2").click()
+    about = page.get_by_test_id("bench-properties")
+    for told in ("home_yard_2", "kind velocity", "16", "version 0", "door_1, interchange_1"):
+        expect(about).to_contain_text(told)
+
+
+def test_keys_drive_while_the_pad_has_the_focus(page: Page, service: FakeService) -> None:
+    take(page, service)
+    page.keyboard.down("ArrowUp")
+    until(lambda: last_wish(service) == (0.21, 0.0), "ahead at the medium speed")
+    page.keyboard.down("a")
+    until(lambda: last_wish(service) == (0.21, 0.7), "ahead and to the left")
+    page.keyboard.up("a")
+    page.keyboard.up("ArrowUp")
+    until(lambda: last_wish(service) == (0.0, 0.0), "nothing is held")
+    page.keyboard.down("ArrowUp")
+    until(lambda: last_wish(service) == (0.21, 0.0), "ahead again")
+    page.get_by_test_id("bench-robot").focus()
+    until(lambda: last_wish(service) == (0.0, 0.0), "the pad has lost the focus")
+    page.keyboard.press("w")
+    page.wait_for_timeout(300)
+    assert last_wish(service) == (0.0, 0.0)
+
+
+def test_buttons_drive_while_they_are_held(page: Page, service: FakeService) -> None:
+    take(page, service)
+    page.get_by_label("Speed").select_option("full")
+    page.get_by_role("button", name="back").hover()
+    page.mouse.down()
+    until(lambda: last_wish(service) == (-0.3, 0.0), "back at full speed")
+    page.mouse.move(5, 5)
+    page.mouse.up()
+    until(lambda: last_wish(service) == (0.0, 0.0), "let go, wherever")
+
+
+@pytest.mark.parametrize(
+    ("does", "told"),
+    [
+        ("document.querySelector('[data-testid=drive-stop]').click()", "Stopped."),
+        ("document.querySelector('[data-testid=drive-take]').click()", "Released."),
+        ("dispatchEvent(new Event('blur'))", "Stopped: the page lost the focus."),
+        ("document.querySelector('[data-robot=store_1]').click()", "Released: another robot was chosen."),
+    ],
+)
+def test_whatever_takes_the_operator_away_lets_go(
+    page: Page, service: FakeService, does: str, told: str
+) -> None:
+    state = take(page, service)
+    page.evaluate(does)
+    expect(state).to_have_text(told)
+    until(lambda: service.released, "the robot is never let go of")
+    assert service.released == [("yard_1", service.set_points[0][1]["session"])]
+    count = len(service.set_points)
+    page.wait_for_timeout(600)
+    assert len(service.set_points) == count
+    page.get_by_test_id("drive-take").click()
+    until(lambda: len(service.set_points) > count, "control is never taken again")
+    assert service.set_points[-1][1]["session"] != service.set_points[0][1]["session"]
+
+
+def test_why_a_robot_cannot_be_driven_is_told(page: Page, service: FakeService) -> None:
+    state = take(page, service)
+    service.undrivable["yard_1"] = "yard_1 is on mission mission-7"
+    expect(state).to_have_text("Stopped: yard_1 is on mission mission-7.")
+    expect(page.get_by_test_id("drive-stop")).to_be_disabled()
+
+
+def test_a_robot_that_is_not_heard_is_said_to_stop_by_itself(page: Page, service: FakeService) -> None:
+    state = take(page, service)
+    service.last_heard_s = 2.4
+    expect(state).to_have_text("No word from yard_1 for 2.4 s: it stops by itself.")
+
+
+def test_leaving_the_part_lets_go(page: Page, service: FakeService) -> None:
+    take(page, service)
+    page.get_by_test_id("bench-robots").click()
+    until(lambda: service.released, "the robot is never let go of")
+
+
+@pytest.mark.parametrize("width", [800, 1024])
+def test_all_of_the_workbench_is_within_reach_on_a_narrow_page(page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    opened(page, "robots")
+    for part in ("robots", "drive", "plots", "behaviour"):
+        page.get_by_test_id(f"bench-{part}").click()
+        wide = page.evaluate(
+            "[...document.querySelectorAll('#middle')].map((one) => one.scrollWidth - one.clientWidth)"
+        )
+        assert wide == [0], part
+
+
+def test_the_workbench_is_fetched_when_it_is_opened(page: Page) -> None:
+    fetched: list[Any] = page.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
+    assert not [name for name in fetched if "workbench/" in name and "door" not in name]
+
+
+def drives(service: FakeService, robot: str, speed_m_s: float) -> None:
+    """One more word of a robot, 0.1 s on."""
+    told = service.telemetry[robot]
+    service.telemetry[robot] = told | {"at_s": told["at_s"] + 0.1, "x_m": told["x_m"] + 0.1 * speed_m_s}
+
+
+def test_telemetry_is_plotted_paused_and_read_off(page: Page, service: FakeService) -> None:
+    bench = opened(page, "plots")
+    bench.get_by_label("yard_2").check()
+    for number in range(20):
+        drives(service, "yard_1", 0.1 if number < 12 else 0.4)
+        drives(service, "yard_2", 0.2)
+        page.wait_for_timeout(120)
+    speed = bench.locator("figure").first
+    expect(speed).to_contain_text("yard_1 0.40")
+    expect(speed).to_contain_text("yard_2 0.20")
+    expect(speed.locator("polyline")).to_have_count(2)
+    bench.get_by_label("pause").check()
+    drives(service, "yard_1", 9.0)
+    page.wait_for_timeout(300)
+    expect(speed).to_contain_text("yard_1 0.40")
+    bench.get_by_label("Time span").select_option("15 s")
+    bench.get_by_role("group", name="Charts").focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowLeft")
+    expect(speed).to_contain_text("0.8 s ago")
+    expect(speed).to_contain_text("yard_1 0.10")
+    expect(bench.locator(".cursor").first).to_be_attached()
+    bench.get_by_label("battery %").check()
+    bench.get_by_label("table").check()
+    expect(bench.get_by_role("row", name="battery % yard_1")).to_contain_text("97.0")
+    expect(bench.get_by_role("row", name="speed m/s yard_1")).to_contain_text("0.40")
+
+
+def test_the_behaviour_of_a_robot_is_laid_open(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    service.navigate("yard_1", "mission-1")
+    opened(page, "behaviour")
+    expect(page.get_by_test_id("behaviour-script").locator("li").first).to_contain_text(
+        "running yard_1 goes from"
+    )
+    conditions = page.get_by_test_id("behaviour-conditions")
+    expect(conditions).to_contain_text("✓ before: the robot holds nothing, jaws open")
+    expect(conditions).to_contain_text("✗ after: the robot is 1.70 m off the approach point of door_1")
+    patterns = page.get_by_test_id("behaviour-patterns")
+    expect(patterns).to_contain_text("translate/advance, task: response 0.95, utility 0.80")
+    expect(patterns).to_contain_text("translate, resultant: response 0.95, utility 0.80")
+    expect(patterns.locator("polyline")).to_have_count(4)
+    data = {
+        "robot": "yard_1",
+        "packet": "a1",
+        "at_s": 12.5,
+        "events": ["toofast"],
+        "detail": "drives at 0.6 m/s",
+    }
+    service.publish("packet.running", "mission-1", **data)
+    expect(page.get_by_test_id("behaviour-events")).to_contain_text(
+        "12.5 s packet.running: a1, toofast, drives at 0.6 m/s"
+    )
+
+
+def test_a_parameter_is_tuned_from_the_newest_version_or_not_at_all(page: Page, service: FakeService) -> None:
+    opened(page, "behaviour")
+    gain = page.get_by_test_id("tune-translate/advance-r.gain")
+    gain.fill("0.5")
+    gain.press("Enter")
+    panel = page.get_by_test_id("behaviour-tuning")
+    expect(panel).to_contain_text("version 1, pending")
+    assert service.tuning["tuning"] == {"NAVIGATE": {"translate/advance": {"r.gain": 0.5}}}
+    service.tune({})
+    gain.fill("0.7")
+    gain.press("Enter")
+    expect(panel).to_contain_text("the tuning of yard_1 has changed")
+    panel.get_by_role("button", name="Read again").click()
+    expect(gain).to_have_value("1")
+    expect(panel).to_contain_text("version 2")
+    gain.fill("0.7")
+    gain.press("Enter")
+    panel.get_by_role("button", name="r.gain as it was set out").click()
+    expect(panel).to_contain_text("version 4")
+    assert service.tuning["tuning"] == {"NAVIGATE": {"translate/advance": {}}}

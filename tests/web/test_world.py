@@ -1,0 +1,85 @@
+"""The console's right pane: robots, one of them closely, and the map."""
+
+import re
+
+import pytest
+
+from tests.web.fake_service import FakeService
+
+playwright = pytest.importorskip("playwright.sync_api")
+from playwright.sync_api import Page, expect  # noqa: E402
+
+pytestmark = pytest.mark.browser
+TWO_POINTS = re.compile(r"^\S+ \S+$")
+
+
+@pytest.fixture
+def map_of(page: Page) -> Page:
+    page.get_by_role("button", name="Map").click()
+    expect(page.locator(".sample-mark")).to_have_count(4)
+    return page
+
+
+def test_a_robot_looked_at_shows_its_synthesis_as_it_goes(page: Page, service: FakeService) -> None:
+    service.telemetry["yard_1"] |= {
+        "packet_tag": "TRANSPORT",
+        "packet_state": "running",
+        "holding": "sample_1",
+        "patterns": {"rotate/attract": (0.3, 0.8), "rotate/obstacle_avoid": (-0.4, 0.25)},
+        "resultants": {"rotate": (0.12, 0.5)},
+    }
+    page.get_by_test_id("robot").filter(has_text="yard_1").click()
+    panel = page.get_by_test_id("robot-panel")
+    expect(panel).to_contain_text("TRANSPORT running")
+    expect(panel.get_by_label("utility 0.80")).to_be_attached()
+    expect(panel).to_contain_text("obstacle avoid")
+    service.telemetry["yard_1"]["patterns"] = {"rotate/attract": (0.3, 0.1)}
+    expect(panel.get_by_label("utility 0.10")).to_be_attached()
+    expect(panel).not_to_contain_text("obstacle avoid")
+    panel.get_by_role("button", name="Close").click()
+    expect(panel).to_be_hidden()
+
+
+def test_a_robot_that_is_silent_can_be_declared_lost(page: Page, service: FakeService) -> None:
+    service.connection["yard_2"] = "offline"
+    service.publish("robot.offline", "yard_2")
+    page.get_by_test_id("robot").filter(has_text="yard_2").click()
+    expect(page.get_by_test_id("robot-connection")).to_have_text("offline")
+    page.get_by_test_id("robot-declare_lost").click()
+    expect(page.get_by_test_id("robot-connection")).to_have_text("lost")
+    page.get_by_test_id("robot-declare_found").click()
+    expect(page.get_by_test_id("robot-connection")).to_have_text("offline")
+    assert service.declared == [("yard_2", "declare_lost"), ("yard_2", "declare_found")]
+
+
+def test_a_sample_and_a_place_picked_on_the_map_become_a_goal(map_of: Page) -> None:
+    map_of.locator("[data-name=bay_6] rect").click()
+    expect(map_of.locator("#pick-note")).to_contain_text("Pick a sample first")
+    map_of.locator("[data-name=sample_2] rect").click()
+    map_of.locator("[data-name=bay_6] rect").click()
+    expect(map_of.get_by_test_id("goal-text")).to_have_value("move sample_2 to bay_6")
+    expect(map_of.get_by_test_id("goal-hint")).to_have_text("understood: in(sample_2, bay_6)")
+
+
+def test_robots_move_on_the_map_and_are_looked_at_from_it(map_of: Page, service: FakeService) -> None:
+    mark = map_of.locator(".robot-mark[data-robot=yard_1]")
+    expect(mark).to_be_visible()
+    before = mark.bounding_box()
+    service.telemetry["yard_1"]["y_m"] += 1.0
+    expect(map_of.locator(".trail").first).to_have_attribute("points", TWO_POINTS)
+    after = mark.bounding_box()
+    assert before is not None
+    assert after is not None
+    assert after["y"] < before["y"]  # north is up
+    mark.locator("circle").click()
+    expect(map_of.get_by_test_id("robot-panel")).to_contain_text("yard_1")
+
+
+def test_a_robot_on_the_map_keeps_the_focus_while_it_moves(page: Page, service: FakeService) -> None:
+    page.get_by_role("button", name="Map").click()
+    mark = page.locator(".robot-mark[data-robot=yard_1]")
+    expect(mark).to_be_visible()
+    mark.focus()
+    service.telemetry["yard_1"]["x_m"] = 7.5
+    expect(mark.locator("> g")).to_have_attribute("transform", "translate(7.5 -1.8) rotate(0)")
+    expect(mark).to_be_focused()

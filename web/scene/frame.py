@@ -1,0 +1,92 @@
+"""One instant of a world as it is to be drawn, and the arrays that every page's scene of it shares."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from web.layout import Fact, Point, RobotTelemetry
+from web.scene import palette
+from web.scene.geometry import Floats, turned
+
+RADIUS_M = 0.22
+WHISKER_HEIGHT_M = 0.12
+JAW_OPEN_M, JAW_CLOSED_M = 0.095, 0.068
+UNSEEN_M = -10.0
+"""Height of what is not to be seen: below the floor, so that all parts keep their count."""
+
+Colours = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """All that moves of a world.
+
+    :param names: its robots, in the order they are drawn in.
+    :param trails: by robot, where it was of late, the oldest first.
+    """
+
+    time_s: float = 0.0
+    names: tuple[str, ...] = ()
+    robots: Mapping[str, RobotTelemetry] = field(default_factory=dict)
+    facts: Sequence[Fact] = ()
+    trails: Mapping[str, Sequence[Point]] = field(default_factory=dict)
+
+    @cached_property
+    def heard(self) -> tuple[str, ...]:
+        return tuple(name for name in self.names if name in self.robots)
+
+    @cached_property
+    def places(self) -> Floats:
+        """Where the robots are, shape (N, 3), metres; the unheard below the floor."""
+        places = np.full((len(self.names), 3), UNSEEN_M, dtype=np.float32)
+        for index, name in enumerate(self.names):
+            if name in self.robots:
+                places[index] = (self.robots[name].x_m, self.robots[name].y_m, 0.0)
+        return places
+
+    @cached_property
+    def _headings(self) -> NDArray[np.float64]:
+        return np.array([self.robots[n].heading_rad if n in self.robots else 0.0 for n in self.names])
+
+    @cached_property
+    def turns(self) -> Floats:
+        """The robots' headings as quaternions, shape (N, 4)."""
+        return turned(self._headings)
+
+    @cached_property
+    def jaws(self) -> tuple[Floats, Floats]:
+        """Where the left and the right jaws are, each of shape (N, 3), metres."""
+        apart = [
+            JAW_CLOSED_M if n in self.robots and self.robots[n].holding else JAW_OPEN_M for n in self.names
+        ]
+        left = np.stack([-np.sin(self._headings), np.cos(self._headings), 0 * self._headings], axis=-1)
+        aside = (left * np.array(apart)[:, None]).astype(np.float32)
+        return self.places + aside, self.places - aside
+
+
+def whiskers(robots: Sequence[RobotTelemetry]) -> tuple[Floats, Colours]:
+    """Segments from the hull to what each beam meets, shape (N, 2, 3), and their colours, of that shape too.
+
+    A beam that meets nothing is a stub, so that the count stays the same from one update to the next.
+    """
+    hidden = np.full((1, 2, 3), UNSEEN_M, dtype=np.float32)
+    colours = [np.full((1, 2, 3), palette.WHISKER_FREE, dtype=np.uint8)]
+    points = [hidden]
+    for robot in robots:
+        ranges_m = np.array(robot.ranges_m, dtype=np.float64)  # None becomes NaN
+        free = np.isnan(ranges_m)
+        headings = robot.heading_rad + 2 * pi * np.arange(len(ranges_m)) / max(1, len(ranges_m))
+        ends_m = np.where(free, RADIUS_M + 0.06, np.maximum(ranges_m, RADIUS_M))
+        lengths = np.stack([np.full_like(ends_m, RADIUS_M), ends_m], axis=-1)
+        ahead = np.stack([np.cos(headings), np.sin(headings)], axis=-1)
+        beams = np.full((len(ranges_m), 2, 3), WHISKER_HEIGHT_M, dtype=np.float32)
+        beams[..., :2] = (robot.x_m, robot.y_m) + lengths[..., None] * ahead[:, None, :]
+        points.append(beams)
+        shades = np.full((len(ranges_m), 2, 3), palette.WHISKER_FREE, dtype=np.uint8)
+        shades[~free, 1] = palette.WHISKER_HIT
+        colours.append(shades)
+    return np.concatenate(points), np.concatenate(colours)
