@@ -1,12 +1,18 @@
 """What tests of every room may ask for."""
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from app.composition import make_engine
+from app.plans.worker import PlanningWorker
 from tests.databases import SQLITE, fresh
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The long stories first: begun last, they would hold up the end on one worker."""
+    items.sort(key=lambda item: "scenarios" not in item.path.parts)
 
 
 @pytest.fixture
@@ -16,14 +22,10 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
         yield url
 
 
-@pytest.fixture
-def wait_for() -> Callable[[Callable[[], bool]], None]:
-    """`wait_for(lambda: …)` looks until it is true, half a minute long."""
-
-    def until(true: Callable[[], bool]) -> None:
-        give_up = time.monotonic() + 30
-        while not true():
-            assert time.monotonic() < give_up, "that never came true"
-            time.sleep(0.02)
-
-    return until
+@pytest.fixture(scope="session")
+def worker() -> Iterator[PlanningWorker]:
+    """The planning process, warm."""
+    worker = PlanningWorker(make_engine)
+    worker.warm_up().result(timeout=300)
+    yield worker
+    worker.close()

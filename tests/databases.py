@@ -1,7 +1,6 @@
 """Databases for tests: SQLite in the test's own folder, or PostgreSQL, a database a test that is dropped at its end."""
 
 import os
-import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -9,6 +8,8 @@ from pathlib import Path
 
 import psycopg
 import pytest
+
+from benchmarks.databases import database_on
 
 SERVER = os.environ.get("MACTA_TEST_POSTGRESQL", "postgresql://postgres@127.0.0.1:5432")
 """A server on which databases may be made; without its password, if it wants one, which PGPASSWORD is for."""
@@ -32,13 +33,8 @@ def postgresql() -> Iterator[str]:
     """The address of a database of its own for the length of the block; the test is skipped without a server."""
     if why := why_no_postgresql():
         pytest.skip(why)
-    name = f"macta_test_{uuid.uuid4().hex[:12]}"
-    with psycopg.connect(f"{SERVER}/postgres", autocommit=True) as server:
-        server.execute(f"CREATE DATABASE {name}")
-        try:
-            yield SERVER.replace("postgresql://", "postgresql+psycopg://") + f"/{name}"
-        finally:
-            server.execute(f"DROP DATABASE {name} WITH (FORCE)")
+    with database_on(SERVER) as url:
+        yield url
 
 
 @contextmanager

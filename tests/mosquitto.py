@@ -5,13 +5,15 @@ import shutil
 import signal
 import socket
 import subprocess
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+
+from tests.ports import free_port
+from tests.waiting import until
 
 BINARY = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin")
 START_S = 20.0
@@ -41,10 +43,7 @@ class Mosquitto:
         config.write_text("\n".join([*own, *lines]) + "\n")
         with (self.folder / "mosquitto.log").open("ab") as log:
             self._process = subprocess.Popen([BINARY, "-c", str(config)], stdout=log, stderr=log)
-        give_up = time.monotonic() + START_S
-        while not self._listens():
-            assert time.monotonic() < give_up, (self.folder / "mosquitto.log").read_text()
-            time.sleep(0.02)
+        until(self._listens, f"no broker: see {self.folder / 'mosquitto.log'}", START_S)
 
     def kill(self) -> None:
         """As a power failure would."""
@@ -71,10 +70,7 @@ def mosquitto(folder: Path, *lines: str) -> Iterator[Mosquitto]:
     :param lines: of its configuration, after the listener; without any, everybody is let in.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    broker = Mosquitto(folder, port, lines)
+    broker = Mosquitto(folder, free_port(), lines)
     broker.start()
     try:
         yield broker

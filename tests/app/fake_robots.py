@@ -29,6 +29,8 @@ from robots.wire import (
     ScriptReport,
     ScriptRequest,
     ScriptState,
+    SetPoint,
+    SetPointRefusal,
     StatusQuery,
     StatusReport,
     SymbolicFact,
@@ -63,6 +65,9 @@ class FakeRobot:
     holds: str | None = None
     tunings: list[PacketTunings] = field(default_factory=list)
     forgone: set[str] = field(default_factory=set)
+    set_points: list[SetPoint] = field(default_factory=list)
+    order: int = 0
+    """The number of the newest order followed on the script."""
 
 
 @dataclass
@@ -120,16 +125,26 @@ class FakeTeam:
         self._stop.set()
         self._thread.join()
 
-    def tell(self, name: str, *, battery: float, charging: bool = False) -> None:
+    def tell(
+        self, name: str, *, battery: float, charging: bool = False, driven_by: str | None = None
+    ) -> None:
         """A robot's telemetry arrives."""
         told = Telemetry(
-            at_s=self.clock.now_s(), x_m=0.0, y_m=0.0, heading_rad=0.0, battery=battery, charging=charging
+            at_s=self.clock.now_s(),
+            x_m=0.0,
+            y_m=0.0,
+            heading_rad=0.0,
+            battery=battery,
+            charging=charging,
+            driven_by=driven_by,
         )
         self._far.send(self._message(name, Performative.INFORM, told))
 
-    def report(self, name: str, body: Body) -> None:
-        """A robot's report arrives."""
-        self._say(self._message(name, Performative.INFORM, body))
+    def report(self, name: str, body: Body) -> str:
+        """A robot's report arrives; answers its id."""
+        message = self._message(name, Performative.INFORM, body)
+        self._say(message)
+        return message.id
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -159,6 +174,9 @@ class FakeTeam:
         if isinstance(message.body, TraceQuery):
             self._far.send(self._message(message.receiver, Performative.INFORM, self.traced, message.id))
             return
+        if isinstance(message.body, SetPoint):
+            self._drive(message, message.body, robot)
+            return
         if message.id in robot.answers:
             self._far.send(robot.answers[message.id])
             return
@@ -167,6 +185,15 @@ class FakeTeam:
             return
         robot.answers[message.id] = self._answer(message, robot)
         self._far.send(robot.answers[message.id])
+
+    def _drive(self, message: Message, wanted: SetPoint, robot: FakeRobot) -> None:
+        robot.set_points.append(wanted)
+        name, driver = message.receiver, None if wanted.ends else wanted.driver
+        if name in self.faults.refuses:
+            refusal = SetPointRefusal(driver=wanted.driver, reason=f"{name} is not willing")
+            self._far.send(self._message(name, Performative.REFUSE, refusal, message.id))
+        else:
+            self.tell(name, battery=1.0, driven_by=driver)
 
     def _retune(self, message: Message, wanted: Retune, robot: FakeRobot) -> None:
         refused = message.receiver in self.faults.refuses
@@ -192,6 +219,7 @@ class FakeTeam:
                     0,
                     False,
                 )
+                robot.order = 0
                 robot.cleared.clear()
                 if robot.at is None and "ref1" in script.packets[0].arguments:
                     robot.at = ("near", script.packets[0].arguments["ref1"])
@@ -203,11 +231,8 @@ class FakeTeam:
                 return self._message(
                     name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
                 )
-            case Control(script_id=script_id, verb=verb):
-                self._control(name, robot, script_id, verb)
-                return self._message(
-                    name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
-                )
+            case Control() as order:
+                return self._ordered(message, order, robot)
             case StatusQuery(script_id=script_id):
                 known = robot.script is not None and robot.script.id == script_id
                 waits = known and not robot.started and robot.state is ScriptState.RUNNING
@@ -218,9 +243,19 @@ class FakeTeam:
                     packet_id=robot.script.packets[robot.packet].id if waits and robot.script else None,
                     packet_state=PacketState.INITIALIZING if waits else None,
                     detail="waits" if waits else "",
+                    order=robot.order if known else 0,
                 )
                 return self._message(name, Performative.INFORM, status, message.id)
         raise AssertionError(f"a robot is not sent {message.body.kind}")
+
+    def _ordered(self, message: Message, order: Control, robot: FakeRobot) -> Message:
+        name, script_id = message.receiver, order.script_id
+        if order.verb is not ControlVerb.CANCEL and order.number < robot.order:
+            refusal = Refusal(script_id=script_id, reason=f"overtaken by order {robot.order}")
+            return self._message(name, Performative.REFUSE, refusal, message.id)
+        robot.order = max(order.number, robot.order)
+        self._control(name, robot, script_id, order.verb)
+        return self._message(name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id)
 
     def _control(self, name: str, robot: FakeRobot, script_id: str, verb: ControlVerb) -> None:
         if robot.script is None or robot.script.id != script_id:
@@ -230,12 +265,12 @@ class FakeTeam:
                     script_id=script_id, state=ScriptState.CANCELLED, at_s=self.clock.now_s()
                 )
                 self._say(self._message(name, Performative.FAILURE, forgone))
-        elif verb is ControlVerb.PAUSE:
-            robot.state = ScriptState.PAUSED
-        elif verb is ControlVerb.RESUME:
-            robot.state = ScriptState.RUNNING
-        elif robot.state in (ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUSED):
+        elif robot.state not in (ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUSED):
+            return  # it has ended meanwhile
+        elif verb is ControlVerb.CANCEL:
             self._end(name, robot, ScriptState.CANCELLED)
+        else:
+            robot.state = ScriptState.PAUSED if verb is ControlVerb.PAUSE else ScriptState.RUNNING
 
     def _work(self, name: str, robot: FakeRobot) -> None:
         if robot.script is None or robot.state not in (ScriptState.ACCEPTED, ScriptState.RUNNING):
@@ -252,7 +287,7 @@ class FakeTeam:
             self._report(name, robot, PacketState.RUNNING)
             return
         robot.left_s -= TICK_S
-        if robot.left_s > 0:
+        if robot.left_s > 0 or self._is_let_down(packet):
             return
         dropped = name in self.faults.drops and packet.tag == "TRANSPORT"
         if dropped:
@@ -272,12 +307,19 @@ class FakeTeam:
         if robot.packet == len(robot.script.packets):
             self._end(name, robot, ScriptState.FINISHED)
 
+    def _is_let_down(self, packet: BehaviourPacket) -> bool:
+        """True if it carries something with a partner that does not go on: neither gets on alone."""
+        partner = self.robots.get(packet.arguments.get("partner", ""))
+        return partner is not None and partner.state in (ScriptState.FAILED, ScriptState.CANCELLED)
+
     def _moved(self, robot: FakeRobot, packet: BehaviourPacket) -> None:
         if packet.tag == "DOCK":
             robot.at, robot.holds = ("at", packet.arguments["ref1"]), packet.arguments["object"]
+        elif packet.tag == "DOCK2":
+            robot.at, robot.holds = ("at", packet.arguments["ref2"]), packet.arguments["object"]
         elif "ref2" in packet.arguments:
             robot.at = ("near", packet.arguments["ref2"])
-        if packet.tag == "RELEASE2":
+        if packet.tag in ("RELEASE1", "RELEASE2"):
             robot.holds = None
 
     def _perceived(self, name: str, robot: FakeRobot) -> tuple[SymbolicFact, ...]:

@@ -7,24 +7,29 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from sqlalchemy import update
 
 from app.composition import RunningWorld, Service
+from app.database import Database, ExecutorRow
 from app.goals.desk import GoalRequest
 from app.plans.worker import PlanningWorker
+from app.replicas import DEAD_AFTER_S
 from app.settings import Settings
 from app.states import GoalState, MissionState, PlanState
 from robots.world import load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
+from tests.databases import ON_BOTH
+from tests.waiting import awaited
 
 Begin = Callable[[RunningWorld], AbstractContextManager[Service]]
 ROBOTS = {"yard_1", "yard_2", "store_1", "store_2"}
 
 
 @pytest.fixture
-def begin(tmp_path: Path, worker: PlanningWorker) -> Begin:
+def begin(tmp_path: Path, database_url: str, worker: PlanningWorker) -> Begin:
     """Services in turn on one record."""
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=None)
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
     return lambda world: Service(settings, [world], worker=worker)
 
 
@@ -42,15 +47,20 @@ def goal(service: Service, text: str, *, auto_approve: bool, until: GoalState) -
 
 
 def wait_for(service: Service, goal_id: str, *states: GoalState) -> None:
-    give_up = time.monotonic() + 30
-    while (found := service.goals.get(goal_id)).state not in states:
-        assert time.monotonic() < give_up, f"{found.state}: {found.reason}"
-        time.sleep(0.02)
+    awaited(lambda: service.goals.get(goal_id), lambda found: found.state in states)
 
 
 def facts(service: Service) -> set[tuple[str, str]]:
     """Every fact and its source."""
     return {(row.atom, row.source) for _, row in service.worlds.facts("sample_store")[0]}
+
+
+def make_seem_killed(database_url: str) -> None:
+    """The process that ended was heard of a moment ago, and the record still has it hold its world."""
+    database = Database(database_url)
+    with database.write() as session:
+        session.execute(update(ExecutorRow).values(seen_at=time.time() - DEAD_AFTER_S / 2))
+    database.close()
 
 
 def under_way(service: Service, team: FakeTeam) -> tuple[str, str, str]:
@@ -76,11 +86,13 @@ def test_a_world_of_the_recorded_run_goes_on(begin: Begin, world: RunningWorld, 
         assert facts(third) == believed
 
 
+@ON_BOTH
 def test_a_world_of_another_run_begins_afresh_and_says_why(
-    begin: Begin, world: RunningWorld, team: FakeTeam
+    begin: Begin, world: RunningWorld, team: FakeTeam, database_url: str
 ) -> None:
     with begin(world) as first:
         running, undecided, plan = under_way(first, team)
+    make_seem_killed(database_url)
     with begin(replace(world, run="another", why_afresh="its snapshot is torn")) as second:
         ended = second.goals.get(running)
         assert (ended.state, ended.outcome) == (GoalState.FINISHED, MissionState.FAILED)

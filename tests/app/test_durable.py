@@ -1,26 +1,21 @@
 """Durable workflows: begun when the transaction that starts them commits."""
 
+import threading
 from collections.abc import Iterator
+from functools import partial
 from queue import Empty, Queue
 
 import pytest
+from sqlalchemy import text
 
 from app.database import Database
-from app.database.migrate import migrate
-from app.durable import MISSIONS, PLANNING, Workflows
+from app.durable import MISSIONS, PLANNING, Workflows, or_give_up, sleep_until_woken, step
 from app.durable import Queue as WorkflowQueue
 from tests.databases import ON_BOTH
+from tests.waiting import until
 
 pytestmark = ON_BOTH
 HARDLY_EVER_S = 3600.0
-
-
-@pytest.fixture
-def database(database_url: str) -> Iterator[Database]:
-    database = Database(database_url)
-    migrate(database)
-    yield database
-    database.close()
 
 
 @pytest.fixture
@@ -28,11 +23,18 @@ def carried_out() -> Queue[str]:
     return Queue()
 
 
+def fail_for_good() -> None:
+    raise LookupError
+
+
 @pytest.fixture
 def workflows(database: Database, carried_out: Queue[str]) -> Iterator[Workflows]:
     """Workflows that are hardly ever looked for."""
     workflows = Workflows(database.url, queue_polling_s=HARDLY_EVER_S)
     workflows.register("note", carried_out.put)
+    workflows.register(
+        "fail", lambda subject: or_give_up(partial(step, "try", fail_for_good), carried_out.put)
+    )
     workflows.launch()
     yield workflows
     workflows.close()
@@ -65,3 +67,62 @@ def test_a_workflow_of_a_transaction_that_fails_never_begins(
     assert carried_out.get(timeout=30) == "something"
     with pytest.raises(Empty):
         carried_out.get_nowait()
+
+
+def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
+    database: Database, carried_out: Queue[str]
+) -> None:
+    def nap(subject: str) -> None:
+        step("fall asleep", lambda: carried_out.put("asleep"))
+        sleep_until_woken(HARDLY_EVER_S)
+        carried_out.put(subject)
+
+    def launched() -> Workflows:
+        workflows = Workflows(database.url)
+        workflows.register("nap", nap)
+        workflows.launch()
+        return workflows
+
+    first = launched()
+    with database.write() as session:
+        first.start(session, MISSIONS, "nap", "mine", "awake")
+    assert carried_out.get(timeout=30) == "asleep"
+    until(first._dbos._sys_db.notifications_map.snapshot, "it never sleeps")
+    first.close()
+    until(lambda: not [one for one in threading.enumerate() if one.name.startswith("dbos-executor")])
+
+    second = launched()
+    if database.shared:
+        assert second.take_over(first.executor) == 1
+    with database.write() as session:
+        second.wake(session, "mine", "a message")
+    assert carried_out.get(timeout=30) == "awake"
+    second.close()
+    assert carried_out.empty()
+
+
+def test_a_workflow_that_was_lost_between_its_queue_and_the_process_is_taken_up(
+    database: Database, workflows: Workflows, carried_out: Queue[str]
+) -> None:
+    """As when the database dies after it has recorded who has the workflow, and before it has said so."""
+    with database.write() as session:
+        never_served = WorkflowQueue(name="nobody's", at_once=1)
+        workflows.start(session, never_served, "note", "lost", "something")
+        table = "dbos.workflow_status" if database.shared else "workflow_status"
+        taken = (
+            "SET status = 'PENDING', executor_id = :me, queue_name = 'missions' WHERE workflow_uuid = 'lost'"
+        )
+        session.execute(text(f"UPDATE {table} {taken}"), {"me": workflows.executor})
+    assert workflows.take_up() == 0  # it might just be on its way
+    assert workflows.take_up() == 1
+    assert carried_out.get(timeout=30) == "something"
+    assert workflows.take_up() == 0
+
+
+def test_a_workflow_whose_step_keeps_failing_gives_up_with_the_reason(
+    database: Database, workflows: Workflows, carried_out: Queue[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.durable.steps.STEP_ATTEMPTS", 2)
+    with database.write() as session:
+        workflows.start(session, PLANNING, "fail", "first", "anything")
+    assert "step 'try' failed 2 times" in carried_out.get(timeout=30)

@@ -3,7 +3,7 @@
 import random
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -14,6 +14,7 @@ from app.database.listening import Listening
 from app.database.migrate import migrate
 from app.events import EventLog
 from tests.databases import ON_BOTH, ON_POSTGRESQL
+from tests.waiting import until
 
 WRITERS, EACH = 4, 60
 PROMPT_S = 20.0
@@ -80,18 +81,16 @@ def test_a_stream_that_waits_is_woken_by_what_another_process_writes(made: str) 
 
 
 @ON_POSTGRESQL
-def test_listening_goes_on_after_its_connection_was_cut(
-    made: str, wait_for: Callable[..., None], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_listening_goes_on_after_its_connection_was_cut(made: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.database.listening.SETTLED_S", 3600.0)
     with process(made) as (here, _), process(made) as (there, _):
         topics: list[str] = []
         listening = Listening(here, {"planning": lambda: topics.append("planning")})
         listening.start()
-        wait_for(lambda: len(topics) == 1)
+        until(lambda: len(topics) == 1)
         with there.write() as session:
             listens = "datname = current_database() AND query = 'LISTEN macta'"
             cut = f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE {listens}"
             session.connection().exec_driver_sql(cut)
-        wait_for(lambda: len(topics) == 2)
+        until(lambda: len(topics) == 2)
         listening.close()

@@ -17,16 +17,9 @@ from robots.wire import Message, Performative, Telemetry
 from robots.world import WorldFile
 from tests.app.conftest import TOKEN
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
+from tests.waiting import until
 
 pytestmark = needs_mosquitto
-GIVE_UP_S = 60.0
-
-
-def until(holds: Callable[[], object]) -> None:
-    give_up = time.monotonic() + GIVE_UP_S
-    while not holds():
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
 
 
 @pytest.fixture(scope="module")
@@ -145,8 +138,9 @@ def test_with_another_run_the_world_begins_afresh_and_its_missions_have_failed(
     assert [m for m in second.receive(0.5) if m.body.kind == "script_request"] == []
 
 
-def test_robots_that_were_offline_get_their_scripts_when_they_return_hours_later(
+def test_robots_get_their_scripts_when_they_return_hours_later_though_the_broker_has_lost_all_it_kept(
     service: Service,
+    broker: Mosquitto,
     api: TestClient,
     follow: Callable[..., dict[str, Any]],
     fleet: Callable[[str], FleetLink],
@@ -159,7 +153,10 @@ def test_robots_that_were_offline_get_their_scripts_when_they_return_hours_later
     committed = follow(f"/v1/goals/{goal['id']}", "committed")
     scripts = f"/v1/missions/{committed['mission_id']}/scripts"
     until(lambda: len(api.get(scripts).json()["items"]) == 2)
-    time.sleep(3.0)  # they are sent again and again meanwhile, to nobody
+    time.sleep(2.0)  # they are sent again and again meanwhile, to nobody
+    broker.kill()
+    time.sleep(1.0)
+    broker.start()
 
     returned = fleet("run-7")
     until(lambda: returned.connected)

@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import httpx2
+
 START_S = 600.0
 END_S = 15.0
 
@@ -27,6 +29,11 @@ class Served:
     @property
     def console(self) -> str:
         return f"{self.address}/?token={self.token}"
+
+    def client(self) -> httpx2.Client:
+        """An operator's."""
+        headers = {"authorization": f"Bearer {self.token}"}
+        return httpx2.Client(base_url=self.address, headers=headers, timeout=20)
 
 
 @contextmanager

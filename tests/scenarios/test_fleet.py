@@ -1,7 +1,8 @@
 """Production: the service, the fleet that drives the world, and the broker between them, each a process of its own."""
 
+import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,10 @@ import httpx2
 import pytest
 
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
-from tests.scenarios.serving import Served, macta_fleet, macta_serve
+from tests.scenarios.judge import truth_of
+from tests.scenarios.killing import kill_family, process_of_the_world
+from tests.scenarios.serving import macta_fleet, macta_serve
+from tests.waiting import awaited, in_state, read_until
 
 pytestmark = [needs_mosquitto, pytest.mark.timeout(600)]
 GIVE_UP_S = 200.0
@@ -22,20 +26,6 @@ def broker(tmp_path: Path) -> Iterator[Mosquitto]:
         yield broker
 
 
-def client(served: Served) -> httpx2.Client:
-    return httpx2.Client(
-        base_url=served.address, headers={"authorization": f"Bearer {served.token}"}, timeout=20
-    )
-
-
-def until(read: Callable[[], Any], holds: Callable[[Any], bool]) -> Any:
-    give_up = time.monotonic() + GIVE_UP_S
-    while not holds(thing := read()):
-        assert time.monotonic() < give_up, thing
-        time.sleep(0.1)
-    return thing
-
-
 def connections(api: httpx2.Client) -> set[str]:
     return {robot["connection"] for robot in api.get("/v1/robots").json()["items"]}
 
@@ -43,18 +33,15 @@ def connections(api: httpx2.Client) -> set[str]:
 def started(api: httpx2.Client, text: str) -> str:
     """The path of a mission that is under way."""
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).json()
-    committed = until(
-        lambda: api.get(f"/v1/goals/{goal['id']}").json(), lambda g: g["mission_id"] is not None
-    )
+    committed = read_until(api, f"/v1/goals/{goal['id']}", lambda g: g["mission_id"] is not None)
     mission = f"/v1/missions/{committed['mission_id']}"
-    until(lambda: api.get(mission).json(), lambda m: m["state"] == "running")
+    in_state(api, mission, "running")
     return mission
 
 
 def ended(api: httpx2.Client, mission: str) -> dict[str, Any]:
     over = ("completed", "partially_completed", "failed", "cancelled")
-    found: dict[str, Any] = until(lambda: api.get(mission).json(), lambda m: m["state"] in over)
-    return found
+    return in_state(api, mission, *over, within_s=GIVE_UP_S)
 
 
 def place_of(api: httpx2.Client, sample: str) -> str:
@@ -63,23 +50,33 @@ def place_of(api: httpx2.Client, sample: str) -> str:
     return str(place)
 
 
-def test_a_mission_is_carried_out_over_a_broker_that_is_killed_and_restarted_meanwhile(
+def test_a_mission_outlives_broker_and_world_its_fleet_ends_in_order_and_may_begin_afresh(
     tmp_path: Path, broker: Mosquitto
 ) -> None:
+    kept = tmp_path / "fleet"
     with (
         macta_serve(tmp_path / "serve", broker_url=broker.url) as served,
-        client(served) as api,
+        served.client() as api,
     ):
         assert connections(api) == {"offline"}
-        with macta_fleet(tmp_path / "fleet", "--broker", broker.url, *SPEED) as fleet:
-            until(lambda: connections(api), {"online"}.__eq__)
+        with macta_fleet(kept, "--broker", broker.url, *SPEED) as fleet:
+            awaited(lambda: connections(api), {"online"}.__eq__, GIVE_UP_S)
             mission = started(api, "move sample_1 to bay_7")
             broker.kill()
             time.sleep(1.0)
             broker.start()
+            kill_family(process_of_the_world(fleet.pid, kept))
             assert ended(api, mission)["state"] == "completed"
             assert place_of(api, "sample_1") == "bay_7"
 
+            fleet.send_signal(signal.SIGTERM)
+            assert fleet.wait(timeout=60) == 0
+            awaited(lambda: connections(api), {"offline"}.__eq__, GIVE_UP_S)
+            assert truth_of(kept).samples["sample_1"].ref == "bay_7"
+
+        with macta_fleet(kept, "--broker", broker.url, "--afresh", *SPEED) as fleet:
+            awaited(lambda: place_of(api, "sample_1"), "door_1".__eq__, GIVE_UP_S)
+            awaited(lambda: connections(api), {"online"}.__eq__, GIVE_UP_S)
             fleet.kill()
-            until(lambda: connections(api), {"connection_broken"}.__eq__)
+            awaited(lambda: connections(api), {"connection_broken"}.__eq__, GIVE_UP_S)
         assert api.get("/readyz").status_code == 200

@@ -12,7 +12,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tests.scenarios.storm import executed, kill_family, truth_of
+from app.soak import Record, executed_twice
+from tests.scenarios.judge import truth_of
+from tests.scenarios.killing import kill_family
 
 KILLS = 4
 GIVE_UP_S = 280.0
@@ -64,10 +66,7 @@ def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
     assert last["outcome"] == "completed", (last, lives.complaints)
     assert {one["goal"] for one in lives.said} == {last["goal"]}
     assert truth_of(lives.data).samples["sample_1"].ref == "bay_7"
-    twice = {
-        event: count for event, count in executed(f"sqlite:///{lives.data}/macta.sqlite").items() if count > 1
-    }
-    assert not twice, "these were begun or ended more than once"
+    assert not executed_twice(Record.read(f"sqlite:///{lives.data}/macta.sqlite"))
     times_s = [one["time_s"] for one in lives.said]
     assert times_s == sorted(times_s)
     assert len({one["world"] for one in lives.said}) == KILLS + 2

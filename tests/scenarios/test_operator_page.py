@@ -5,8 +5,9 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import httpx2
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
 
 from tests.scenarios.serving import Served, macta_serve
 
@@ -26,11 +27,13 @@ FLAGS = [
 ]
 PLAN_MS = 20_000
 MISSION_MS = 120_000
+PICTURES = os.environ.get("MACTA_PICTURES", "")
+SPEED = "1" if PICTURES else "6"
 
 
 @pytest.fixture
 def service(tmp_path: Path) -> Iterator[Served]:
-    with macta_serve(tmp_path / "data", "--speed", "6") as served:
+    with macta_serve(tmp_path / "data", "--speed", SPEED) as served:
         yield served
 
 
@@ -42,34 +45,69 @@ def browser() -> Iterator[Browser]:
         chromium.close()
 
 
+def told(line: ConsoleMessage) -> str:
+    return f"{line.text} ({line.location['url']})"
+
+
+def is_outside(url: str) -> bool:
+    return not url.startswith(("http://127.0.0.1:", "blob:", "data:"))
+
+
 def picture(page: Page, name: str) -> None:
-    """Keep a picture of the page where MACTA_PICTURES says; the documentation's are made so."""
-    folder = os.environ.get("MACTA_PICTURES")
-    if folder:
-        page.wait_for_timeout(1500)  # the view of the world draws in its own time
+    """Keep pictures of the page, dark and light, where MACTA_PICTURES says; the documentation's are made so."""
+    for theme in ("dark", "light") if PICTURES else ():
+        page.locator("#theme").select_option(theme)
+        page.wait_for_timeout(5000)  # the view of the world draws in its own time, anew for another theme
         notice = page.frame_locator("iframe").locator(".mantine-Notification-closeButton")
-        if notice.count():
+        if notice.count() and notice.first.is_visible():
             notice.first.click()  # viser warns of software WebGL, which is all a test machine has
             page.wait_for_timeout(500)
-        page.screenshot(path=Path(folder) / name)
+        page.screenshot(path=Path(PICTURES) / f"{name}-{theme}.png")
+
+
+def kept_replay(service: Served, folder: Path) -> Path:
+    """The only mission's replay as one file, for a browser without the service."""
+    bearer = {"authorization": f"Bearer {service.token}"}
+    with httpx2.Client(base_url=service.address, headers=bearer) as api:
+        (mission,) = api.get("/v1/missions").json()["items"]
+        file = folder / "replay.html"
+        file.write_bytes(api.get(f"/v1/missions/{mission['id']}/replay.html").raise_for_status().content)
+    return file
 
 
 def test_an_operator_approves_a_plan_on_the_page_and_sees_the_mission_complete(
-    service: Served, browser: Browser
+    service: Served, browser: Browser, tmp_path: Path
 ) -> None:
     page = browser.new_page(viewport={"width": 1440, "height": 810})
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("console", lambda line: complaints.append(told(line)) if line.type == "error" else None)
+    page.on("request", lambda request: complaints.append(request.url) if is_outside(request.url) else None)
     page.goto(service.console)
     expect(page.get_by_test_id("live-badge")).to_have_text("live")
 
     page.get_by_test_id("goal-text").fill("move sample_1 to bay_7")
     page.get_by_test_id("goal-submit").click()
     expect(page.get_by_test_id("plan-approve")).to_be_visible(timeout=PLAN_MS)
-    picture(page, "console.png")
+    picture(page, "review")
 
     page.get_by_test_id("plan-approve").click()
+    page.get_by_test_id("plan-confirm").click()
     expect(page.get_by_test_id("mission-state")).to_contain_text("running", timeout=PLAN_MS)
-    picture(page, "mission.png")
+    picture(page, "mission")
     expect(page.get_by_test_id("mission-state")).to_contain_text("completed", timeout=MISSION_MS)
+
+    page.get_by_test_id("mission-replay").click()
+    expect(page.locator(".robot-mark")).to_have_count(4)
+    page.get_by_test_id("replay-time").fill("25")
+    expect(page.locator(".robot-mark .held")).to_have_count(1)
+    picture(page, "replay")
     assert complaints == []
+
+    kept = browser.new_page()
+    asked: list[str] = []
+    kept.on("request", lambda request: asked.append(request.url.partition(":")[0]))
+    kept.goto(kept_replay(service, tmp_path).as_uri())
+    kept.get_by_test_id("replay-time").fill("25")
+    expect(kept.locator(".robot-mark .held")).to_have_count(1)
+    assert set(asked) <= {"file", "data"}

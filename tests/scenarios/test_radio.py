@@ -1,28 +1,32 @@
 """Missions under a poor radio, from goal to simulated truth: robots go on alone and report later (MACTA §4)."""
 
+import time
+from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.composition import make_engine
+from app.cli.truth import truth_of
+from app.composition import RunningWorld, Service
+from app.goals.desk import GoalRequest
 from app.plans.worker import PlanningWorker
+from app.settings import Settings
 from app.states import MissionState
 from benchmarks.errands import with_sample
 from benchmarks.radio import Ended, IsWorst, carry_out, finishes, sends, with_link
+from robots.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
 from sim.radio import Way
+from sim.snapshot import digest_of
 from tests.app.scripted import ScriptedWorker
 from tests.app.store import Store
-
-
-@pytest.fixture(scope="module")
-def worker() -> Iterator[PlanningWorker]:
-    worker = PlanningWorker(make_engine)
-    worker.warm_up().result(timeout=300)
-    yield worker
-    worker.close()
+from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
+from tests.scenarios.serving import macta_fleet
+from tests.waiting import awaited
 
 
 def assert_well_ended(ended: Ended) -> None:
@@ -74,3 +78,130 @@ def test_in_short_windows_of_contact_alone_a_mission_comes_true_with_few_letters
     ended = carry_out(with_link(link.model_dump()), worker, tmp_path)
     assert_well_ended(ended)
     assert ended.letters[Way.DOWN] + ended.letters[Way.UP] < 2.0 * ended.took_s
+
+
+class Operator:
+    """Looks at a mission again and again: its state, what is said of it, which robots are silent for too long."""
+
+    def __init__(self) -> None:
+        self.states: list[str] = []
+        self.reasons: list[str] = []
+        self.silent: set[str] = set()
+
+    def __call__(self, service: Service, mission_id: str) -> None:
+        mission, _ = service.missions.get(mission_id)
+        for known, said in ((self.states, mission.state), (self.reasons, mission.reason)):
+            if known[-1:] != [said]:
+                known.append(said)
+        self.silent |= {report.view.name for report in service.worlds.robots() if report.silent}
+
+
+def test_a_robot_that_misses_its_windows_is_asked_makes_the_mission_unknown_and_is_back_on_contact(
+    worker: PlanningWorker, tmp_path: Path
+) -> None:
+    """It goes on alone meanwhile: what it did is reported once there is contact again."""
+    link = {"contacts": [{"for_s": 10, "every_s": 30}]}
+    operator = Operator()
+    ended = carry_out(
+        with_link(link),
+        worker,
+        tmp_path,
+        worst=lambda message: message.sender == "store_2" and message.body.kind == "packet_report",
+        out_s=200.0,
+        patience_s=1.0,
+        meanwhile=operator,
+    )
+    assert_well_ended(ended)
+    assert "no word from store_2: asking store_2" in operator.reasons, "before the expected time is over"
+    assert "no answer from store_2" in operator.reasons
+    # Whether it is seen running once more depends on when the operator looks: all reports may come at once.
+    assert set(operator.states[operator.states.index("unknown") + 1 :]) <= {"running", "completed"}
+    assert operator.silent == {"store_2"}
+
+
+def test_orders_to_pause_and_resume_that_overtake_each_other_leave_no_robot_paused(
+    worker: PlanningWorker, tmp_path: Path
+) -> None:
+    left = [order for _ in range(6) for order in ("pause", "resume")]
+
+    def hesitate(service: Service, mission_id: str) -> None:
+        mission, _ = service.missions.get(mission_id)
+        if left and mission.started_at_s is not None:
+            getattr(service.missions, left.pop(0))(mission_id, "operator", "")
+
+    link = {"jitter_s": 8.0, "duplication": 0.5}
+    ended = carry_out(with_link(link), worker, tmp_path, meanwhile=hesitate)
+    assert_well_ended(ended)
+    assert left == []
+
+
+POOR = "sample_store_radio"
+GIVE_UP_S = 200.0
+
+
+class Words:
+    """When each robot was heard, in world seconds."""
+
+    def __init__(self, service: Service) -> None:
+        self._service = service
+        self._heard_s: dict[str, list[float]] = defaultdict(list)
+
+    def note(self) -> None:
+        for name, view in self._service.board.views(POOR).items():
+            if view.heard_s is not None and self._heard_s[name][-1:] != [view.heard_s]:
+                self._heard_s[name].append(view.heard_s)
+
+    def longest_silence_s(self, robot: str) -> float:
+        return max(later - one for one, later in pairwise(self._heard_s[robot]))
+
+
+@contextmanager
+def over(broker: Mosquitto, worker: PlanningWorker, data: Path) -> Iterator[Service]:
+    """A service that reaches the robots of the world with the poor radio over a broker."""
+    world = load_world(POOR)
+    names = [robot.name for robot in world.robots]
+    link = ServiceLink(POOR, names, Broker.at(broker.url), digest=digest_of(world))
+    running = RunningWorld(file=world, link=link, clock=link.clock, run=None, fleet=link)
+    settings = Settings(data=data, token="a-token-for-the-tests", database_url=None)
+    try:
+        with Service(settings, [running], worker=worker) as service:
+            yield service
+    finally:
+        link.close()
+
+
+def planned(service: Service, text: str) -> str:
+    goal = service.goals.submit(GoalRequest(world=POOR, text=text), actor="test")
+    found = awaited(lambda: service.goals.get(goal.id), lambda found: found.plan_id, GIVE_UP_S)
+    assert found.plan_id is not None
+    return found.plan_id
+
+
+@needs_mosquitto
+def test_behind_a_broker_the_radio_is_as_poor_and_a_mission_comes_true_as_well(
+    worker: PlanningWorker, tmp_path: Path
+) -> None:
+    """By `macta fleet`; paused and resumed at once meanwhile, so that orders may overtake each other."""
+    fleet = tmp_path / "fleet"
+    with (
+        mosquitto(tmp_path / "broker") as broker,
+        over(broker, worker, tmp_path / "service") as service,
+        macta_fleet(fleet, "--world", POOR, "--broker", broker.url, "--speed", "20"),
+    ):
+        words = Words(service)
+        _, mission_id = service.plans.approve(
+            planned(service, "move sample_1 to bay_7"), actor="test", comment=""
+        )
+        left = ["pause", "resume", "pause", "resume"]
+        give_up = time.monotonic() + GIVE_UP_S
+        while not MissionState((mission := service.missions.get(mission_id)[0]).state).ended:
+            assert time.monotonic() < give_up, (mission.state, mission.reason)
+            if left and mission.started_at_s is not None:
+                getattr(service.missions, left.pop(0))(mission_id, "test", "")
+            words.note()
+            time.sleep(0.02)
+    assert (mission.state, mission.reason) == (MissionState.COMPLETED, "")
+    assert truth_of(fleet, load_world(POOR)).samples["sample_1"].ref == "bay_7"
+    assert words.longest_silence_s("store_2") > 35.0, (
+        "between its windows of contact it is not heard for 45 s"
+    )

@@ -13,14 +13,20 @@ class Run:
 
     def __init__(self, link: LinkSpec = LinkSpec(), *, rate: float = 1.0) -> None:  # noqa: B008
         self.clock, self.rate = ManualClock(), rate
-        self.pace = Pace(self.clock, {"fred": link}, wall=lambda: self.clock.now_s() / self.rate)
+        self.heard_s: float | None = None
+        self.pace = Pace(
+            self.clock,
+            {"fred": link},
+            heard_s=lambda _: self.heard_s,
+            wall=lambda: self.clock.now_s() / self.rate,
+        )
 
     def go(self, seconds: float, *, hears: Callable[[float], bool] = lambda _: False) -> list[float]:
         """Look eight times a world second; answers when the message was sent meanwhile."""
         sent = []
         for _ in range(round(8 * seconds)):
             if hears(self.clock.now_s()):
-                self.pace.heard("fred")
+                self.heard_s = self.clock.now_s()
             if self.pace.is_due("fred", "order"):
                 sent.append(self.clock.now_s())
             self.clock.advance(0.125)

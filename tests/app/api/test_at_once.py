@@ -74,14 +74,14 @@ def test_of_two_plans_that_take_the_same_robot_and_are_approved_at_once_one_is_s
     service: Service, api: TestClient, follow: Follow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plans = [proposed(api, follow, f"move sample_1 to {place}") for place in ("bay_7", "bay_8")]
-    look = service.plans._stale
+    look = service.plans._staleness.of
 
-    def look_and_wait(*given: Any) -> str:
+    def look_and_wait(*given: Any) -> list[str]:
         found = look(*given)
         time.sleep(0.3)  # long enough for the other to look, too
         return found
 
-    monkeypatch.setattr(service.plans, "_stale", look_and_wait)
+    monkeypatch.setattr(service.plans._staleness, "of", look_and_wait)
     answers = at_once([lambda one=one: service.plans.approve(one, actor="someone") for one in plans])  # type: ignore[misc]
     refused = [answer for answer in answers if isinstance(answer, Conflict)]
     assert [answer.code for answer in refused] == ["plan-stale"]

@@ -1,5 +1,6 @@
 """Of what there may be only so many, one more is told when to come again; nothing grows without end."""
 
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -82,11 +83,29 @@ def test_a_client_that_resumes_after_what_is_forgotten_is_told_and_gets_the_curr
     goal = post(address, "move sample_1 to bay_7")
     with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:
         until(events, "plan.proposed")
-    Retention(service.database, service._core.workflows, days=30, events=1).sweep()
+    Retention(service.database, service._core.workflows, days=30, goals_days=365, events=1).sweep()
     with stream(address, "/v1/events", **{"last-event-id": "1"}) as events:
         first, second = next(events), next(events)
     assert (first["type"], first["data"]) == ("stream.reset", {"seen": 1})
     assert (second["type"], second["subject"]) == ("goal.state", goal["id"])
+
+
+def test_of_a_goal_that_is_deleted_is_said_that_it_may_have_been(api: TestClient, service: Service) -> None:
+    goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()["id"]
+    api.post(f"/v1/goals/{goal}:cancel")
+    later = Retention(
+        service.database,
+        service._core.workflows,
+        days=30,
+        goals_days=1,
+        events=1000,
+        now=lambda: time.time() + 2 * 86400,
+    )
+    assert later.sweep().goals == 1
+    gone = api.get(f"/v1/goals/{goal}")
+    assert (gone.status_code, gone.json()["type"]) == (404, "urn:macta:problem:unknown-goal")
+    assert "MACTA_KEEP_GOALS_DAYS" in gone.json()["detail"]
+    assert api.get("/v1/goals").json()["items"] == []
 
 
 def test_of_questions_to_a_robot_only_so_many_may_be_open() -> None:

@@ -66,6 +66,16 @@ def test_a_client_that_begins_gets_the_current_state_first(address: str) -> None
     assert first["data"]["text"] == "move sample_1 to bay_7"
 
 
+def test_a_client_that_has_asked_for_the_state_begins_with_the_next_change(address: str) -> None:
+    with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:
+        post(address, "move sample_1 to bay_7")
+        until(events, "plan.proposed")
+    with stream(address, "/v1/events?state=false") as events:
+        goal = post(address, "move sample_2 to bay_3")
+        first = next(events)
+    assert (first["type"], first["subject"]) == ("goal.submitted", goal["id"])
+
+
 def test_a_client_resumes_after_the_last_event_it_saw(address: str) -> None:
     post(address, "move sample_1 to bay_7")
     with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:

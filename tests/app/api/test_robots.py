@@ -1,6 +1,5 @@
 """An operator looks into a robot's synthesis, and tunes its packets."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from robots.wire import TracedPattern, TracedStretch, TracedTick, TraceReport
 from robots.world import WorldFile
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import read_until
 
 TRACE, TUNING = "/v1/robots/yard_1/trace", "/v1/robots/yard_1/tuning"
 SLOW = {"NAVIGATE": {"translate/advance": {"r.gain": 0.5}}}
@@ -31,11 +31,7 @@ STRETCH = TracedStretch(
 
 
 def until(api: TestClient, holds: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    give_up = time.monotonic() + 30
-    while not holds(tuned := api.get(TUNING).json()):
-        assert time.monotonic() < give_up, tuned
-        time.sleep(0.02)
-    return tuned
+    return read_until(api, TUNING, holds)
 
 
 def events(service: Service, type_: str) -> list[dict[str, Any]]:

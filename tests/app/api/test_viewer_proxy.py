@@ -1,7 +1,6 @@
 """The relay of /viewer/, before a real viser server."""
 
 import asyncio
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -20,20 +19,16 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Subprotocol
 
-from app.api.viewer_proxy import is_share_request, viewer_router
+from app.api.viewer_proxy import is_share_request, view_router, viewer_router
+from tests.ports import free_port
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+VIEWS = 3
 TOKEN = {"authorization": "Bearer secret"}
 
 
 def authenticate(connection: HTTPConnection) -> bool:
     return connection.headers.get("authorization") == TOKEN["authorization"]
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @dataclass
@@ -55,7 +50,8 @@ def relay() -> Iterator[Relay]:
 
     view.request_share_url = count  # type: ignore[method-assign]
     app = FastAPI()
-    app.include_router(viewer_router(lambda: relay.upstream, authenticate))
+    app.include_router(view_router(lambda: relay.upstream))
+    app.include_router(viewer_router(lambda: relay.upstream, authenticate, most=VIEWS))
     port = free_port()
     server = uvicorn.Server(
         uvicorn.Config(app, host="127.0.0.1", port=port, log_level="error", lifespan="off")
@@ -94,6 +90,17 @@ def test_the_page_comes_through_whole(relay: Relay) -> None:
     assert answer.status_code == 200
     assert answer.text == direct.text
     assert "frame-ancestors 'self'" in answer.headers["content-security-policy"]
+
+
+def test_a_page_is_told_whether_the_view_can_be_opened(relay: Relay) -> None:
+    there = relay.upstream
+    assert get(relay, "/v1/view").json() == {"running": True}
+    try:
+        for upstream in (None, f"http://127.0.0.1:{free_port()}"):
+            relay.upstream = upstream
+            assert get(relay, "/v1/view").json() == {"running": False}
+    finally:
+        relay.upstream = there
 
 
 def test_the_page_is_refused_without_a_token(relay: Relay) -> None:
@@ -193,3 +200,27 @@ def test_frames_that_cannot_be_read_count_as_share_requests() -> None:
     assert is_share_request(msgspec.msgpack.encode(["ShareUrlRequest"]))
     assert is_share_request(frame("ShareUrlRequest"))
     assert not is_share_request(frame("ViewerCameraMessage", fov=1.0))
+
+
+def test_of_views_only_so_many_may_be_open_and_one_that_is_closed_makes_room(relay: Relay) -> None:
+    address = f"ws://{relay.host}/viewer"
+
+    def view() -> connect:
+        return connect(address, subprotocols=[PROTOCOL], additional_headers=TOKEN, proxy=None, max_size=None)
+
+    async def look() -> None:
+        opened = [await view() for _ in range(VIEWS)]
+        with pytest.raises(InvalidStatus):
+            await view()
+        for one in opened:
+            await one.close()
+        async with asyncio.timeout(20):
+            while True:
+                try:
+                    await (await view()).close()
+                except InvalidStatus:
+                    await asyncio.sleep(0.01)
+                else:
+                    return
+
+    asyncio.run(look())

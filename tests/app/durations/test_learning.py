@@ -1,6 +1,5 @@
 """Durations are learned from missions that were carried out, and plans are made with them."""
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +7,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import read_until
 
 Follow = Callable[..., dict[str, Any]]
 Carry = Callable[[str], str]
@@ -73,10 +73,7 @@ def test_a_mission_that_was_paused_teaches_nothing(
 ) -> None:
     team.faults.stuck |= {"yard_1", "yard_2", "store_2"}
     mission = approve(plan("move sample_1 to bay_7"))
-    give_up = time.monotonic() + 30
-    while [s["delivery"] for s in api.get(mission).json()["progress"]] != ["acknowledged"] * 2:
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
+    read_until(api, mission, lambda now: [s["delivery"] for s in now["progress"]] == ["acknowledged"] * 2)
     api.post(f"{mission}:pause")
     api.post(f"{mission}:resume")
     team.faults.stuck.clear()

@@ -3,7 +3,6 @@
 The plan is made by hand, for what is checked is how it is carried out.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from tests.app.conftest import PATIENCE_S, TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.app.scripted import ScriptedWorker
 from tests.app.store import Store
+from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
 ENDED = ("completed", "partially_completed", "failed", "cancelled", "unknown")
@@ -58,18 +58,11 @@ def clearances(team: FakeTeam) -> list[str]:
     return [message_id for message_id in team.arrived if ":clearance:" in message_id]
 
 
-def wait_until(happens: Callable[[], object]) -> None:
-    give_up = time.monotonic() + 20
-    while not happens():
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
-
-
 @pytest.fixture
 def waiting(mission: str, team: FakeTeam) -> str:
     """The mission; yard_2 stands before its transport, and yard_1 has not moved: it is stuck."""
     team.faults.stuck.add("yard_1")
-    wait_until(lambda: "yard_2" in team.robots and len(team.robots["yard_2"].executed) == 2)
+    until(lambda: "yard_2" in team.robots and len(team.robots["yard_2"].executed) == 2)
     return mission
 
 
@@ -93,7 +86,7 @@ def test_clearance_is_sent_again_until_the_robot_acknowledges_it(
 ) -> None:
     team.faults.silent.add("yard_2")
     team.faults.stuck.clear()
-    wait_until(lambda: len(clearances(team)) >= 2)
+    until(lambda: len(clearances(team)) >= 2)
     assert len(set(clearances(team))) == 1
     team.faults.silent.clear()
     assert follow(waiting, "completed", "partially_completed", "failed")["state"] == "completed"
@@ -102,7 +95,7 @@ def test_clearance_is_sent_again_until_the_robot_acknowledges_it(
 def test_a_robot_that_waits_for_clearance_is_asked_and_says_so_and_is_given_time(
     api: TestClient, follow: Follow, waiting: str, team: FakeTeam
 ) -> None:
-    wait_until(lambda: packet(api.get(waiting).json(), "yard_2", ARRIVES)["detail"] == "waits")
+    until(lambda: packet(api.get(waiting).json(), "yard_2", ARRIVES)["detail"] == "waits")
     late = api.get(waiting).json()
     assert (late["state"], late["failure"]) == ("running", None)
     team.faults.stuck.clear()
@@ -113,7 +106,7 @@ def test_a_mission_paused_while_a_robot_waits_for_clearance_goes_on(
     api: TestClient, follow: Follow, waiting: str, team: FakeTeam, service: Service
 ) -> None:
     assert api.post(f"{waiting}:pause").status_code == 202
-    wait_until(lambda: {robot.state for robot in team.robots.values()} == {ScriptState.PAUSED})
+    until(lambda: {robot.state for robot in team.robots.values()} == {ScriptState.PAUSED})
     team.faults.stuck.clear()
     assert api.post(f"{waiting}:resume").status_code == 202
     assert follow(waiting, *ENDED)["state"] == "completed"

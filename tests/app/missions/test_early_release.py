@@ -1,6 +1,5 @@
 """What a running mission no longer needs is free again, and goals that wait for it are planned at once."""
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -8,18 +7,10 @@ import pytest
 from fastapi.testclient import TestClient
 
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import read_until
 
 Follow = Callable[..., dict[str, Any]]
 Thing = dict[str, Any]
-
-
-def until(api: TestClient, path: str, holds: Callable[[Thing], object]) -> Thing:
-    """Read a thing until something holds of it, and answer it."""
-    give_up = time.monotonic() + 30
-    while not holds(thing := api.get(path).json()):
-        assert time.monotonic() < give_up, f"{path} stays {thing}"
-        time.sleep(0.02)
-    return thing
 
 
 def waits(goal: Thing) -> bool:
@@ -33,7 +24,7 @@ def half_done(api: TestClient, follow: Follow, team: FakeTeam) -> str:
     mission = start(api, follow, "move sample_1 to bay_7")
     scripts = follow(mission, "running")["progress"]
     (yard,) = (script["robot"] for script in scripts if script["robot"] != "store_2")
-    until(api, f"/v1/robots/{yard}", lambda robot: robot["mission_id"] is None)
+    read_until(api, f"/v1/robots/{yard}", lambda robot: robot["mission_id"] is None)
     return f"{mission} {yard}"
 
 
@@ -57,7 +48,9 @@ def test_a_second_mission_starts_on_a_robot_whose_part_of_the_first_is_over(
     api: TestClient, follow: Follow, team: FakeTeam, half_done: str
 ) -> None:
     first, yard = half_done.split()
-    second = until(api, structured(api, "near", yard, "door_1"), lambda goal: goal["outcome"] or waits(goal))
+    second = read_until(
+        api, structured(api, "near", yard, "door_1"), lambda goal: goal["outcome"] or waits(goal)
+    )
     assert ended(second) == ("finished", "completed"), second["reason"]
     assert api.get(first).json()["state"] == "running"
     assert [robot for robot in api.get(first).json()["progress"] if robot["state"] == "finished"]
@@ -81,7 +74,7 @@ def test_a_goal_that_waits_for_a_robot_is_planned_when_its_part_is_over_not_when
         s["robot"] for s in follow(first, "dispatching", "running")["progress"] if s["robot"] != "store_2"
     )
     goal = structured(api, "near", yard, "door_1")
-    waiting = until(api, goal, waits)
+    waiting = read_until(api, goal, waits)
     assert yard in waiting["reason"]
     team.faults.stuck -= {"yard_1", "yard_2"}
     assert ended(follow(goal, "finished", "unsolvable")) == ("finished", "completed")
@@ -93,7 +86,7 @@ def test_what_the_rest_of_a_mission_needs_stays_its_own(
 ) -> None:
     first, _ = half_done.split()
     goal = post(api, "move sample_1 to door_2", auto_approve=True)
-    waiting = until(api, goal, waits)
+    waiting = read_until(api, goal, waits)
     for name in ("sample_1", "interchange_2", "store_2", "bay_7"):
         assert name in waiting["reason"]
     assert "door_1" not in waiting["reason"]
@@ -103,6 +96,6 @@ def test_what_the_rest_of_a_mission_needs_stays_its_own(
 def test_a_goal_that_no_release_would_help_does_not_wait(api: TestClient, half_done: str) -> None:
     first, _ = half_done.split()
     goal = structured(api, "tracked", "store_1", "yard_1")
-    answer = until(api, goal, lambda goal: goal["outcome"] or waits(goal))
+    answer = read_until(api, goal, lambda goal: goal["outcome"] or waits(goal))
     assert answer["state"] == "unsolvable", answer["reason"]
     assert api.get(first).json()["state"] == "running"

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.missions.monitor import EXTENSION_S, MissionView, ScriptView, review
+from app.missions.monitor import EXTENSION_S, LOOK_S, MissionView, ScriptView, is_overdue, review
 from app.recovery.rules import Policy, Step
 from app.states import MissionState
 from robots.wire import FailureCategory, ScriptState
@@ -76,6 +76,47 @@ def test_a_robot_that_never_acknowledged_its_script_is_silent_too() -> None:
 def test_an_unknown_mission_runs_again_once_the_robot_answers() -> None:
     view = mission(AT_WORK, now_s=500.0, asked_for_s=300.0, state=MissionState.UNKNOWN)
     assert review(view, patience_s=PATIENCE_S).state is MissionState.RUNNING
+
+
+def test_a_robot_whose_silence_its_radio_does_not_explain_is_asked_before_the_expected_time_is_over() -> None:
+    silent, heard = replace(AT_WORK, silent_in_s=0.0), replace(AT_WORK, robot="yard_2", silent_in_s=15.0)
+    verdict = review(mission(silent, heard), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.ask) == (MissionState.RUNNING, ("yard_1",))
+    assert verdict.reason == "no word from yard_1: asking yard_1"
+
+
+@pytest.mark.parametrize(
+    ("silent_in_s", "now_s", "wait_s"), [(20.0, 10.0, 20.0), (0.3, 10.0, LOOK_S), (20.0, 97.0, 3.0)]
+)
+def test_it_is_looked_again_when_a_robot_may_have_been_silent_for_too_long(
+    silent_in_s: float, now_s: float, wait_s: float
+) -> None:
+    heard = replace(AT_WORK, silent_in_s=silent_in_s)
+    verdict = review(mission(heard, now_s=now_s), patience_s=PATIENCE_S)
+    assert (verdict.ask, verdict.wait_s) == ((), wait_s)
+
+
+def test_a_silent_robot_that_does_not_answer_makes_the_mission_unknown_before_its_time_is_over() -> None:
+    silent = replace(AT_WORK, silent_in_s=0.0, open_question=True)
+    for asked_for_s, state in ((0.5 * PATIENCE_S, MissionState.RUNNING), (PATIENCE_S, MissionState.UNKNOWN)):
+        assert review(mission(silent, asked_for_s=asked_for_s), patience_s=PATIENCE_S).state is state
+
+
+def test_once_it_has_answered_what_is_left_of_the_expected_time_is_left() -> None:
+    view = mission(AT_WORK, now_s=60.0, asked_for_s=300.0, state=MissionState.UNKNOWN)
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.enquire_at_s) == (MissionState.RUNNING, 100.0)
+
+
+def test_one_that_is_heard_and_has_yet_to_agree_to_its_script_owes_no_answer_before_the_time_is_over() -> (
+    None
+):
+    coming = replace(AT_WORK, delivery="pending", state=None, silent_in_s=15.0)
+    verdict = review(mission(coming, asked_for_s=PATIENCE_S), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.DISPATCHING
+    silent = replace(coming, silent_in_s=0.0)
+    verdict = review(mission(silent, asked_for_s=PATIENCE_S), patience_s=PATIENCE_S)
+    assert verdict.state is MissionState.UNKNOWN
 
 
 def test_all_scripts_finished_complete_the_mission_even_if_it_was_unknown() -> None:
@@ -229,3 +270,22 @@ def test_a_lost_robot_counts_as_failed_and_nobody_waits_for_it() -> None:
 def test_a_mission_whose_goals_are_true_is_completed_though_a_robot_failed_afterwards() -> None:
     verdict = review(recovered(FAILED, DONE, missed=()), patience_s=PATIENCE_S)
     assert verdict.state is MissionState.COMPLETED
+
+
+def test_a_mission_past_its_deadline_goes_on_and_says_so() -> None:
+    early = review(mission(AT_WORK, now_s=10.0, deadline_s=40.0), patience_s=PATIENCE_S)
+    assert (early.failure, early.reason, early.wait_s) == (None, "", 30.0)
+    late = review(mission(AT_WORK, now_s=41.0, deadline_s=40.0), patience_s=PATIENCE_S)
+    assert (late.state, late.failure) == (MissionState.RUNNING, FailureCategory.DEADLINE)
+    assert late.reason == "its deadline has passed"
+    assert late.cancel == ()
+    assert is_overdue(late.reason)
+
+
+def test_what_else_has_gone_wrong_is_said_before_the_deadline() -> None:
+    view = mission(FAILED, now_s=41.0, deadline_s=40.0, policy=Policy.ASK, tries_left=1)
+    assert review(view, patience_s=PATIENCE_S).failure is FailureCategory.WORLD_CHANGED
+    waits = mission(
+        FAILED, now_s=41.0, deadline_s=40.0, step=Step.DECIDING, reason="; its deadline has passed"
+    )
+    assert review(waits, patience_s=PATIENCE_S).reason.count("deadline") == 1

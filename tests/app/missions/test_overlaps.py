@@ -17,6 +17,7 @@ from app.settings import Settings
 from robots.world import load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
 
@@ -68,6 +69,7 @@ def test_a_deadline_runs_from_the_goals_submission(api: TestClient, follow: Foll
     ended = follow(f"/v1/missions/{mission_id}", "completed")
     assert before_s + 5.0 <= ended["deadline_s"] < ended["started_at_s"]
     assert "after the deadline" in ended["reason"]
+    assert ended["failure"] == "deadline"
 
 
 def service_on(folder: Path, team: FakeTeam, worker: PlanningWorker) -> Service:
@@ -86,10 +88,7 @@ def test_after_a_start_afresh_nothing_of_an_ended_mission_is_delivered(
         with service_on(tmp_path, team, worker) as first, TestClient(first.api) as api:
             api.headers["authorization"] = f"Bearer {TOKEN}"
             goal = post(api, "move sample_1 to bay_7", auto_approve=True)
-            give_up = time.monotonic() + 20
-            while not any(message_id.endswith(":request") for message_id in team.arrived):
-                assert time.monotonic() < give_up
-                time.sleep(0.05)
+            until(lambda: any(message_id.endswith(":request") for message_id in team.arrived))
     with (
         FakeTeam(run="another run") as team,
         service_on(tmp_path, team, worker) as second,

@@ -2,7 +2,6 @@
 true only in part.
 """
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +10,7 @@ from fastapi.testclient import TestClient
 
 from app.composition import Service
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
 ENDED = ("completed", "partially_completed", "failed", "cancelled", "unknown")
@@ -36,13 +36,6 @@ def events(service: Service, type_: str) -> list[dict[str, Any]]:
 def believed(api: TestClient) -> set[str]:
     items = api.get("/v1/worlds/sample_store/facts").json()["items"]
     return {f"{fact['predicate']}({', '.join(fact['args'])})" for fact in items}
-
-
-def follow_until(true: Callable[[], bool]) -> None:
-    give_up = time.monotonic() + 30.0
-    while not true():
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
 
 
 def test_silent_robots_are_asked_and_make_the_mission_unknown_until_they_answer(
@@ -130,10 +123,10 @@ def test_a_cancel_reaches_a_robot_that_never_got_its_script(
 ) -> None:
     team.faults.silent.add("store_2")
     mission = start()
-    follow(mission, "running")
-    api.post(f"{mission}:cancel", json={})
+    assert not follow(mission, "running")["cancel_requested"]
+    assert api.post(f"{mission}:cancel", json={}).json()["cancel_requested"]
     unknown = follow(mission, *ENDED)
-    assert unknown["state"] == "unknown"
+    assert (unknown["state"], unknown["cancel_requested"]) == ("unknown", True)
     assert "no answer from store_2" in unknown["reason"]
     team.faults.silent.clear()
     assert follow(mission, "cancelled", "failed")["state"] == "cancelled"
@@ -163,7 +156,7 @@ def test_scripts_that_all_finish_without_the_goal_being_true_then_are_not_a_succ
     ).json()
     plan_id = follow(f"/v1/goals/{goal['id']}", "planned")["plan_id"]
     mission = f"/v1/missions/{api.post(f'/v1/plans/{plan_id}:approve').json()['mission_id']}"
-    follow_until(lambda: "in(sample_1, bay_7)" in believed(api))
+    until(lambda: "in(sample_1, bay_7)" in believed(api))
     moved = {"facts": [{"predicate": "in", "args": ["sample_1", "bay_12"]}]}
     assert api.put("/v1/worlds/sample_store/facts", json=moved).status_code == 200
     team.faults.stuck.clear()

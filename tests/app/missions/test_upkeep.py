@@ -1,6 +1,5 @@
 """Robots that went home by themselves are believed to be there, and are planned with from there."""
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +7,7 @@ from fastapi.testclient import TestClient
 
 from robots.wire import PacketState, SymbolicFact, UpkeepReport
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
 NEAR_HOME = SymbolicFact(predicate="near", args=("yard_1", "home_yard_1"))
@@ -24,10 +24,7 @@ def positions(api: TestClient, robot: str) -> list[tuple[str, str]]:
 
 
 def moved(api: TestClient, robot: str, place: str) -> None:
-    give_up = time.monotonic() + 30
-    while positions(api, robot) != [("near", place)]:
-        assert time.monotonic() < give_up, positions(api, robot)
-        time.sleep(0.02)
+    until(lambda: positions(api, robot) == [("near", place)])
 
 
 def upkeep(state: PacketState, *perceived: SymbolicFact, at_s: float = 1e6) -> UpkeepReport:

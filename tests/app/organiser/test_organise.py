@@ -94,7 +94,17 @@ def test_packets_carry_the_actions_arguments_times_and_timeouts() -> None:
             assert packet.arguments == planned.arguments
             assert packet.expected_duration_s == planned.duration_s
             assert packet.timeout_s == max(30, 4 * planned.duration_s)
-            assert packet.wait_timeout_s == max(60, 3 * net.makespan_s)
+            bears_s = max(60, 3 * net.makespan_s) if packet.awaits or packet.after else 60
+            assert packet.wait_timeout_s == bears_s
+
+
+def test_only_for_what_another_robot_brings_about_is_waited_longer_than_a_minute() -> None:
+    waits_s = {
+        (script.robot, packet.tag): packet.wait_timeout_s
+        for script in organised(STORE.store_sample_1()).scripts
+        for packet in script.packets
+    }
+    assert waits_s["yard_1", "DOCK"] == 60 < waits_s["store_2", "DOCK"]
 
 
 def test_the_choice_of_each_packet_is_explained_by_what_it_achieves() -> None:

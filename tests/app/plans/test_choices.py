@@ -1,13 +1,13 @@
 """A goal's plans to choose from, and why a plan is as it is, through the API."""
 
-import time
 from collections.abc import Callable
 from typing import Any
 
 from fastapi.testclient import TestClient
 
+from tests.waiting import read_until
+
 Follow = Callable[..., dict[str, Any]]
-PATIENCE_S = 60.0
 GOAL = {"text": "move sample_1 to bay_7"}
 
 
@@ -22,13 +22,7 @@ def searched(api: TestClient, goal_id: str, count: int = 4) -> dict[str, Any]:
     answer = api.post(f"/v1/goals/{goal_id}:alternatives", json={"count": count})
     assert answer.status_code == 202, answer.text
     assert answer.json()["alternatives"]["count"] == count
-    give_up = time.monotonic() + PATIENCE_S
-    while True:
-        goal: dict[str, Any] = api.get(f"/v1/goals/{goal_id}").json()
-        if goal["alternatives"]["state"] != "seeking":
-            return goal
-        assert time.monotonic() < give_up, goal
-        time.sleep(0.02)
+    return read_until(api, f"/v1/goals/{goal_id}", lambda goal: goal["alternatives"]["state"] != "seeking")
 
 
 def choices(api: TestClient, goal_id: str) -> list[dict[str, Any]]:
@@ -53,6 +47,12 @@ def test_alternatives_are_plans_of_which_one_is_approved_and_the_others_are_supe
     assert "yard_2 instead of yard_1" in other["comparison"]
     assert other["makespan_s"] > beside[0]["makespan_s"]
     whole = api.get(f"/v1/plans/{other['id']}").json()
+    spells = [
+        [action["earliest_start_s"], action["earliest_end_s"], action["tag"]]
+        for action in whole["actions"]
+        if "yard_2" in action["agents"]
+    ]
+    assert other["lanes"]["yard_2"] == sorted(spells)
     assert (whole["state"], whole["label"]) == ("proposed", other["label"])
     answer = api.post(f"/v1/plans/{other['id']}:approve")
     assert answer.status_code == 202

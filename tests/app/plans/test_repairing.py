@@ -32,13 +32,24 @@ def test_a_plan_made_for_the_first_time_repairs_none(api: TestClient, follow: Fo
 
 def test_an_overtaken_plan_is_repaired_and_the_rest_of_it_kept(api: TestClient, follow: Follow) -> None:
     old = planned(api, follow)
+    assert api.get(f"/v1/plans/{old['id']}").json()["overtaken"] == []
     move(api, "sample_1", "interchange_2")
+    overtaken = api.get(f"/v1/plans/{old['id']}").json()["overtaken"]
+    assert overtaken[0].startswith(
+        "in(sample_1, door_1) is no longer true: now in(sample_1, interchange_2), operator"
+    )
     refused = api.post(f"/v1/plans/{old['id']}:approve")
     assert refused.status_code == 409
     assert refused.json()["type"] == "urn:macta:problem:plan-stale"
     goal = follow(f"/v1/goals/{old['goal_id']}", "planned")
     new = api.get(f"/v1/plans/{goal['plan_id']}").json()
     assert new["id"] != old["id"]
+    assert new["overtaken"] == []
+    assert (
+        api.get(f"/v1/plans/{old['id']}")
+        .json()["reason"]
+        .startswith("in(sample_1, door_1) is no longer true: ")
+    )
     repairs = new["repairs"]
     assert repairs["plan_id"] == old["id"]
     assert repairs["course"] in ("mended", "anew")

@@ -1,25 +1,17 @@
 """Robots whose battery is low, or that charge, are not recruited."""
 
-import time
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 
 from app.agents import RobotBoard
+from robots.clock import ManualClock
 from robots.wire import Telemetry
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import read_until
 
 Thing = dict[str, Any]
-
-
-def until(api: TestClient, path: str, holds: Callable[[Thing], object]) -> Thing:
-    give_up = time.monotonic() + 30
-    while not holds(thing := api.get(path).json()):
-        assert time.monotonic() < give_up, f"{path} stays {thing}"
-        time.sleep(0.02)
-    return thing
 
 
 def post(api: TestClient, text: str) -> str:
@@ -40,24 +32,27 @@ def test_a_goal_waits_for_a_robot_with_a_low_battery_until_it_has_charged(
     api: TestClient, team: FakeTeam
 ) -> None:
     team.tell("store_2", battery=0.1)
-    until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.1)
+    read_until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.1)
     goal = post(api, "move sample_4 to bay_8")
-    waiting = until(api, goal, settled)
+    waiting = read_until(api, goal, settled)
     assert (waiting["state"], waiting["reason"]) == (
         "submitted",
         "waits for store_2, which rests, its battery at 10%",
     )
     team.tell("store_2", battery=0.5, charging=True)
-    until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.5)
+    read_until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.5)
     assert api.get(goal).json()["state"] == "submitted"
     team.tell("store_2", battery=0.9)
-    assert until(api, goal, lambda goal: goal["state"] != "submitted" and settled(goal))["state"] == "planned"
+    assert (
+        read_until(api, goal, lambda goal: goal["state"] != "submitted" and settled(goal))["state"]
+        == "planned"
+    )
 
 
 def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient, team: FakeTeam) -> None:
     team.tell("yard_1", battery=0.8, charging=True)
-    until(api, "/v1/robots/yard_1", lambda robot: robot["battery"] == 0.8)
-    goal = until(api, post(api, "move sample_1 to bay_7"), settled)
+    read_until(api, "/v1/robots/yard_1", lambda robot: robot["battery"] == 0.8)
+    goal = read_until(api, post(api, "move sample_1 to bay_7"), settled)
     assert "yard_2" in api.get(f"/v1/plans/{goal['plan_id']}").json()["robots"]
 
 
@@ -73,14 +68,15 @@ def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient,
     ],
 )
 def test_a_robot_at_the_mark_is_not_called_fit_and_unfit_by_turns(told: list[Telemetry], rests: bool) -> None:
-    board = RobotBoard([("yard_1", "store")], low_battery=0.2)
+    board = RobotBoard([("yard_1", "store")], clocks={"store": ManualClock()}, low_battery=0.2)
     for telemetry in told:
         board.heard("yard_1", telemetry)
     assert bool(board.resting("store")) is rests
 
 
 def test_the_world_of_a_robot_that_is_fit_again_is_told_once() -> None:
-    board, worlds = RobotBoard([("yard_1", "store")]), list[str]()
+    board = RobotBoard([("yard_1", "store")], clocks={"store": ManualClock()})
+    worlds = list[str]()
     board.rested.append(worlds.append)
     for battery in (0.9, 0.1, 0.1, 0.9, 0.9):
         board.heard("yard_1", said(battery))

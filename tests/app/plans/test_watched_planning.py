@@ -11,10 +11,10 @@ from fastapi.testclient import TestClient
 from app.composition import Service
 from app.plans.worker import PlanningWorker
 from tests.app.plans.fake_engine import make_patient_engine
+from tests.waiting import read_until, until
 
 Follow = Callable[..., dict[str, Any]]
 GOAL = {"text": "move sample_1 to bay_7", "time_limit_s": 120}
-PATIENCE_S = 30.0
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +33,7 @@ def post(api: TestClient, **goal: Any) -> str:
 
 def with_progress(api: TestClient, goal: str) -> dict[str, Any]:
     """The goal, once something is known of its planning."""
-    give_up = time.monotonic() + PATIENCE_S
-    while (thing := api.get(goal).json())["planning"] is None:
-        assert time.monotonic() < give_up, thing
-        time.sleep(0.02)
-    return thing
+    return read_until(api, goal, lambda thing: thing["planning"] is not None)
 
 
 def test_a_goal_tells_how_its_planning_goes_and_its_best_plan_can_be_taken(
@@ -72,10 +68,7 @@ def test_a_goal_that_is_cancelled_while_it_is_planned_is_withdrawn_and_its_work_
     assert (answer.status_code, answer.json()["state"]) == (202, "withdrawn")
     assert answer.json()["reason"] == "cancelled: not today"
     assert api.post(f"{goal}:cancel").json()["outcome"] == "cancelled"
-    give_up = time.monotonic() + PATIENCE_S
-    while before in worker.pids:
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
+    until(lambda: before not in worker.pids)
     after = post(api, text="move sample_1 to bay_8", time_limit_s=2)
     assert follow(after, "planned", "unsolvable")["state"] == "planned"
     assert api.get(goal).json()["state"] == "withdrawn"
@@ -134,9 +127,6 @@ def test_approving_a_plan_ends_the_search_for_others(
     with_progress(api, goal)
     (before,) = worker.pids
     assert api.post(f"/v1/plans/{plan_id}:approve").status_code == 202
-    give_up = time.monotonic() + PATIENCE_S
-    while before in worker.pids or api.get(goal).json()["planning"] is not None:
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
+    until(lambda: before not in worker.pids and api.get(goal).json()["planning"] is None)
     ended = api.get(goal).json()
     assert (ended["plan_id"], ended["alternatives"]) == (plan_id, None)

@@ -3,8 +3,7 @@
 import os
 import signal
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from app.plans.process import END_S, POLL_S, Watch
 from app.plans.worker import PlanningWorker, WorkerClosed
 from planner import PlanningRequest, PlanningStatus, Progress
 from tests.app.plans.fake_engine import make_fake_engine, make_no_engine, problem
+from tests.waiting import until
 
 REQUEST = PlanningRequest(time_limit_s=120)
 PATIENCE_S = 60.0
@@ -35,13 +35,6 @@ class Watching(Watch):
 
     def is_cancelled(self) -> bool:
         return self.cancel.is_set()
-
-
-def until(true: Callable[[], bool]) -> None:
-    give_up = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < give_up
-        time.sleep(0.01)
 
 
 def gone(pid: int) -> bool:
@@ -209,6 +202,17 @@ def test_an_engine_that_cannot_be_made_is_said_at_once(capfd: pytest.CaptureFixt
         worker.warm_up().result(timeout=PATIENCE_S)
     worker.close()
     assert "no engine here" in capfd.readouterr().err
+
+
+def test_a_process_that_is_killed_as_it_begins_is_replaced() -> None:
+    worker = PlanningWorker(make_fake_engine, processes=1)
+    ready = worker.warm_up()
+    (pid,) = worker.pids
+    os.kill(pid, signal.SIGKILL)
+    assert ready.result(timeout=PATIENCE_S)
+    assert pid not in worker.pids
+    assert worker.plan(problem("answer"), REQUEST).status is not PlanningStatus.FAILED
+    worker.close()
 
 
 def test_the_service_process_may_die_and_its_planning_processes_end(tmp_path: Path) -> None:

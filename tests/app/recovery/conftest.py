@@ -21,9 +21,14 @@ def start(api: TestClient, follow: Follow, team: FakeTeam) -> Start:
     team.faults.perceives = True
 
     def started(
-        policy: str, *, fails: str | None = None, times: int = 1_000, text: str = "move sample_1 to bay_7"
+        policy: str,
+        *,
+        fails: str | None = None,
+        times: int = 1_000,
+        text: str = "move sample_1 to bay_7",
+        **wishes: Any,
     ) -> tuple[str, str]:
-        goal = api.post("/v1/goals", json={"text": text, "recovery": policy}).json()
+        goal = api.post("/v1/goals", json={"text": text, "recovery": policy, **wishes}).json()
         plan_id = follow(f"/v1/goals/{goal['id']}", "planned")["plan_id"]
         robots = api.get(f"/v1/plans/{plan_id}").json()["robots"]
         yard = next(robot for robot in robots if robot.startswith("yard"))

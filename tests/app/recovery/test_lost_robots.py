@@ -1,7 +1,6 @@
 """Robots that fall silent, are declared lost, and come back: nobody waits for them, nothing they did is forgotten."""
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -11,19 +10,12 @@ from app.composition import Service
 from robots.wire import PacketReport, PacketState, ScriptReport, ScriptState
 from tests.app.fake_robots import FakeTeam
 from tests.app.recovery.conftest import Follow, Start
+from tests.waiting import read_until, until
 
 Thing = dict[str, Any]
 ENDED = ("completed", "partially_completed", "failed", "cancelled")
 FACTS = "/v1/worlds/sample_store/facts"
 UNKNOWN = "/v1/worlds/sample_store/unknown"
-
-
-def until(api: TestClient, path: str, holds: Callable[[Thing], object]) -> Thing:
-    give_up = time.monotonic() + 60
-    while not holds(thing := api.get(path).json()):
-        assert time.monotonic() < give_up, f"{path} stays {thing}"
-        time.sleep(0.02)
-    return thing
 
 
 def held(api: TestClient) -> set[str]:
@@ -45,10 +37,7 @@ def silent(start: Start, follow: Follow, team: FakeTeam) -> tuple[str, str]:
 
 
 def until_acknowledged(team: FakeTeam, robot: str) -> None:
-    give_up = time.monotonic() + 30
-    while robot not in team.robots or team.robots[robot].script is None:
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
+    until(lambda: robot in team.robots and team.robots[robot].script is not None)
 
 
 def test_how_a_silent_robot_stands_is_shown_as_not_known(api: TestClient, silent: tuple[str, str]) -> None:
@@ -87,7 +76,7 @@ def test_a_lost_robot_is_told_to_stop_when_it_is_heard_again_and_counts_once_it_
     owes = api.post(f"/v1/robots/{yard}:declare_found")
     assert (owes.status_code, owes.json()["type"]) == (409, "urn:macta:problem:script-unresolved")
     team.faults.silent.clear()
-    found = until(api, f"/v1/robots/{yard}", lambda robot: robot["lost"] is None)
+    found = read_until(api, f"/v1/robots/{yard}", lambda robot: robot["lost"] is None)
     assert found["connection"] == "online"
     assert team.robots[yard].state is ScriptState.CANCELLED
     assert team.robots[yard].executed == []
@@ -100,7 +89,7 @@ def test_a_robot_in_contact_that_was_declared_lost_comes_back_only_on_an_operato
     api: TestClient, team: FakeTeam, follow: Follow
 ) -> None:
     team.tell("yard_1", battery=1.0)
-    until(api, "/v1/robots/yard_1", lambda robot: robot["connection"] == "online")
+    read_until(api, "/v1/robots/yard_1", lambda robot: robot["connection"] == "online")
     assert api.post("/v1/robots/yard_1:declare_lost").json()["lost"]["silent"] is False
     team.tell("yard_1", battery=1.0)
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()
@@ -128,13 +117,13 @@ def test_a_lost_robot_that_had_delivered_after_all_has_the_mission_end_as_it_sta
     """The store robot did its work unheard; the mission looked for another way, and there is none."""
     team.faults.stuck.add("store_2")
     mission, _ = start("ask")
-    until(api, mission, lambda now: any(s["state"] == "finished" for s in now["progress"]))
+    read_until(api, mission, lambda now: any(s["state"] == "finished" for s in now["progress"]))
     script = team.robots["store_2"].script
     assert script is not None
     team.faults.silent.add("store_2")
     follow(mission, "unknown")
     api.post("/v1/robots/store_2:declare_lost")
-    until(api, mission, lambda now: now["recovery"]["step"] in ("stuck", "deciding"))
+    read_until(api, mission, lambda now: now["recovery"]["step"] in ("stuck", "deciding"))
     now_s = team.clock.now_s()
     for number, packet in enumerate(script.packets):
         done = PacketReport(
@@ -146,6 +135,19 @@ def test_a_lost_robot_that_had_delivered_after_all_has_the_mission_end_as_it_sta
     assert ended["state"] == "completed", ended["reason"]
     assert "in(sample_1, bay_7)" in held(api)
     assert any(row.type == "world.contradicted" for row in service.events.since(0))
+
+
+def test_what_a_lost_robot_held_is_not_known_either(
+    api: TestClient, start: Start, follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.takes_s = {"TRANSPORT": 1_000_000.0}
+    _, yard = start("never")
+    read_until(api, FACTS, lambda facts: ["sample_1", yard] in [fact["args"] for fact in facts["items"]])
+    team.faults.silent.add(yard)
+    api.post(f"/v1/robots/{yard}:declare_lost")
+    unknown = {item["name"]: item for item in api.get(UNKNOWN).json()["items"]}
+    assert unknown["sample_1"]["reason"] == f"it was in {yard}, which administrator declared lost"
+    assert unknown["sample_1"]["last_believed"]["args"] == ["sample_1", yard]
 
 
 def test_a_late_report_does_not_overwrite_what_is_known_since(
@@ -164,9 +166,6 @@ def test_a_late_report_does_not_overwrite_what_is_known_since(
     docked = next(packet for packet in script.packets if packet.tag == "DOCK")
     late = PacketReport(script_id=script.id, packet_id=docked.id, state=PacketState.FINISHED, at_s=at_s)
     team.report(yard, late)
-    give_up = time.monotonic() + 30
-    while not any(row.type == "world.late_report" for row in service.events.since(0)):
-        assert time.monotonic() < give_up
-        time.sleep(0.02)
+    until(lambda: any(row.type == "world.late_report" for row in service.events.since(0)))
     assert "in(sample_1, door_2)" in held(api)
     assert f"in(sample_1, {yard})" not in held(api)

@@ -10,19 +10,12 @@ from fastapi.testclient import TestClient
 from robots.wire import ScriptState
 from tests.app.fake_robots import FakeTeam
 from tests.app.recovery.conftest import Follow, Start
+from tests.waiting import read_until
 
 Thing = dict[str, Any]
 ENDED = ("completed", "partially_completed", "failed", "cancelled")
 YARDS = {"yard_1", "yard_2"}
 Reach = Callable[[str], str]
-
-
-def until(api: TestClient, path: str, holds: Callable[[Thing], object]) -> Thing:
-    give_up = time.monotonic() + 60
-    while not holds(thing := api.get(path).json()):
-        assert time.monotonic() < give_up, f"{path} stays {thing}"
-        time.sleep(0.02)
-    return thing
 
 
 def acknowledged(mission: Thing) -> bool:
@@ -43,7 +36,7 @@ def reach(api: TestClient, start: Start, follow: Follow, team: FakeTeam) -> Reac
         team.faults.stuck.add("store_2")
         mission, _ = start("ask")
         follow(mission, "running")
-        until(api, mission, acknowledged)
+        read_until(api, mission, acknowledged)
         return mission
 
     def unknown() -> str:
@@ -54,16 +47,16 @@ def reach(api: TestClient, start: Start, follow: Follow, team: FakeTeam) -> Reac
 
     def deciding() -> str:
         mission, _ = start("ask", fails="DOCK")
-        until(api, mission, lambda now: now["recovery"]["step"] == "deciding")
+        read_until(api, mission, lambda now: now["recovery"]["step"] == "deciding")
         return mission
 
     def stuck() -> str:
         team.faults.refuses = set(YARDS)
         mission, _ = start("ask")
-        asked = until(api, mission, lambda now: now["recovery"]["step"] in ("deciding", "stuck"))
+        asked = read_until(api, mission, lambda now: now["recovery"]["step"] in ("deciding", "stuck"))
         if asked["recovery"]["step"] == "deciding":
             api.post(f"/v1/plans/{asked['recovery']['attempts'][-1]['plan_id']}:approve")
-        until(api, mission, lambda now: now["recovery"]["step"] == "stuck")
+        read_until(api, mission, lambda now: now["recovery"]["step"] == "stuck")
         return mission
 
     stages = {stage.__name__: stage for stage in (dispatching, running, unknown, deciding, stuck)}
@@ -86,7 +79,7 @@ def test_a_mission_can_be_cancelled_at_every_stage(
     answer = api.post(f"{mission}:cancel", json={"comment": "no more"})
     assert answer.status_code == 202, answer.text
     if stage in ("dispatching", "unknown"):
-        kept = until(api, mission, lambda now: "cancelled by the operator" in now["reason"])
+        kept = read_until(api, mission, lambda now: "cancelled by the operator" in now["reason"])
         assert kept["state"] not in ENDED
         assert any(script["order"] == "cancel" for script in kept["progress"])
         paused = api.post(f"{mission}:pause")
@@ -122,7 +115,7 @@ def test_a_mission_can_be_paused_and_resumed_at_every_stage(
     contact(team)
     if stage == "deciding":
         api.post(f"/v1/plans/{before['recovery']['attempts'][-1]['plan_id']}:approve")
-    until(api, mission, lambda now: not any(script["order"] for script in now["progress"]))
+    read_until(api, mission, lambda now: not any(script["order"] for script in now["progress"]))
     deeds = {name: len(robot.deeds) for name, robot in team.robots.items()}
     time.sleep(1.0)
     assert {name: len(robot.deeds) for name, robot in team.robots.items()} == deeds

@@ -1,7 +1,6 @@
 """Missions that fail and are recovered: the same again, a repair, a plan without a robot, the operator."""
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 from fastapi.testclient import TestClient
@@ -9,17 +8,10 @@ from fastapi.testclient import TestClient
 from app.composition import Service
 from tests.app.fake_robots import FakeTeam
 from tests.app.recovery.conftest import Follow, Start
+from tests.waiting import read_until
 
 Thing = dict[str, Any]
 ENDED = ("completed", "partially_completed", "failed", "cancelled")
-
-
-def until(api: TestClient, path: str, holds: Callable[[Thing], object]) -> Thing:
-    give_up = time.monotonic() + 60
-    while not holds(thing := api.get(path).json()):
-        assert time.monotonic() < give_up, f"{path} stays {thing}"
-        time.sleep(0.02)
-    return thing
 
 
 def deciding(mission: Thing) -> bool:
@@ -89,7 +81,7 @@ def test_a_repair_waits_for_the_decision_and_shows_its_difference(
     start: Start, api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:
     mission, yard = start("ask", fails="DOCK")
-    asked = until(api, mission, deciding)
+    asked = read_until(api, mission, deciding)
     assert asked["state"] == "recovering"
     plan = open_plan(api, asked)
     assert plan["state"] == "proposed"
@@ -113,7 +105,7 @@ def test_a_repair_that_is_rejected_ends_the_mission_truthfully(
     start: Start, api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:
     mission, _ = start("ask", fails="DOCK")
-    plan = open_plan(api, until(api, mission, deciding))
+    plan = open_plan(api, read_until(api, mission, deciding))
     assert api.post(f"/v1/plans/{plan['id']}:reject", json={"comment": "leave it"}).status_code == 202
     ended = follow(mission, *ENDED)
     assert ended["state"] == "failed"
@@ -129,11 +121,11 @@ def test_a_repair_that_the_world_overtakes_is_made_anew(
     start: Start, api: TestClient, follow: Follow
 ) -> None:
     mission, _ = start("ask", fails="DOCK")
-    plan = open_plan(api, until(api, mission, deciding))
+    plan = open_plan(api, read_until(api, mission, deciding))
     move(api, "sample_1", "door_2")
     stale = api.post(f"/v1/plans/{plan['id']}:approve")
     assert (stale.status_code, stale.json()["type"]) == (409, "urn:macta:problem:plan-stale")
-    fresh = until(api, mission, lambda now: deciding(now) and open_plan(api, now)["id"] != plan["id"])
+    fresh = read_until(api, mission, lambda now: deciding(now) and open_plan(api, now)["id"] != plan["id"])
     assert api.post(f"/v1/plans/{open_plan(api, fresh)['id']}:approve").status_code == 202
     ended = follow(mission, *ENDED)
     assert ended["state"] == "completed", ended["reason"]
@@ -164,10 +156,10 @@ def test_without_a_plan_an_operator_is_asked_and_can_have_it_tried_again(
 ) -> None:
     team.faults.stuck |= {"yard_1", "yard_2"}
     mission, _ = start("ask")
-    until(api, mission, lambda now: all(s["delivery"] == "acknowledged" for s in now["progress"]))
+    read_until(api, mission, lambda now: all(s["delivery"] == "acknowledged" for s in now["progress"]))
     lame = [{"predicate": "can", "args": [f"yard_{n}", "DOCK"], "value": False} for n in (1, 2)]
     assert api.put("/v1/worlds/sample_store/facts", json={"facts": lame}).status_code == 200
-    stuck = until(api, mission, lambda now: now["recovery"]["step"] == "stuck")
+    stuck = read_until(api, mission, lambda now: now["recovery"]["step"] == "stuck")
     assert stuck["state"] == "recovering"
     assert "can(yard_" in stuck["reason"], stuck["reason"]
     assert stuck["failure"] == "world_changed"
@@ -175,7 +167,7 @@ def test_without_a_plan_an_operator_is_asked_and_can_have_it_tried_again(
     assert api.put("/v1/worlds/sample_store/facts", json={"facts": lame}).status_code == 200
     team.faults.stuck.clear()
     assert api.post(f"{mission}:resume").status_code == 202
-    asked = until(api, mission, lambda now: deciding(now) or now["state"] in ENDED)
+    asked = read_until(api, mission, lambda now: deciding(now) or now["state"] in ENDED)
     if asked["state"] not in ENDED:
         assert api.post(f"/v1/plans/{open_plan(api, asked)['id']}:approve").status_code == 202
     ended = follow(mission, *ENDED)
@@ -187,9 +179,9 @@ def test_a_sample_that_an_operator_moves_is_fetched_from_where_it_lies_now(
 ) -> None:
     team.faults.stuck |= {"yard_1", "yard_2", "store_1", "store_2"}
     mission, _ = start("auto")
-    until(api, mission, lambda now: all(s["delivery"] == "acknowledged" for s in now["progress"]))
+    read_until(api, mission, lambda now: all(s["delivery"] == "acknowledged" for s in now["progress"]))
     move(api, "sample_1", "door_2")
-    revised = until(api, mission, lambda now: now["revision"] == 2)
+    revised = read_until(api, mission, lambda now: now["revision"] == 2)
     team.faults.stuck.clear()
     ended = follow(mission, *ENDED)
     assert ended["state"] == "completed", ended["reason"]

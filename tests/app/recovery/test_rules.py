@@ -1,5 +1,7 @@
 """The rules of recovery: what has befallen a mission, who is left out, what an operator decides on."""
 
+from dataclasses import replace
+
 import pytest
 
 from app.recovery.rules import (
@@ -52,6 +54,12 @@ def test_what_a_robot_fails_at_is_tried_again_once_and_then_left_out() -> None:
     twice = left_out([trouble("yard_1"), trouble("store_2"), trouble("yard_1")])
     assert twice == LeftOut(packets=frozenset({("yard_1", "DOCK")}))
     assert twice.words == ("DOCK by yard_1",)
+
+
+def test_a_robot_that_waits_in_vain_for_another_has_not_failed_itself() -> None:
+    waited = replace(trouble("store_2"), waited=True)
+    assert left_out([waited, waited, trouble("yard_1")]) == LeftOut()
+    assert Trouble.from_json(waited.to_json()) == waited
 
 
 def test_a_robot_of_which_nobody_knows_what_it_fails_at_is_left_out_altogether() -> None:

@@ -3,7 +3,7 @@
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,8 @@ from tests.app.conftest import PATIENCE_S, TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.app.serving import served
 from tests.cluster import Cluster, own_cluster
+from tests.waiting import awaited, until
 
-WaitFor = Callable[[Callable[[], bool]], None]
 GIVE_UP_S = 180.0
 """DBOS tries again ever later, up to a minute apart."""
 HEADERS = {"authorization": f"Bearer {TOKEN}"}
@@ -61,7 +61,7 @@ class Follower(threading.Thread):
 
 
 def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
-    cluster: Cluster, address: str, team: FakeTeam, wait_for: WaitFor
+    cluster: Cluster, address: str, team: FakeTeam
 ) -> None:
     follower = Follower(address)
     follower.start()
@@ -75,20 +75,18 @@ def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
             items = api.get("/v1/missions").json()["items"]
             return items[0] if items else {"state": ""}  # type: ignore[no-any-return]
 
-        wait_for(lambda: mission()["state"] == "running")
+        until(lambda: mission()["state"] == "running")
         cluster.kill()
-        refused = api.get("/v1/missions")
-        assert (refused.status_code, refused.json()["title"]) == (503, "Database away")
-        assert int(refused.headers["retry-after"]) > 0
+        for path in ("/v1/missions", "/v1/events"):
+            refused = api.get(path)
+            assert (refused.status_code, refused.json()["title"]) == (503, "Database away")
+            assert int(refused.headers["retry-after"]) > 0
         team.faults.stuck.clear()  # robots finish meanwhile, and keep their reports
         time.sleep(6.0)
         cluster.start()
-        wait_for(lambda: api.get("/v1/missions").status_code == 200)
-        give_up = time.monotonic() + GIVE_UP_S
-        while (last := mission())["state"] != "completed":
-            assert time.monotonic() < give_up, json.dumps(last)
-            time.sleep(0.1)
-        wait_for(lambda: "goal.finished" in [event["type"] for event in follower.seen])
+        until(lambda: api.get("/v1/missions").status_code == 200)
+        awaited(mission, lambda last: last["state"] == "completed", GIVE_UP_S)
+        until(lambda: "goal.finished" in [event["type"] for event in follower.seen])
     assert not follower.ended
     numbers = [event["seq"] for event in follower.seen]
     assert numbers == sorted(set(numbers))

@@ -7,21 +7,13 @@ import pytest
 from sqlalchemy import update
 
 from app.database import Database, ExecutorRow
-from app.database.migrate import migrate
 from app.errors import Unavailable
 from app.replicas import DEAD_AFTER_S, Presence
+from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL, SQLITE
+from tests.waiting import until
 
 Join = Callable[..., Presence]
-WaitFor = Callable[[Callable[[], bool]], None]
-
-
-@pytest.fixture
-def database(database_url: str) -> Iterator[Database]:
-    database = Database(database_url)
-    migrate(database)
-    yield database
-    database.close()
 
 
 @pytest.fixture
@@ -36,13 +28,7 @@ def join(database: Database, taken_over: list[tuple[str, str]]) -> Iterator[Join
     joined: list[Presence] = []
 
     def of(name: str, *, worlds: tuple[str, ...] = ("store",)) -> Presence:
-        def take_over(dead: str) -> int:
-            taken_over.append((name, dead))
-            return 1
-
-        presence = Presence(
-            database, executor=name, serves=["missions"], speaks_for=worlds, take_over=take_over
-        )
+        presence = Presence(database, Noted(name, taken_over), serves=["missions"], speaks_for=worlds)
         presence.register()
         joined.append(presence)
         return presence
@@ -63,38 +49,34 @@ def silence(database: Database, name: str) -> None:
 
 
 @ON_POSTGRESQL
-def test_one_process_speaks_for_a_world_until_it_dies(
-    join: Join, database: Database, wait_for: WaitFor
-) -> None:
+def test_one_process_speaks_for_a_world_until_it_dies(join: Join, database: Database) -> None:
     first, second = join("first"), join("second")
     assert (first.speaks_for("store"), second.speaks_for("store")) == (True, False)
     silence(database, "first")
     second.start()
-    wait_for(lambda: second.speaks_for("store"))
+    until(lambda: second.speaks_for("store"))
 
 
 @ON_POSTGRESQL
-def test_a_process_that_ends_hands_over_at_once(
-    join: Join, taken_over: list[tuple[str, str]], wait_for: WaitFor
-) -> None:
+def test_a_process_that_ends_hands_over_at_once(join: Join, taken_over: list[tuple[str, str]]) -> None:
     first, second = join("first"), join("second")
     first.start()
     first.close()
     second.start()
-    wait_for(lambda: second.speaks_for("store") and ("second", "first") in taken_over)
+    until(lambda: second.speaks_for("store") and ("second", "first") in taken_over)
     assert [one.id for one in second.executors() if one.alive] == ["second"]
 
 
 @ON_POSTGRESQL
 def test_a_dead_process_is_taken_over_from_and_a_living_one_is_not(
-    join: Join, database: Database, taken_over: list[tuple[str, str]], wait_for: WaitFor
+    join: Join, database: Database, taken_over: list[tuple[str, str]]
 ) -> None:
     join("dead")
     living, third = join("living"), join("third")
     silence(database, "dead")
     living.start()
     third.start()
-    wait_for(lambda: bool(taken_over))
+    until(lambda: bool(taken_over))
     assert {dead for _, dead in taken_over} == {"dead"}
 
 

@@ -101,3 +101,35 @@ def test_who_dropped_its_end_stands_at_its_own_spot() -> None:
     carried = revised(lab.facts, [*both, lab.fact("near(fred, fred_spot)")])
     dropped = reconciled(carried, "ginger", [said("robot_attribute(ginger, gripper, empty)")], lab.base)
     assert lab.fact("near(ginger, ginger_spot)") in dropped.apply(carried)
+
+
+def test_a_sample_that_is_not_seen_where_it_should_lie_is_lost() -> None:
+    change = reconciled(STORE.facts, "yard_1", [said("vacant(door_1)"), said(EMPTY)], STORE.base)
+    facts = change.apply(STORE.facts)
+    assert not [f for f in facts if f.predicate == "object_position" and f.args[0] == "sample_1"]
+    assert Fact("vacant", ("door_1",)) in facts
+    assert "sample_1 is lost: it is no longer in door_1" in change.notes
+
+
+def test_a_place_that_holds_no_samples_is_not_vacant_either() -> None:
+    facts = after(STORE.facts, "vacant(home_yard_1)", EMPTY)
+    assert Fact("vacant", ("home_yard_1",)) not in facts
+
+
+def test_what_it_holds_where_it_has_brought_it_can_be_put_down_after_all() -> None:
+    for stands in ("near(yard_1, interchange_2)", "at(yard_1, interchange_2)"):
+        facts = after(holding(), FULL, "in(sample_1, yard_1)", stands)
+        assert [f.args[5] for f in facts if f.predicate == "transported"] == ["interchange_2"]
+        assert Fact("robot_position", ("yard_1", "near", "interchange_2")) in facts
+    emptied = after(holding(), EMPTY, "in(sample_1, interchange_2)", "near(yard_1, interchange_2)")
+    assert not [f for f in emptied if f.predicate == "transported"]
+
+
+def test_two_that_hold_one_object_between_them_stand_in_one_place_however_each_sees_the_beacons() -> None:
+    lab = Laboratory()
+    held = revised(lab.facts, [lab.fact("in(rock_sample, fred)"), lab.fact("in(rock_sample, ginger)")])
+    by_fred = [said("at(fred, lander)"), said("robot_attribute(fred, gripper, full)")]
+    by_ginger = [said("near(ginger, lander)"), said("robot_attribute(ginger, gripper, full)")]
+    one = reconciled(held, "fred", by_fred, lab.base).apply(held)
+    both = reconciled(one, "ginger", by_ginger, lab.base).apply(one)
+    assert {lab.fact("near(fred, fred_spot)"), lab.fact("near(ginger, fred_spot)")} <= both

@@ -1,7 +1,10 @@
 """News that is older than what is known of the same thing is passed over; all else of it is believed."""
 
+import pytest
+
 from app.world_model import place_of, revised, revision
-from app.world_model.timeliness import Dated, known_since, subjects_of, timely
+from app.world_model.timeliness import Dated, in_place_of, known_since, subjects_of, timely
+from planner import Fact
 from tests.app.store import Store
 
 STORE = Store()
@@ -38,3 +41,25 @@ def test_what_was_laid_where_something_else_is_known_to_lie_since_is_nowhere_kno
 def test_what_follows_from_other_facts_is_no_subject_of_its_own() -> None:
     assert subjects_of(STORE.fact("vacant(bay_7)")) == frozenset()
     assert subjects_of(STORE.fact("can(yard_1, DOCK)")) == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("gone", "now"),
+    [
+        (Fact("object_position", ("sample_1", "in", "door_1")), {"sample_1 in bay_3", "sample_2 in door_1"}),
+        (Fact("vacant", ("bay_3",)), {"sample_1 in bay_3"}),
+        (Fact("clear", ("bay_4", "aisle_1")), {"store_1 near bay_4"}),
+        (Fact("robot_position", ("store_1", "near", "bay_1")), {"store_1 near bay_4"}),
+        (Fact("can", ("store_1", "DOCK")), set()),
+    ],
+)
+def test_what_is_so_instead_of_a_fact_is_said_of_the_same_things(gone: Fact, now: set[str]) -> None:
+    believed = [
+        Dated(fact=Fact(predicate, args), source="operator", at_s=3.0)
+        for predicate, args in (
+            ("object_position", ("sample_1", "in", "bay_3")),
+            ("object_position", ("sample_2", "in", "door_1")),
+            ("robot_position", ("store_1", "near", "bay_4")),
+        )
+    ]
+    assert {" ".join(one.fact.args) for one in in_place_of(gone, believed)} == now

@@ -74,6 +74,11 @@ def hold_to_account(
     assert {*difference.kept.values(), *difference.reassigned.values(), *difference.added} == set(new)
     for one, other in difference.kept.items():
         assert deed(left[one]) == deed(new[other])
+        before_s = max(0.0, left[one].earliest_start_s - difference.elapsed_s)
+        later_s = new[other].earliest_start_s - before_s
+        assert abs(difference.shifted.get(other, 0.0) - later_s) < (
+            0.01 if other in difference.shifted else 1.0
+        )
     for robot in plan_net.robots:
         places = [
             difference.kept[one.id]

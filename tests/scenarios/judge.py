@@ -1,0 +1,42 @@
+"""Whether what a witness saw is true: the record and the simulated world, after whatever was killed."""
+
+from pathlib import Path
+
+from app.cli import truth
+from app.cli.truth import holds
+from app.database import Database, WorldRow
+from app.soak import Record, executed_twice, goals_that_did_not_come_true, open_for_ever
+from robots.world import load_world
+from sim.truth import Truth
+from tests.scenarios.witness import WORLD, Witness
+
+
+def judge(seen: Witness, *, data: Path, database_url: str) -> None:
+    """What must hold whatever was killed.
+
+    :param data: the folder in which the world was kept.
+    """
+    assert len(seen.accepted) == len(seen.goals)
+    real, world = truth_of(data), load_world(WORLD)
+    assert {goal["state"] for goal in seen.final} == {"finished"}, seen.final
+    assert not open_for_ever(seen.final)
+    assert not goals_that_did_not_come_true(seen.final, lambda fact: holds(fact, world, real)), real.samples
+    assert not seen.watch.complaints
+    record = Record.read(database_url)
+    assert set(seen.decided.items()) <= {(s.plan_id, s.mission_id) for s in record.scripts}
+    assert not executed_twice(record)
+
+
+def truth_of(data: Path) -> Truth:
+    """The world as the last snapshot in a data folder has it."""
+    return truth.truth_of(data, load_world(WORLD))
+
+
+def run_of(database_url: str) -> str | None:
+    """The run of the world that the record tells of."""
+    database = Database(database_url)
+    try:
+        with database.read() as session:
+            return session.get_one(WorldRow, WORLD).run
+    finally:
+        database.close()

@@ -1,0 +1,60 @@
+"""The service is killed under an open page and started anew: the page says so, and goes on without a reload."""
+
+import shutil
+from pathlib import Path
+
+import httpx2
+import pytest
+from playwright.sync_api import Page, WebSocket, expect, sync_playwright
+
+from tests.ports import free_port
+from tests.scenarios.killing import kill_family
+from tests.scenarios.serving import macta_serve
+from tests.scenarios.test_operator_page import FLAGS
+
+CHROMIUM = shutil.which("chromium")
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium"),
+]
+BACK_MS = 90_000
+
+
+def talking(page: Page) -> set[WebSocket]:
+    """The sockets of the view in three dimensions that have brought something, from now on."""
+    heard: set[WebSocket] = set()
+    page.on("websocket", lambda socket: socket.on("framereceived", lambda _: heard.add(socket)))
+    return heard
+
+
+def until_more(page: Page, heard: set[WebSocket], than: int) -> None:
+    for _ in range(BACK_MS // 200):
+        if len(heard) > than:
+            return
+        page.wait_for_timeout(200)
+    raise AssertionError(f"no socket but the {than} before brought anything")
+
+
+def test_a_page_goes_on_when_the_service_was_killed_and_is_back(tmp_path: Path) -> None:
+    data, port = tmp_path / "data", ("--port", str(free_port()))
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page()
+        live, heard = page.get_by_test_id("live-badge"), talking(page)
+        with macta_serve(data, *port) as first:
+            page.goto(first.console)
+            expect(live).to_have_text("live")
+            until_more(page, heard, than=0)
+            page.get_by_test_id("goal-text").fill("move sample_1 to")  # what is being written stays
+            kill_family(first.process.pid)
+            first.process.wait()
+        expect(live).to_have_text("not live")
+        before = len(heard)
+        with macta_serve(data, *port) as second:
+            expect(live).to_have_text("live", timeout=BACK_MS)
+            until_more(page, heard, than=before)
+            bearer = {"authorization": f"Bearer {second.token}"}
+            httpx2.post(f"{second.address}/v1/goals", json={"text": "move sample_2 to bay_3"}, headers=bearer)
+            expect(page.get_by_test_id("goal-item")).to_contain_text("move sample_2 to bay_3")
+            expect(page.get_by_test_id("goal-text")).to_have_value("move sample_1 to")
+        browser.close()
