@@ -1,4 +1,4 @@
-"""What becomes of the sample store's mission under a poor radio: `python -m benchmarks.radio [--seeds N] [NAME …]`.
+"""What becomes of a mission under a poor radio: `python -m benchmarks.radio [--seeds N] [--world W --goal G] [NAME …]`.
 
 The whole service and the simulated robots, in one process; a row a condition: missions that came true, what they took,
 how often they were `unknown` meanwhile, and how many letters (telemetry apart) went each way.
@@ -7,37 +7,32 @@ how often they were `unknown` meanwhile, and how many letters (telemetry apart) 
 import argparse
 import statistics
 import tempfile
-import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
 
 from app.cli.truth import holds
-from app.composition import RunningWorld, Service, make_engine
+from app.composition import Service, make_engine
 from app.goals.desk import GoalRequest
 from app.plans.worker import PlanningWorker
 from app.settings import Settings
 from app.states import MissionState
 from app.vocabulary import symbolic_all
-from robots.link import InMemoryLink
+from benchmarks.far_world import RATE, FarWorld
+from benchmarks.planned import planned
 from robots.wire import Message, PacketReport, PacketState, ScriptState, SymbolicFact, Telemetry
 from robots.world import LinkSpec, WorldFile, load_world
-from sim.agents import behavioural_agent
-from sim.hub import Hub
-from sim.pacing import Pacer
 from sim.radio import Radio, Way
-from sim.world import Simulation
 
 GOAL = "move sample_1 to bay_7"
-RATE = 20.0
-"""World seconds a second, if the machine can."""
 LIMIT_S = 1500.0
-NAP_S = 0.002
+OUT_S = 20.0
+"""So long the radio is out from the worst instant on."""
 
 IsWorst = Callable[[Message], bool]
+Meanwhile = Callable[[Service, str], None]
 
 
 class Watched(Radio):
@@ -83,52 +78,6 @@ class Tally:
         return [packet for packet, ids in self.finished.items() if len(ids) > 1]
 
 
-class FarWorld:
-    """A simulated world in a thread of this process, its robots behind radios that are watched."""
-
-    def __init__(
-        self,
-        world: WorldFile,
-        *,
-        seed: int,
-        worst: IsWorst | None = None,
-        out_s: float = 20.0,
-        rate: float = RATE,
-    ) -> None:
-        self.tally = Tally()
-        self.radios = {
-            spec.name: Watched(
-                world.link_of(spec), robot=spec.name, seed=seed, tally=self.tally, worst=worst, out_s=out_s
-            )
-            for spec in world.robots
-        }
-        link, far = InMemoryLink.pair()
-        hub = Hub(far, list(self.radios), telemetry_gap_s=0.05, wall_s=time.monotonic, radios=self.radios)
-        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=0.0, hub=hub)
-        self.running = RunningWorld(
-            file=world, link=link, clock=self.simulation.clock, rate=rate, run=self.simulation.run
-        )
-        self._pacer, self._stop = Pacer(time.monotonic, rate), threading.Event()
-        self._thread = threading.Thread(target=self._run, name="far world", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
-        self.simulation.close()
-
-    def _run(self) -> None:
-        while not self._stop.is_set():
-            wait_s = self._pacer.wait_s(self.simulation.clock.now_s()) or 0.0
-            if wait_s > 0:
-                self._stop.wait(max(wait_s, NAP_S))
-            else:
-                self.simulation.step()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
     """How a mission ended in the record, and whether the goal is true in the world itself; `took_s` from approval."""
@@ -151,33 +100,40 @@ def carry_out(
     seed: int = 0,
     goal: str = GOAL,
     worst: IsWorst | None = None,
+    out_s: float = OUT_S,
     rate: float = RATE,
     limit_s: float = LIMIT_S,
+    patience_s: float = 10.0,
+    meanwhile: Meanwhile = lambda service, mission_id: None,
 ) -> Ended:
-    """State the goal, approve the plan, and wait for the mission's end."""
-    settings = Settings(data=folder, token="a-token-of-the-benchmark", database_url=None)
+    """State the goal, approve the plan, and wait for the mission's end.
+
+    :param out_s: how long a radio is out from its `worst` message on.
+    :param patience_s: wall-clock seconds that a robot may take to answer, its radio's time apart.
+    :param meanwhile: called again and again while the mission is under way.
+    """
+    settings = Settings(
+        data=folder, token="a-token-of-the-benchmark", database_url=None, answer_patience_s=patience_s
+    )
+    tally = Tally()
+    radios = {
+        spec.name: Watched(
+            world.link_of(spec), robot=spec.name, seed=seed, tally=tally, worst=worst, out_s=out_s
+        )
+        for spec in world.robots
+    }
     with (
-        FarWorld(world, seed=seed, worst=worst, rate=rate) as far,
+        FarWorld(world, seed=seed, radios=radios, rate=rate) as far,
         Service(settings, [far.running], worker=worker) as service,
     ):
         clock = far.simulation.clock
-        row = service.goals.submit(GoalRequest(world=world.name, text=goal), actor="benchmark")
-        while (row := service.goals.get(row.id)).state in ("submitted", "planning"):
-            time.sleep(0.05)
-        if row.plan_id is None:
-            raise RuntimeError(f"{goal}: {row.state}, {row.reason}")
+        stated, plan_id = planned(service, GoalRequest(world=world.name, text=goal))
         begun_s = clock.now_s()
-        _, mission_id = service.plans.approve(row.plan_id, actor="benchmark", comment="")
-        seen: list[str] = []
-        while True:
-            mission, scripts = service.missions.get(mission_id)
-            if seen[-1:] != [mission.state]:
-                seen.append(mission.state)
-            if MissionState(mission.state).ended or clock.now_s() > begun_s + limit_s:
-                break
-            time.sleep(0.05)
+        _, mission_id = service.plans.approve(plan_id, actor="benchmark", comment="")
+        seen = _followed(service, mission_id, lambda: clock.now_s() > begun_s + limit_s, meanwhile)
+        mission, scripts = service.missions.get(mission_id)
         truth = far.simulation.truth()
-        wanted = [SymbolicFact.model_validate(fact) for fact in row.goal]
+        wanted = [SymbolicFact.model_validate(fact) for fact in stated.goal]
         facts = _facts(service, world.name)
         failed = [f"{s.robot}: {s.state} {s.detail}" for s in scripts if s.state != ScriptState.FINISHED]
         return Ended(
@@ -186,10 +142,25 @@ def carry_out(
             came_true=all(holds(fact, world, truth) for fact in wanted),
             took_s=clock.now_s() - begun_s,
             seen=seen,
-            letters=dict(far.tally.letters),
-            twice=far.tally.twice,
+            letters=dict(tally.letters),
+            twice=tally.twice,
             facts=facts,
         )
+
+
+def _followed(
+    service: Service, mission_id: str, late: Callable[[], bool], meanwhile: Meanwhile
+) -> Sequence[str]:
+    """The states that a mission is in, one after the other, till its end or till it is too late."""
+    seen: list[str] = []
+    while True:
+        mission, _ = service.missions.get(mission_id)
+        if seen[-1:] != [mission.state]:
+            seen.append(mission.state)
+        if MissionState(mission.state).ended or late():
+            return seen
+        meanwhile(service, mission_id)
+        time.sleep(0.05)
 
 
 def _facts(service: Service, world: str) -> list[str]:
@@ -249,6 +220,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help=f"of {', '.join(CONDITIONS)}; all unless told")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--world", default="sample_store")
+    parser.add_argument("--goal", default=GOAL)
     options = parser.parse_args()
     worker = PlanningWorker(make_engine)
     worker.warm_up().result()
@@ -260,7 +233,10 @@ def main() -> None:
             ended = []
             for seed in range(options.seeds):
                 with tempfile.TemporaryDirectory() as folder:
-                    ended.append(carry_out(with_link(link), worker, Path(folder), seed=seed, worst=worst))
+                    world = with_link(link, options.world)
+                    ended.append(
+                        carry_out(world, worker, Path(folder), seed=seed, goal=options.goal, worst=worst)
+                    )
                 if not ended[-1].came_true or ended[-1].state is not MissionState.COMPLETED:
                     print(f"  {name}, seed {seed}: {ended[-1]}")
             print(told(name, ended), flush=True)

@@ -1,53 +1,46 @@
 """How long a dead process' work lies still: kill -9 of an executor until another goes on with its workflow.
 
-uv run python -m benchmarks.recovery [RUNS] [SERVER]
+uv run python -m benchmarks.recovery [RUNS] [TURNS] [SERVER]
+
+TURNS: how often the workflow had done a step and waited for a message before its process was killed; as often as a
+mission's does at most, unless told.
 """
 
+import itertools
 import statistics
 import subprocess
 import sys
 import time
-import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-
-import psycopg
 
 from app.database import Database
 from app.database.migrate import migrate
 from app.durable import MISSIONS, Workflows, sleep_until_woken, step
 from app.events import EventLog
+from app.missions.life import TURNS
 from app.replicas import Presence
+from benchmarks.databases import SERVER, database_on
 
-SERVER = "postgresql://postgres@127.0.0.1:5432"
 TICK_S = 0.1
 GIVE_UP_S = 60.0
 EXECUTE, BEGINS = "--execute", "begins"
 
 
-@contextmanager
-def database_on(server: str) -> Iterator[str]:
-    """The address of a database for the length of the block."""
-    name = f"macta_recovery_{uuid.uuid4().hex[:12]}"
-    with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
-        connection.execute(f"CREATE DATABASE {name}")
-        try:
-            yield server.replace("postgresql://", "postgresql+psycopg://") + f"/{name}"
-        finally:
-            connection.execute(f"DROP DATABASE {name} WITH (FORCE)")
-
-
-def takeover_s(url: str) -> float:
+def takeover_s(url: str, turns: int = 1) -> float:
     """Seconds from the death of the executor that runs a workflow to the workflow's next step, in another process.
 
+    :param turns: of the workflow, before that.
     :raises TimeoutError: if it does not go on within a minute.
     """
     database = Database(url)
     migrate(database)
     log = EventLog(database)
-    with _executor(url, "idle") as idle, _executor(url, BEGINS) as begins:
+    with _executor(url, "idle", turns) as idle, _executor(url, BEGINS, turns) as begins:
         processes = {"idle": idle, BEGINS: begins}
-        runs = _ticks_of(processes, log, after=0)
+        while log.last() < turns:
+            time.sleep(TICK_S)
+        runs = _ticks_of(processes, log, after=turns - 1)
         dying = processes.pop(runs)
         dying.kill()
         dying.wait()
@@ -59,8 +52,8 @@ def takeover_s(url: str) -> float:
 
 
 @contextmanager
-def _executor(url: str, name: str) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "benchmarks.recovery", EXECUTE, url, name]
+def _executor(url: str, name: str, turns: int) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "benchmarks.recovery", EXECUTE, url, name, str(turns)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
@@ -81,8 +74,8 @@ def _ticks_of(names: Collection[str], log: EventLog, *, after: int) -> str:
     raise TimeoutError(f"the workflow runs in none of {', '.join(names)}")
 
 
-def execute(url: str, name: str) -> None:
-    """Be an executor until killed; the one named so begins a workflow that never ends."""
+def execute(url: str, name: str, turns: int) -> None:
+    """Be an executor until killed; the one named so begins a workflow that never ends, so many turns in haste."""
     database = Database(url)
     log = EventLog(database)
     workflows = Workflows(url)
@@ -92,18 +85,12 @@ def execute(url: str, name: str) -> None:
             log.append(session, "workflow.ticked", name)
 
     def life(_: str) -> None:
-        while True:
+        for turn in itertools.count(1):
             step("tick", tick)
-            sleep_until_woken(TICK_S)
+            sleep_until_woken(0.0 if turn < turns else TICK_S)
 
     workflows.register("life", life)
-    presence = Presence(
-        database,
-        executor=workflows.executor,
-        serves=[MISSIONS.name],
-        speaks_for=(),
-        take_over=workflows.take_over,
-    )
+    presence = Presence(database, workflows, serves=[MISSIONS.name], speaks_for=())
     presence.register()
     workflows.launch()
     presence.start()
@@ -114,17 +101,19 @@ def execute(url: str, name: str) -> None:
     time.sleep(10 * GIVE_UP_S)
 
 
-def main(runs: int = 5, server: str = SERVER) -> None:
+def main(runs: int = 5, turns: int = TURNS, server: str = SERVER) -> None:
     took: list[float] = []
     for _ in range(runs):
         with database_on(server) as url:
-            took.append(takeover_s(url))
+            took.append(takeover_s(url, turns))
             print(f"{took[-1]:.1f} s", flush=True)
-    print(f"median {statistics.median(took):.1f} s, {min(took):.1f} to {max(took):.1f} s, {runs} runs")
+    print(
+        f"median {statistics.median(took):.1f} s, {min(took):.1f} to {max(took):.1f} s, {runs} runs after {turns} turns"
+    )
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == [EXECUTE]:
-        execute(*sys.argv[2:4])
+        execute(*sys.argv[2:4], turns=int(sys.argv[4]))
     else:
-        main(*(convert(given) for convert, given in zip((int, str), sys.argv[1:], strict=False)))
+        main(*(convert(given) for convert, given in zip((int, int, str), sys.argv[1:], strict=False)))

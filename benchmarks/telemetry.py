@@ -68,8 +68,8 @@ def main() -> None:
 def _measure(names: list[str], hz: int, seconds: int, port: int) -> None:
     from app.agents import RobotBoard  # not for the publisher, which imports this module, too
 
-    board = TimedBoard(RobotBoard((name, WORLD) for name in names))
     link = ServiceLink(WORLD, names, Broker.at(f"mqtt://127.0.0.1:{port}"))
+    board = TimedBoard(RobotBoard(((name, WORLD) for name in names), clocks={WORLD: link.clock}))
     link.listen(board)
     link.start()
     done = threading.Event()

@@ -6,9 +6,8 @@ from math import cos, nan, pi, sin
 
 import numpy as np
 
-from robots.body import Pose, Sensor
+from robots.body import RADIUS_M, Pose, Sensor
 from robots.geometry import wrap
-from sim.crew import Crew
 from sim.mishaps import (
     Fault,
     Mishaps,
@@ -21,13 +20,14 @@ from sim.mishaps import (
     sees_nothing,
     sightings_read_nan,
 )
+from sim.world import Simulation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
     """An undertaking under way, and the robot of it that something befalls."""
 
-    crew: Crew
+    simulation: Simulation
     mishaps: Mishaps
     rng: np.random.Generator
     robot: str
@@ -35,7 +35,7 @@ class Stage:
 
     @property
     def pose(self) -> Pose:
-        return self.crew.simulation.scene.pose(self.robot)
+        return self.simulation.scene.pose(self.robot)
 
 
 Act = Callable[[Stage], None]
@@ -46,7 +46,7 @@ def turned(stage: Stage) -> None:
     pose = stage.pose
     turn = stage.rng.choice([-1, 1]) * stage.rng.uniform(pi / 2, pi)
     stage.mishaps.lift(
-        stage.crew.simulation, stage.robot, replace(pose, heading_rad=wrap(pose.heading_rad + turn))
+        stage.simulation, stage.robot, replace(pose, heading_rad=wrap(pose.heading_rad + turn))
     )
 
 
@@ -56,9 +56,9 @@ def carried_off(stage: Stage) -> None:
         x_m, y_m = stage.rng.uniform(0.4, 7.6), stage.rng.uniform(0.4, 3.2)
         pose = Pose(x_m=x_m, y_m=y_m, heading_rad=stage.rng.uniform(-pi, pi))
         if abs(complex(x_m - stage.pose.x_m, y_m - stage.pose.y_m)) > 1 and has_room(
-            stage.crew.simulation, stage.robot, pose
+            stage.simulation, stage.robot, pose
         ):
-            stage.mishaps.lift(stage.crew.simulation, stage.robot, pose)
+            stage.mishaps.lift(stage.simulation, stage.robot, pose)
             return
 
 
@@ -67,26 +67,57 @@ def shoved(stage: Stage) -> None:
     for _ in range(100):
         by_m, way = stage.rng.uniform(0.3, 0.6), stage.rng.uniform(-pi, pi)
         try:
-            push(stage.crew.simulation, stage.robot, ahead_m=by_m * cos(way), left_m=by_m * sin(way))
+            push(stage.simulation, stage.robot, ahead_m=by_m * cos(way), left_m=by_m * sin(way))
         except ValueError:
             continue
         return
 
 
 def knocked(by_m: float) -> Act:
-    """The sample rolls off over the floor of the yard, so that no wall hides it."""
+    """The sample rolls off over the floor of the robot's compartment, so that no wall hides it."""
 
     def act(stage: Stage) -> None:
-        truth = stage.crew.simulation.truth().samples[stage.sample]
+        simulation = stage.simulation
+        truth = simulation.truth().samples[stage.sample]
+        room = simulation.world.area_of(simulation.world.robot(stage.robot))
         while True:
             way = stage.rng.uniform(-pi, pi)
             point = (truth.x_m + by_m * cos(way), truth.y_m + by_m * sin(way))
-            if 0.15 < point[0] < 7.85 and 0.15 < point[1] < 3.45:
+            if all(
+                low + 0.15 < at < high - 0.15 for at, (low, high) in zip(point, (room.x, room.y), strict=True)
+            ):
                 break
-        stage.crew.simulation.drop(stage.sample)
-        knock(stage.crew.simulation, stage.sample, point)
+        simulation.drop(stage.sample)
+        knock(simulation, stage.sample, point)
 
     return act
+
+
+def put(point: tuple[float, float], sample: str = "") -> Act:
+    """A sample, the one that the robot works on unless named, is taken up and put down somewhere."""
+
+    def act(stage: Stage) -> None:
+        stage.simulation.drop(sample or stage.sample)
+        knock(stage.simulation, sample or stage.sample, point)
+
+    return act
+
+
+def switched_off(stage: Stage) -> None:
+    stage.mishaps.switch(stage.robot, on=False)
+
+
+def switched_on(stage: Stage) -> None:
+    stage.mishaps.switch(stage.robot, on=True)
+
+
+def jaws_fail(stage: Stage) -> None:
+    """They stay as they are, open or closed."""
+    stage.mishaps.bodies[stage.robot].jaws_fail = True
+
+
+def jaws_mended(stage: Stage) -> None:
+    stage.mishaps.bodies[stage.robot].jaws_fail = False
 
 
 def twisted(turn_rad: float) -> Act:
@@ -95,7 +126,7 @@ def twisted(turn_rad: float) -> Act:
     def act(stage: Stage) -> None:
         turned_rad = stage.pose.heading_rad + stage.rng.choice([-1, 1]) * turn_rad
         lifted = replace(stage.pose, heading_rad=wrap(turned_rad))
-        stage.mishaps.lift(stage.crew.simulation, stage.robot, lifted)
+        stage.mishaps.lift(stage.simulation, stage.robot, lifted)
 
     return act
 
@@ -105,7 +136,7 @@ def nudged(ahead_m: float, left_m: float) -> Act:
 
     def act(stage: Stage) -> None:
         side = stage.rng.choice([-1, 1])
-        push(stage.crew.simulation, stage.robot, ahead_m=side * ahead_m, left_m=side * left_m)
+        push(stage.simulation, stage.robot, ahead_m=side * ahead_m, left_m=side * left_m)
 
     return act
 
@@ -128,9 +159,19 @@ def boxed(at: tuple[float, float], side_m: float) -> Act:
     """A tall box is put somewhere."""
 
     def act(stage: Stage) -> None:
-        stage.crew.simulation.scene.put_box(at, 0.0, side_m=side_m, height_m=0.6)
+        stage.simulation.scene.put_box(at, 0.0, side_m=side_m, height_m=0.6)
 
     return act
+
+
+def walled_in(stage: Stage) -> None:
+    """Four boxes are put round the robot, 0.1 m from its hull."""
+    pose, side_m = stage.pose, 0.3
+    off_m = RADIUS_M + 0.1 + side_m / 2
+    for number in range(4):
+        way = pose.heading_rad + number * pi / 2
+        at = (pose.x_m + off_m * cos(way), pose.y_m + off_m * sin(way))
+        stage.simulation.scene.put_box(at, way, side_m=side_m, height_m=0.6)
 
 
 def sensor(fault: Callable[[], Fault]) -> Act:

@@ -134,5 +134,5 @@ def _together() -> Iterator[Case]:
     shared = partial(Case, during="TRANSPORT", of=relocation, robot=first, after_s=10.0)
     yield shared(name="beacon hidden 10 s", do=hidden(goal), undo=shown(goal), undo_s=10)
     yield shared(name="beacon hidden for good", do=hidden(goal))
-    yield shared(name="object dropped", do=lambda stage: stage.crew.simulation.drop(stage.sample))
+    yield shared(name="object dropped", do=lambda stage: stage.simulation.drop(stage.sample))
     yield shared(name="box on the way", do=boxed((7.9, 3.5), 0.4))

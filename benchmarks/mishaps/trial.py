@@ -39,7 +39,7 @@ class Trial:
         self._case, self._work = case, case.of()
         self._crew = Crew(self._work.world, seed=seed, make_agent=mishaps.fit)
         self._stage = Stage(
-            crew=self._crew,
+            simulation=self._crew.simulation,
             mishaps=mishaps,
             rng=np.random.default_rng(seed),
             robot=case.robot,

@@ -1,0 +1,21 @@
+"""Databases on PostgreSQL for benchmarks and tests, one a run."""
+
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import psycopg
+
+SERVER = "postgresql://postgres@127.0.0.1:5432"
+
+
+@contextmanager
+def database_on(server: str) -> Iterator[str]:
+    """The address of a database for the length of the block."""
+    name = f"macta_run_{uuid.uuid4().hex[:12]}"
+    with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
+        connection.execute(f"CREATE DATABASE {name}")
+        try:
+            yield server.replace("postgresql://", "postgresql+psycopg://") + f"/{name}"
+        finally:
+            connection.execute(f"DROP DATABASE {name} WITH (FORCE)")

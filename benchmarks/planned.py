@@ -1,0 +1,22 @@
+"""A goal that is stated to a service and has its plan."""
+
+import time
+
+from app.composition import Service
+from app.database import GoalRow
+from app.goals.desk import GoalRequest
+
+LOOK_S = 0.05
+
+
+def planned(service: Service, request: GoalRequest) -> tuple[GoalRow, str]:
+    """State a goal and wait for a plan of it; the goal and the plan's id.
+
+    :raises RuntimeError: if there is none.
+    """
+    goal = service.goals.submit(request, actor="benchmark")
+    while (goal := service.goals.get(goal.id)).state in ("submitted", "planning"):
+        time.sleep(LOOK_S)
+    if goal.plan_id is None:
+        raise RuntimeError(f"{goal.text}: {goal.state}, {goal.reason}")
+    return goal, goal.plan_id

@@ -1,0 +1,70 @@
+"""What goes over the radio of a world's robots, seen from outside: when packets run, who has ended its script."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from robots.wire import (
+    Acknowledgement,
+    BehaviourScript,
+    Message,
+    PacketReport,
+    PacketState,
+    ScriptReport,
+    ScriptRequest,
+)
+from robots.world import LinkSpec
+from sim.radio import Radio, Way
+
+
+@dataclass(slots=True, kw_only=True)
+class RobotWatch:
+    """One robot, as its letters tell. `begun_s`: when the packet that it is at began to run, by its tag."""
+
+    scripts: dict[str, BehaviourScript] = field(default_factory=dict)
+    at_work: set[str] = field(default_factory=set)
+    begun_s: dict[str, float] = field(default_factory=dict)
+
+    def sent(self, message: Message) -> None:
+        """It is sent something."""
+        if isinstance(message.body, ScriptRequest):
+            self.scripts[message.body.script.id] = message.body.script
+
+    def said(self, message: Message) -> None:
+        """It says something."""
+        match message.body:
+            case Acknowledgement(script_id=script_id) if message.in_reply_to == f"{script_id}:request":
+                self.at_work.add(script_id)
+            case ScriptReport(script_id=script_id):
+                self.at_work.discard(script_id)
+            case PacketReport() as report:
+                self._note(report)
+
+    def _note(self, report: PacketReport) -> None:
+        tag = next(
+            packet.tag for packet in self.scripts[report.script_id].packets if packet.id == report.packet_id
+        )
+        if report.state is PacketState.RUNNING:
+            self.begun_s.setdefault(tag, report.at_s)
+        else:
+            self.begun_s.pop(tag, None)
+
+
+class WatchedRadio(Radio):
+    """A radio that is listened to, and can be broken: then nothing goes either way."""
+
+    def __init__(self, link: LinkSpec, *, robot: str, seed: int) -> None:
+        super().__init__(link, robot=robot, seed=seed)
+        self.watch, self.broken = RobotWatch(), False
+
+    def send(self, way: Way, message: Message, now_s: float) -> None:
+        if way is Way.DOWN:
+            self.watch.sent(message)
+        else:
+            self.watch.said(message)
+        super().send(way, message, now_s)
+
+    def in_contact(self, at_s: float) -> bool:
+        return not self.broken and super().in_contact(at_s)
+
+
+Radios = Mapping[str, WatchedRadio]
