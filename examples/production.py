@@ -4,6 +4,8 @@ Database and broker are given: MACTA_DATABASE_HOST, …_PORT, …_USER, …_PASS
 MACTA_TOKEN, as docker-compose.yml names them.
 
     uv run python -m examples.production FOLDER
+
+What dies is begun again, as Compose does.
 """
 
 import argparse
@@ -13,8 +15,10 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +28,8 @@ COMPOSE = Path(__file__).parent.parent / "docker-compose.yml"
 VARIABLE = re.compile(r"\$(?:\$|\{(\w+)(?::([-?])([^}]*))?\})")
 MACTA = [sys.executable, "-c", "from app.cli import main; main()"]
 READY = re.compile(r"(?:Macta|The planning worker|The fleet).* is ready.*")
+LOOK_S = 1.0
+GRACE_S = 20
 
 
 class Incomplete(Exception):
@@ -84,6 +90,42 @@ def filled(text: str, given: Mapping[str, str]) -> str:
     return VARIABLE.sub(value, text)
 
 
+class Shape:
+    """Every process of every part, with a folder each; one that ends is begun again, as `restart` has it in Compose."""
+
+    def __init__(self, folder: Path, given: Mapping[str, str]) -> None:
+        """:raises Incomplete: naming the variable that is missing."""
+        parts = parts_of(yaml.safe_load(COMPOSE.read_text()), given)
+        self._begin = {
+            f"{part.name}-{number}": partial(start, part, number, folder)
+            for part in parts
+            for number in range(1, part.copies + 1)
+        }
+        self.running: dict[str, Running] = {}
+
+    def look(self) -> Sequence[Running]:
+        """Begin what does not run; answers what was begun."""
+        ended = [
+            name
+            for name in self._begin
+            if name not in self.running or self.running[name].process.poll() is not None
+        ]
+        self.running.update({name: self._begin[name]() for name in ended})
+        return [self.running[name] for name in ended]
+
+    def end(self) -> None:
+        """In order: by SIGTERM, all at once; who does not end in the time that Compose gives is killed."""
+        for running in self.running.values():
+            running.process.send_signal(signal.SIGTERM)
+        for running in self.running.values():
+            try:
+                running.process.wait(timeout=GRACE_S)
+            except subprocess.TimeoutExpired:
+                running.process.kill()
+                running.process.wait()
+            running.listener.join(timeout=5)
+
+
 def start(part: Part, number: int, folder: Path) -> Running:
     """One process of the part, with a folder of its own; the API on any free port of loopback."""
     own = ["--data", str(folder / f"{part.name}-{number}")] if part.name != "worker" else []
@@ -118,41 +160,26 @@ def _listen(running: Running) -> None:
                 running.ready.set()
 
 
-def start_all(folder: Path, given: Mapping[str, str]) -> list[Running]:
-    """Every process of every part."""
-    parts = parts_of(yaml.safe_load(COMPOSE.read_text()), given)
-    return [start(part, number, folder) for part in parts for number in range(1, part.copies + 1)]
-
-
-def end_all(processes: Sequence[Running]) -> None:
-    for running in processes:
-        running.process.send_signal(signal.SIGTERM)
-    for running in processes:
-        try:
-            running.process.wait(timeout=20)
-        except subprocess.TimeoutExpired:
-            running.process.kill()
-            running.process.wait()
-        running.listener.join(timeout=5)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folder", type=Path, help="where each process keeps what it keeps")
     try:
-        processes = start_all(parser.parse_args().folder, os.environ)
+        shape = Shape(parser.parse_args().folder, os.environ)
     except Incomplete as missing:
         parser.error(str(missing))
+    told: set[int] = set()
     try:
-        for running in processes:
-            running.ready.wait()
-            print(f"{running.name}: {running.said}", flush=True)
-        for running in processes:
-            running.process.wait()
+        while True:
+            shape.look()
+            for running in shape.running.values():
+                if running.ready.is_set() and running.process.pid not in told:
+                    told.add(running.process.pid)
+                    print(f"{running.name}: {running.said}", flush=True)
+            time.sleep(LOOK_S)
     except KeyboardInterrupt:
         pass
     finally:
-        end_all(processes)
+        shape.end()
 
 
 if __name__ == "__main__":

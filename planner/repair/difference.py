@@ -19,6 +19,7 @@ class Difference:
     `kept`: old id → new id of what the same robots do with the same arguments, each robot in the same order.
     `reassigned`: the same of what other robots do now. `dropped` are old ids, `added` new ones. `shifted`: new id →
     seconds by which a kept action starts later (negative: earlier). `later_s`: by how much the plan ends later.
+    `elapsed_s`: where the new plan's start lies on the old one's time axis.
     """
 
     kept: Mapping[str, str]
@@ -27,6 +28,7 @@ class Difference:
     added: tuple[str, ...]
     shifted: Mapping[str, float]
     later_s: float
+    elapsed_s: float
     words: tuple[str, ...]
 
     @property
@@ -70,6 +72,7 @@ def compare(old: Sequence[PlanNetAction], new: PlanNet, *, elapsed_s: float = 0.
         added=tuple(action.id for action in added),
         shifted=shifted,
         later_s=later_s,
+        elapsed_s=round(elapsed_s, 3),
         words=tuple(words),
     )
 
