@@ -149,7 +149,8 @@ class PacketRun:
     def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
         clearance = self._awaited_clearance()
         unmet_now = unmet(self.content.before, percepts)
-        self._missing = [*([clearance] if clearance else []), *(one.words for one in unmet_now)]
+        said = filter(None, (clearance, *(one.words for one in unmet_now)))
+        self._missing = list(dict.fromkeys(said))
         if not self._missing:
             self.state = PacketState.RUNNING
             return Outcome(change=Change(state=self.state))

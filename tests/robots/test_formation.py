@@ -5,13 +5,15 @@ from math import pi
 
 import pytest
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M
+from robots.body import GRIPPER_REACH_M, RADIUS_M, Readings
 from robots.carrying import Askew, JointWayOn, JointWayRound, PutAhead, PutAside
-from robots.conditions import AtHandle, HoldsAlone, JointNear, LinedUp, Over
+from robots.conditions import AtHandle, HoldsAlone, JointNear, LinedUp, Over, unmet
 from robots.formation import formation_with
 from robots.percepts import Percepts
+from robots.repertoire import load_repertoire
 from robots.sightings import Sighting
-from tests.robots.sensed import percepts, sees
+from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
+from tests.robots.stories import packet
 
 HALF_M = 0.45
 
@@ -107,6 +109,22 @@ def test_another_robot_is_at_a_handle_when_its_jaws_are_and_it_stands() -> None:
     assert (
         AtHandle(object="beam", robot="other").check(off).words == "sees other 0.80 m from a handle of beam"
     )
+
+
+def test_who_still_creeps_up_to_the_other_handle_is_waited_for() -> None:
+    """The last of the way is driven at 0.03 m/s: for seconds by less than what counts as having moved."""
+    wanted = packet("TRANSPORT", object="beam", ref2="bay", partner="other", awaits=["in(beam, other)"])
+    before = load_repertoire().bind(wanted, PROFILE).before
+
+    def instant(short_m: float) -> Readings:
+        partner = robot(2j * HALF_M - short_m)
+        return readings(beam(GRIPPER_REACH_M + 1j * HALF_M), partner, closed=True, between="beam")
+
+    creeps = [instant(0.1 - 0.03 * tick / 20) for tick in range(60)]
+    assert AtHandle(object="beam", robot="other").check(watch(creeps)).holds
+    assert unmet(before, watch(creeps))
+    stands = [instant(0.01)] * 60
+    assert not unmet(before, watch([*creeps, *stands]))
 
 
 def test_a_robot_holds_alone_once_the_other_has_backed_off() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.relocation import THING, TO, relocate, scripts
 from robots.patience import UNSEEN_S
-from robots.wire import ScriptState
+from robots.wire import PacketState, ScriptState
 from robots.world import load_world
 from sim.beam import TRAVEL_M
 from sim.crew import Crew
@@ -21,6 +21,20 @@ def test_both_carry_the_sample_past_the_rocks_and_ginger_deposits_it_at_the_land
     done = {name: [each.tag for each in ended.ran if each.robot == name] for name in ("fred", "ginger")}
     assert done["fred"] == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1"]
     assert done["ginger"] == ["TRACK", "DOCK2", "TRANSPORT", "RELEASE2"]
+
+
+@pytest.mark.parametrize("seed", [18, 38])
+def test_who_has_gripped_first_does_not_set_off_before_the_other_has_gripped_too(seed: int) -> None:
+    with Crew(load_world("relocation_lab"), seed=seed, jitter_m=0.0) as crew:
+        crew.send(scripts())
+
+        def one_sets_off() -> bool:
+            crew.hear()
+            running = [one.packet_id for one in crew.reports if one.state is PacketState.RUNNING]
+            return "3_transport" in running
+
+        assert crew.simulation.run_until(one_sets_off, timeout_s=60)
+        assert set(crew.simulation.truth().samples[THING].holders) == {"fred", "ginger"}
 
 
 def cut_short(mishap: Callable[[Crew], None], *, at_s: float = 35.0) -> Crew:
