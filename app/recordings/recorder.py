@@ -71,6 +71,8 @@ class Recorder:
         self._background.start()
 
     def close(self) -> None:
+        self._background.ending.set()
+        self._board.wake()
         if not self._background.end():
             return
         self._let_go()
