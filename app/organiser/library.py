@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from app.errors import MactaError
 from app.organiser.template import Substitution, Template, matches
 from planner import Fact, KnowledgeBase, PlanNetAction
+from robots.yaml_text import read_yaml
 
 
 class LibraryError(MactaError):
@@ -108,7 +109,7 @@ def load_library(knowledge_base: KnowledgeBase, path: str | Path | None = None) 
     source = resources.files("app.organiser") / "library.yaml" if path is None else Path(path)
     origin = "behaviours library" if path is None else str(path)
     try:
-        file = LibraryFile.model_validate(yaml.safe_load(source.read_text()))
+        file = LibraryFile.model_validate(read_yaml(source.read_text()))
     except (OSError, yaml.YAMLError) as error:
         raise LibraryError(f"{origin} cannot be read: {error}") from error
     except ValidationError as error:

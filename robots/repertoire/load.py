@@ -18,6 +18,7 @@ from robots.repertoire.self_level import FILE as SELF_LEVEL
 from robots.repertoire.self_level import load_self_level
 from robots.repertoire.tuning import Tuning, tuned
 from robots.wire import BehaviourPacket
+from robots.yaml_text import read_yaml
 
 TARGET = ("object", "x", "y")
 OBJECT_STAND_OFF_M = 0.6
@@ -157,7 +158,7 @@ def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
     read: dict[str, tuple[str, PacketSpec]] = {}
     for origin, text in texts:
         try:
-            spec = PacketSpec.model_validate(yaml.safe_load(text))
+            spec = PacketSpec.model_validate(read_yaml(text))
         except (yaml.YAMLError, ValidationError) as error:
             raise RepertoireError(f"{origin} is no packet: {error}") from error
         if spec.name in read:

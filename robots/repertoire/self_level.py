@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 from robots.errors import RepertoireError
 from robots.repertoire.parameters import Checked
 from robots.repertoire.schema import PacketSpec, behaviour_patterns
+from robots.yaml_text import read_yaml
 
 FILE = "self_level.yaml"
 
@@ -52,6 +53,6 @@ def load_self_level() -> SelfLevel:
     """
     text = resources.files("robots.repertoire").joinpath(FILE).read_text(encoding="utf-8")
     try:
-        return SelfLevel.model_validate(yaml.safe_load(text))
+        return SelfLevel.model_validate(read_yaml(text))
     except (yaml.YAMLError, ValidationError) as error:
         raise RepertoireError(f"{FILE} is no self level: {error}") from error

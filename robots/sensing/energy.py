@@ -4,10 +4,10 @@ from collections.abc import Container
 from functools import cache
 from importlib import resources
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, model_validator
 
 from robots.body import ALL_SENSORS, Sensor
+from robots.yaml_text import read_yaml
 
 
 class _Checked(BaseModel):
@@ -47,7 +47,7 @@ class Powers(_Checked):
 def load_powers() -> Powers:
     """The powers that ship with the robots' software."""
     text = resources.files("robots.sensing").joinpath("powers.yaml").read_text(encoding="utf-8")
-    return Powers.model_validate(yaml.safe_load(text))
+    return Powers.model_validate(read_yaml(text))
 
 
 class SensingMeter:

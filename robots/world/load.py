@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from robots.errors import RepertoireError
 from robots.repertoire import load_repertoire
 from robots.world.file import WorldFile
+from robots.yaml_text import read_yaml
 
 
 class WorldFileError(ValueError):
@@ -30,7 +31,7 @@ def load_world(name_or_file: str | Path) -> WorldFile:
     """
     text, origin = _read(str(name_or_file))
     try:
-        data = yaml.safe_load(text)
+        data = read_yaml(text)
     except yaml.YAMLError as error:
         raise WorldFileError(f"{origin} is not YAML: {error}") from error
     if not isinstance(data, dict):
