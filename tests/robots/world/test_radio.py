@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -150,6 +150,7 @@ def test_a_silence_is_explained_by_loss_or_for_a_whole_window(link: LinkSpec, qu
     since_s=st.floats(0, 300),
     span_s=st.floats(0, 300),
 )
+@example(start_s=0, for_s=2, gap_s=1, light_s=1.5, since_s=0, span_s=4)
 @settings(deadline=None, max_examples=30)
 def test_what_could_be_heard_is_the_time_in_which_a_word_that_left_in_a_window_arrives_in_it(
     start_s: float, for_s: float, gap_s: float, light_s: float, since_s: float, span_s: float
@@ -157,9 +158,14 @@ def test_what_could_be_heard_is_the_time_in_which_a_word_that_left_in_a_window_a
     link = LinkSpec(
         light_time_s=light_s, contacts=(Contact(start_s=start_s, for_s=for_s, every_s=for_s + gap_s),)
     )
+    (contact,) = link.contacts
     step_s = 0.01
     instants = [since_s + (n + 0.5) * step_s for n in range(int(span_s / step_s))]
-    counted_s = sum(step_s for at_s in instants if link.in_contact(at_s) and link.in_contact(at_s - light_s))
+    windows_of = [((at_s - start_s) // contact.every_s, at_s) for at_s in instants if link.in_contact(at_s)]
+    # A word that arrives in a later window than it left in, for it takes longer than the gap, is not counted on.
+    counted_s = step_s * sum(
+        at_s - light_s >= start_s + window * contact.every_s for window, at_s in windows_of
+    )
     windows = span_s / (for_s + gap_s) + 2
     assert abs(link.hearing_s(since_s, since_s + span_s) - counted_s) < step_s * (2 * windows + 1)
 
