@@ -84,11 +84,11 @@ class WorldDesk:
         self._hearing = hearing
 
     def reports(self) -> list[WorldReport]:
+        """Every world, in the order they were asked for: a page shows the first of them."""
         with self._database.read() as session:
-            rows = session.scalars(
-                select(WorldRow).where(WorldRow.id.in_(self._worlds)).order_by(WorldRow.id)
-            )
-            return [self._report(row) for row in rows]
+            rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)))
+            known = {row.id: self._report(row) for row in rows}
+        return [known[name] for name in self._worlds if name in known]
 
     def get(self, world: str) -> WorldReport:
         self.world(world)

@@ -77,6 +77,15 @@ def test_each_fleet_gets_the_scripts_of_its_own_world(
         assert told[world.file.name] <= {robot.name for robot in world.file.robots}
 
 
+def test_worlds_are_told_in_the_order_they_were_asked_for(
+    tmp_path: Path, worlds: list[RunningWorld], worker: PlanningWorker
+) -> None:
+    assert sorted(GOALS) != list(GOALS)
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=None, answer_patience_s=0.6)
+    with Service(settings, worlds, worker=worker) as service, TestClient(service.api, headers=HEADERS) as api:
+        assert [world["id"] for world in api.get("/v1/worlds").json()["items"]] == list(GOALS)
+
+
 @ON_POSTGRESQL
 def test_a_world_is_known_though_the_process_that_speaks_for_it_has_said_nothing_of_it(
     tmp_path: Path, database_url: str, worlds: list[RunningWorld], worker: PlanningWorker
