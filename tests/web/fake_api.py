@@ -156,23 +156,22 @@ def create_app(service: FakeService) -> FastAPI:
             answer.set_cookie("macta", TOKEN, httponly=True, samesite="strict")
         return answer
 
-    def world_line() -> dict[str, Any]:
-        title = service.world.title
+    def world_line(name: str) -> dict[str, Any]:
         return {
-            "id": WORLD,
-            "name": WORLD,
-            "title": title,
+            "id": name,
+            "name": name,
+            "title": service.world.title if name == WORLD else name,
             "time_s": service.time_s,
             "version": service.version,
         }
 
     @app.get("/v1/worlds", dependencies=v1)
     def worlds() -> Any:
-        return items([world_line()])
+        return items(map(world_line, service.worlds))
 
     @app.get("/v1/worlds/{world}", dependencies=v1)
     def world(world: str) -> Any:
-        return world_line() | {"layout": layout_of(service.world)}
+        return world_line(world) | {"layout": layout_of(service.world)}
 
     @app.get("/v1/worlds/{world}/facts", dependencies=v1)
     def facts(world: str) -> Any:
@@ -246,15 +245,16 @@ def create_app(service: FakeService) -> FastAPI:
     def events() -> StreamingResponse:
         return StreamingResponse(event_lines(), media_type="text/event-stream")
 
-    async def telemetry_lines() -> AsyncIterator[str]:
+    async def telemetry_lines(world: str) -> AsyncIterator[str]:
         while not service.stopping:
-            told = {"world": WORLD, "time_s": service.time_s, "robots": service.telemetry}
+            robots = service.telemetry if world == WORLD else {}
+            told = {"world": world, "time_s": service.time_s, "robots": robots}
             yield f"data: {json.dumps(told)}\n\n"
             await asyncio.sleep(0.1)
 
     @app.get("/v1/telemetry", dependencies=v1)
     def telemetry(world: str) -> StreamingResponse:
-        return StreamingResponse(telemetry_lines(), media_type="text/event-stream")
+        return StreamingResponse(telemetry_lines(world), media_type="text/event-stream")
 
     return app
 

@@ -81,6 +81,8 @@ class FakeService:
 
     def __init__(self) -> None:
         self.world = load_world(WORLD)
+        self.worlds = [WORLD]
+        """Their names; those beside `world` are built alike, and nobody is in them."""
         self.time_s = 12.0
         self.version = 1
         self.goals: dict[str, dict[str, Any]] = {}

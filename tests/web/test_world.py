@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from tests.web.fake_service import FakeService
+from tests.web.fake_service import WORLD, FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect  # noqa: E402
@@ -83,3 +83,24 @@ def test_a_robot_on_the_map_keeps_the_focus_while_it_moves(page: Page, service: 
     service.telemetry["yard_1"]["x_m"] = 7.5
     expect(mark.locator("> g")).to_have_attribute("transform", "translate(7.5 -1.8) rotate(0)")
     expect(mark).to_be_focused()
+
+
+def test_the_first_world_told_is_the_first_shown(page: Page, service: FakeService) -> None:
+    service.worlds = ["yonder", WORLD]
+    page.reload()
+    expect(page.locator("#world")).to_have_value("yonder")
+
+
+def test_a_robot_and_a_sample_looked_at_are_left_with_their_world(map_of: Page, service: FakeService) -> None:
+    service.worlds.append("yonder")
+    choice, panel = map_of.locator("#world"), map_of.get_by_test_id("robot-panel")
+    map_of.locator(".robot-mark[data-robot=yard_1] circle").click()
+    map_of.locator("[data-name=sample_2] rect").click()
+    expect(panel).to_be_visible()
+    expect(map_of.locator(".picked")).to_have_count(1)
+    choice.select_option("yonder")
+    expect(panel).to_be_hidden()
+    choice.select_option(WORLD)
+    expect(map_of.locator(".robot-mark")).to_have_count(4)
+    expect(panel).to_be_hidden()
+    expect(map_of.locator(".picked")).to_have_count(0)

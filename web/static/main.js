@@ -97,7 +97,7 @@ function badge(change, reason = "") {
 function mountWorldChoice() {
   const choice = document.getElementById("world");
   choice.addEventListener("change", () => {
-    store.update({ world: choice.value });
+    store.update({ world: choice.value, robot: null, sample: null }); // which are of the one that is left
     refreshAll();
   });
   store.subscribe((state) => {
