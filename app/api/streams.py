@@ -17,10 +17,15 @@ from app.database import EventRow, is_away
 from app.errors import Busy, NotFound
 from app.events import EventLog
 from robots.clock import Clock
+from robots.wire import Telemetry
 
 WAIT_S = 1.0
 """Longest block of a waiting stream, so that a closed connection is noticed."""
 TELEMETRY_INTERVAL_S = 0.1
+AT_REST_INTERVAL_S = 1.0
+"""Between two words of robots that tell the same as before: only so that their silence would be noticed."""
+PASSING = frozenset({"at_s", "battery", "sensing_j", "sensing_saved_j"})
+"""What robots tell that changes with time alone."""
 GREATEST_SEQ = 2**63 - 1
 """Of the record's integers."""
 
@@ -105,11 +110,14 @@ class Streams:
             return ()
 
     async def telemetry(self, request: Request, world: str) -> AsyncIterator[ServerSentEvent]:
-        generation = -1
+        generation, told, told_at = -1, None, 0.0
         while await self._open(request):
             begun = time.monotonic()
             generation = await self._wait(self.board.wait, generation)
-            yield ServerSentEvent(data=_telemetry(self.board, world, self.clocks[world].now_s()))
+            said = _said(self.board, world)
+            if told is None or begun - told_at >= AT_REST_INTERVAL_S or not _at_rest(told, said):
+                told, told_at = said, begun
+                yield ServerSentEvent(data=_telemetry(world, self.clocks[world].now_s(), said))
             pause_s = TELEMETRY_INTERVAL_S - (time.monotonic() - begun)
             if pause_s > 0:
                 await anyio.sleep(pause_s)
@@ -198,7 +206,10 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
     async def stream_telemetry(
         request: Request, world: Annotated[str, Depends(known_world)]
     ) -> AsyncIterator[ServerSentEvent]:
-        """What the world's robots say of themselves, at most every 0.1 s; the newest of each."""
+        """What the world's robots say of themselves; the newest of each.
+
+        Ten times a second; once a second while nothing but time, batteries and energy used has changed.
+        """
         with streams.open:
             async for event in streams.telemetry(request, world):
                 yield event
@@ -209,10 +220,21 @@ def _reset(seen: int | None) -> dict[str, Any]:
     return {"seq": seen, "time": None, "type": "stream.reset", "subject": "events", "data": {"seen": seen}}
 
 
-def _telemetry(board: RobotBoard, world: str, now_s: float) -> dict[str, Any]:
-    robots = {
-        name: view.telemetry.model_dump(mode="json", exclude={"kind"})
-        for name, view in board.views(world).items()
-        if view.telemetry is not None
-    }
+def _said(board: RobotBoard, world: str) -> Mapping[str, Telemetry]:
+    return {name: view.telemetry for name, view in board.views(world).items() if view.telemetry is not None}
+
+
+def _at_rest(before: Mapping[str, Telemetry], now: Mapping[str, Telemetry]) -> bool:
+    """True if the same robots say the same, but for what changes with time alone."""
+    if before.keys() != now.keys():
+        return False
+    lasting = Telemetry.model_fields.keys() - PASSING
+    return all(
+        was is now[name] or all(getattr(was, field) == getattr(now[name], field) for field in lasting)
+        for name, was in before.items()
+    )
+
+
+def _telemetry(world: str, now_s: float, said: Mapping[str, Telemetry]) -> dict[str, Any]:
+    robots = {name: told.model_dump(mode="json", exclude={"kind"}) for name, told in said.items()}
     return {"world": world, "time_s": now_s, "robots": robots}
