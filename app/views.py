@@ -37,6 +37,8 @@ class Shown(ViewPart):
     follow: bool = Field(default=False, description="the camera goes with the robot")
     whole: int = Field(default=0, description="grows whenever the camera is to show the whole world again")
     replay: Cursor | None = None
+    seen: bool = Field(default=True, description="false: the page is hidden, or shows its map instead")
+    dark: bool = Field(default=False, description="the page's theme is dark")
 
 
 class Pick(ViewPart):

@@ -158,7 +158,10 @@ class Cursor(Part):
 
 
 class Shown(Part):
-    """What a page shows: its world (None: the first there is), what is selected, where the camera is to be."""
+    """What a page shows: its world (None: the first there is), what is selected, where the camera is to be.
+
+    `seen`: false while nobody sees the view there, and nothing needs to be drawn.
+    """
 
     world: str | None = None
     robot: str | None = None
@@ -168,3 +171,5 @@ class Shown(Part):
     follow: bool = False
     whole: int = 0
     replay: Cursor | None = None
+    seen: bool = True
+    dark: bool = False

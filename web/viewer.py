@@ -103,9 +103,9 @@ class Viewer:
         if layout is None:
             return
         stage = self.stages.get(id_)
-        if stage is None or stage.layout != layout:
+        if stage is None or (stage.layout, stage.dark) != (layout, shown.dark):
             client.scene.reset()
-            stage = self.stages[id_] = Stage(client, layout, self._picker(id_))
+            stage = self.stages[id_] = Stage(client, layout, self._picker(id_), dark=shown.dark)
         drawing = (frame, shown, self._plans.get(shown.plan_id) if shown.plan_id else None)
         if self._drawn.get(id_) is None or any(
             new is not old for new, old in zip(drawing, self._drawn[id_], strict=True)
@@ -169,9 +169,13 @@ def page_of(server: viser.ViserServer, client_id: int) -> str:
 
 
 def _shown(server: viser.ViserServer, client_id: int, pages: Mapping[str, Shown]) -> Shown | None:
-    """What to draw in this browser, None as long as its page has not said; the first world if it has no page."""
+    """What to draw in this browser; None if its page has not said, or nobody sees it.
+
+    The first world if it has no page.
+    """
     page = page_of(server, client_id)
-    return pages.get(page) if page else Shown()
+    told = pages.get(page) if page else Shown()
+    return told if told is not None and told.seen else None
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

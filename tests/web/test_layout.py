@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from tests.web.fake_service import FakeService
+from tests.web.hiding import hide
 
 playwright = pytest.importorskip("playwright.sync_api")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")
@@ -101,6 +102,22 @@ def test_a_goal_that_is_looked_at_stays_when_fifty_newer_ones_come(page: Page, s
     del service.goals["goal-1"]
     service.publish("goal.finished", "goal-2")
     expect(page.locator("#goal h2")).to_have_text("move sample_2 to bay_3")
+
+
+A_WHILE_MS = 1000
+"""Longer than a page that is seen waits with asking for what it was told of."""
+
+
+def test_a_page_that_nobody_sees_asks_only_once_it_is_seen_again(page: Page, service: FakeService) -> None:
+    expect(page.get_by_test_id("invitation")).to_be_visible()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    hide(page)
+    service.propose("move sample_1 to bay_1")
+    page.wait_for_timeout(A_WHILE_MS)
+    assert not [url for url in asked if url.endswith("/v1/goals/goal-1")]
+    hide(page, hidden=False)
+    expect(page.get_by_test_id("goal-item")).to_have_count(1)
 
 
 def test_who_has_no_goal_yet_is_told_how_to_begin(page: Page, service: FakeService) -> None:

@@ -11,6 +11,7 @@ import viser
 from tests.waiting import until
 from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
 from tests.web.fake_service import FakeService
+from tests.web.hiding import hide
 from web.scene import palette
 from web.scene.eye import Eye
 from web.viewer import Viewer
@@ -159,6 +160,46 @@ def test_what_is_selected_and_replayed_on_the_page_is_shown_in_three_dimensions(
     until(lambda: _replayed(service, view) == ("mission-1", began_s + 20))
     page.get_by_test_id("replay-close").click()
     until(lambda: _replayed(service, view) is None)
+
+
+def test_the_view_hears_whether_anyone_sees_it_and_in_what_theme(
+    page: Page, viewed: tuple[FakeService, Viewer, str]
+) -> None:
+    service, _, address = viewed
+    page.goto(f"{address}/?token={TOKEN}")
+    until(lambda: service.views.ids)
+    (view,) = service.views.ids
+
+    def told(*, seen: bool, dark: bool = False) -> bool:
+        shown = service.views.shown(view)
+        return shown is not None and (shown.seen, shown.dark) == (seen, dark)
+
+    until(lambda: told(seen=True))
+    hide(page)
+    until(lambda: told(seen=False))
+    hide(page, hidden=False)
+    until(lambda: told(seen=True))
+    page.locator("#as-map").click()
+    until(lambda: told(seen=False))
+    page.locator("#as-view").click()
+    until(lambda: told(seen=True))
+    page.locator("#theme").select_option("dark")
+    until(lambda: told(seen=True, dark=True))
+
+
+def test_the_view_is_not_fetched_before_it_is_wanted(
+    page: Page, viewed: tuple[FakeService, Viewer, str]
+) -> None:
+    service, _, address = viewed
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url.removeprefix(address)))
+    page.add_init_script("localStorage.setItem('macta.world-as', JSON.stringify('map'))")
+    page.goto(f"{address}/?token={TOKEN}")
+    expect(page.get_by_test_id("invitation")).to_be_visible()
+    assert "/v1/view" not in asked
+    page.locator("#as-view").click()
+    until(lambda: service.views.ids)
+    expect(page.locator("#stage")).to_be_visible()
 
 
 def _replayed(service: FakeService, view: str) -> tuple[str, float] | None:

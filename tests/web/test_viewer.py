@@ -23,7 +23,7 @@ from tests.web.fake_browser import FakeBrowser, browsing
 from tests.web.fake_service import WORLD, FakeService
 from web.feed import WorldFeed
 from web.layout import Layout, Shown
-from web.scene import Frame, Stage
+from web.scene import Frame, Stage, palette
 from web.viewer import Viewer, page_of
 
 PROJECT = Path(__file__).parents[2]
@@ -205,6 +205,44 @@ def test_a_frame_whose_page_has_not_said_what_it_shows_stays_empty(
     say(one)
     until(lambda: shown(viewer, "/robots/hull", ONE))
     assert node(viewer, "/walls", OTHER) is None
+
+
+def test_nothing_is_drawn_for_a_page_whose_view_nobody_sees(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection], service: FakeService
+) -> None:
+    one, other = two_pages
+    say(one)
+    say(other)
+    until(lambda: shown(viewer, "/robots/hull", ONE) and shown(viewer, "/robots/hull", OTHER))
+    before = _x_m(viewer, ONE)
+    say(one, seen=False)
+    until(lambda: not viewer._pages.pages()[ONE].seen)
+    updates = viewer._updates
+    until(lambda: viewer._updates > updates + 1)  # the one under way may not have heard yet
+    service.telemetry["yard_1"]["x_m"] = 5.0
+    until(lambda: _x_m(viewer, OTHER) == pytest.approx(5.0))
+    assert _x_m(viewer, ONE) == before
+    say(other, seen=False)
+    until(lambda: not viewer._worlds, "a world is followed that nobody sees")
+    say(one)
+    until(lambda: _x_m(viewer, ONE) == pytest.approx(5.0))
+
+
+def test_the_floor_has_the_theme_of_the_page(
+    viewer: Viewer, two_pages: tuple[ClientConnection, ClientConnection]
+) -> None:
+    one, other = two_pages
+    say(one, dark=True)
+    say(other)
+    until(lambda: _floor(viewer, ONE) == palette.DARK.floors[0])
+    until(lambda: _floor(viewer, OTHER) == palette.LIGHT.floors[0])
+    say(one)
+    until(lambda: _floor(viewer, ONE) == palette.LIGHT.floors[0])
+
+
+def _floor(viewer: Viewer, page: str) -> tuple[int, ...] | None:
+    floor = node(viewer, "/yard/floor", page)
+    return None if floor is None else tuple(floor.color)
 
 
 def test_what_is_clicked_on_is_told_to_the_page_of_that_frame(

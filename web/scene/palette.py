@@ -1,14 +1,36 @@
 """The view's colours, red, green, blue of 255: quiet for the building, strong for what moves."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Colour = tuple[int, int, int]
 
-FLOORS: tuple[Colour, ...] = ((206, 211, 205), (194, 203, 208))
-AISLES: tuple[Colour, ...] = ((205, 208, 196), (192, 204, 205))
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ground:
+    """What all stands on, by the page's theme, and what is to be told from it.
+
+    Of neighbouring floors one has the first colour and one the second; so of aisles.
+    """
+
+    floors: tuple[Colour, Colour]
+    aisles: tuple[Colour, Colour]
+    trim: Colour
+
+
+LIGHT = Ground(
+    floors=((206, 211, 205), (194, 203, 208)),
+    aisles=((205, 208, 196), (192, 204, 205)),
+    trim=(46, 52, 54),
+)
+DARK = Ground(
+    floors=((58, 66, 70), (50, 60, 68)),
+    aisles=((66, 74, 70), (54, 70, 72)),
+    trim=(176, 184, 186),
+)
 WALL: Colour = (120, 128, 126)
 OPENINGS: dict[str, Colour] = {"door": (198, 143, 62), "hatch": (86, 145, 140), "gap": (150, 158, 156)}
 PLACES: dict[str, Colour] = {
@@ -32,7 +54,6 @@ ROBOTS: tuple[Colour, ...] = (
     (170, 130, 30),
     (70, 90, 110),
 )
-TRIM: Colour = (46, 52, 54)
 NOSE: Colour = (240, 240, 232)
 SAMPLE: Colour = (228, 186, 40)
 OCCUPIED: Colour = (44, 74, 124)
@@ -54,9 +75,9 @@ def of_robots(names: Sequence[str]) -> dict[str, Colour]:
     return {name: ROBOTS[index % len(ROBOTS)] for index, name in enumerate(names)}
 
 
-def faded(colour: Colour, share: float) -> Colour:
+def faded(colour: Colour, share: float, ground: Ground) -> Colour:
     """The colour with only so much of itself left, the rest the floor's."""
     red, green, blue = (
-        round(share * own + (1 - share) * ground) for own, ground in zip(colour, FLOORS[0], strict=True)
+        round(share * own + (1 - share) * floor) for own, floor in zip(colour, ground.floors[0], strict=True)
     )
     return red, green, blue

@@ -41,8 +41,8 @@ def routes(plan: Plan, layout: Layout) -> dict[str, list[Leg]]:
 class PathsView:
     """Draws the planned ways of the robots: a line each with arrow heads."""
 
-    def __init__(self, scene: viser.SceneApi, names: Sequence[str]) -> None:
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, names: Sequence[str], ground: palette.Ground) -> None:
+        self._scene, self._ground = scene, ground
         self._names = tuple(names)
         self._hues = palette.of_robots(names)
         self._drawn: object = None
@@ -68,9 +68,9 @@ class PathsView:
             lane = APART_M * (1 + self._names.index(robot) % 4 if robot in self._names else 0)
             for id_, begin, end in way:
                 start, stop, heading = _beside(begin, end, lane)
-                colour = self._hues.get(robot, palette.TRIM)
+                colour = self._hues.get(robot, self._ground.trim)
                 if looked_at is not None and id_ != looked_at:
-                    colour = palette.faded(colour, FAINT)
+                    colour = palette.faded(colour, FAINT, self._ground)
                 lines.append(([start, stop], colour))
                 heads.append(((start[0] + stop[0]) / 2, (start[1] + stop[1]) / 2, HEIGHT_M))
                 turns.append(heading)

@@ -23,17 +23,19 @@ ALL_WHISKERS = 16
 class RobotsView:
     """Draws the robots it was made for, as a frame has them."""
 
-    def __init__(self, scene: viser.SceneApi, names: Sequence[str], on_click: Click = lambda _: None) -> None:
+    def __init__(
+        self, scene: viser.SceneApi, names: Sequence[str], trim: palette.Colour, on_click: Click
+    ) -> None:
         count = len(names)
         self._names = tuple(names)
         hues = palette.of_robots(names)
         colours = [hues[name] for name in names]
         looks: dict[str, tuple[Mesh, list[palette.Colour]]] = {
             "hull": (_hull(), colours),
-            "trim": (_trim(), [palette.TRIM] * count),
+            "trim": (_trim(), [trim] * count),
             "nose": (_nose(), [palette.NOSE] * count),
-            "jaws_left": (_jaw(), [palette.TRIM] * count),
-            "jaws_right": (_jaw(), [palette.TRIM] * count),
+            "jaws_left": (_jaw(), [trim] * count),
+            "jaws_right": (_jaw(), [trim] * count),
         }
         self._parts = {
             part: scene.add_batched_meshes_simple(

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import viser
 
 from web.layout import Layout, Plan, Shown
-from web.scene import camera
+from web.scene import camera, palette
 from web.scene.eye import Eye
 from web.scene.frame import Frame
 from web.scene.labels import CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST, Label, LabelsView
@@ -22,16 +22,17 @@ Pick = Callable[[str, str], None]
 class Stage:
     """Draws a world in one browser, with what its page has selected there."""
 
-    def __init__(self, client: viser.ClientHandle, layout: Layout, pick: Pick) -> None:
-        self.client, self.layout = client, layout
+    def __init__(self, client: viser.ClientHandle, layout: Layout, pick: Pick, *, dark: bool = False) -> None:
+        self.client, self.layout, self.dark = client, layout, dark
+        ground = palette.DARK if dark else palette.LIGHT
         scene = client.scene
         names = [robot.name for robot in layout.robots]
-        draw_store(scene, layout)
+        draw_store(scene, layout, ground)
         self._places = PlacesView(scene, layout, lambda name: pick("place", name))
-        self._robots = RobotsView(scene, names, lambda name: pick("robot", name))
+        self._robots = RobotsView(scene, names, ground.trim, lambda name: pick("robot", name))
         self._samples = SamplesView(scene, layout, lambda name: pick("sample", name))
         self._selection = SelectionView(scene)
-        self._paths = PathsView(scene, names)
+        self._paths = PathsView(scene, names, ground)
         self._labels = LabelsView(scene)
         self._named: tuple[Frame, Shown] | None = None
         self._followed: str | None = None

@@ -21,13 +21,12 @@ LETTERS_M = 0.17
 BEACON_HEIGHT_M, BEAM_M = 0.36, 0.26
 
 
-def draw_store(scene: viser.SceneApi, layout: Layout) -> None:
+def draw_store(scene: viser.SceneApi, layout: Layout, ground: palette.Ground) -> None:
     """Draw everything of the layout that never moves."""
     for index, compartment in enumerate(layout.compartments):
-        colours = palette.FLOORS[index % 2], palette.AISLES
-        _draw_floor(scene, f"/{compartment.name}/floor", compartment, colours[0], 0.0)
+        _draw_floor(scene, f"/{compartment.name}/floor", compartment, ground.floors[index % 2], 0.0)
         for number, aisle in enumerate(compartment.aisles):
-            _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, colours[1][number % 2], 0.004)
+            _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, ground.aisles[number % 2], 0.004)
     _draw_walls(scene, layout.walls)
     _draw_rocks(scene, layout.obstacles)
     _label_places(scene, layout)
@@ -44,12 +43,6 @@ def _draw_floor(
     scene.add_mesh_simple(
         name, vertices, faces, color=colour, position=middle, cast_shadow=False, receive_shadow=False
     )
-
-
-def light_store(scene: viser.SceneApi) -> None:
-    """Soft light from everywhere and a little from the south-west, so that edges are told apart."""
-    scene.add_light_ambient("/lights/ambient", intensity=1.7)
-    scene.add_light_directional("/lights/sun", intensity=1.5, position=(-4.0, -7.0, 10.0), cast_shadow=False)
 
 
 def wall_pieces(wall: Wall) -> list[tuple[str, float, float]]:

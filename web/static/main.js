@@ -140,4 +140,5 @@ const tick = (everything) => document.hidden || asked(async () => {
   if (everything) store.update({ robots: await list("/v1/robots") });
 });
 tick(false);
+document.addEventListener("visibilitychange", () => tick(true));
 setInterval(() => tick(++ticks % ROBOTS_TICKS === 0), CLOCK_MS);

@@ -10,7 +10,8 @@ export function createLoading(store, asked) {
   const news = { all: true, plan: false, robots: false, world: false };
   const goalsListed = createListing("goals");
   const missionsListed = createListing("missions");
-  const refresh = gathered(() => asked(load));
+  const refresh = gathered(() => document.hidden || asked(load));
+  document.addEventListener("visibilitychange", refresh); // what came while the page was hidden was only noted
 
   async function load() {
     const changed = { ...news };

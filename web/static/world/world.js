@@ -26,28 +26,35 @@ export function mountWorld(store, telemetry, { onPick }) {
   }));
   mountLegend();
   const camera = mountCamera(store);
+  let replay = null;
+  const asMap = () => holder.classList.contains("as-map");
+  // Nothing is sent or drawn in three dimensions that nobody sees.
+  const tell = ({ world, robot, sample, plan, action, follow, whole }) => link.show({ world, robot, sample, plan_id: plan?.id, action, follow, whole, replay, seen: !document.hidden && !asMap(), dark: isDark() });
+  // The view's own page is many times as large as ours: what is to be decided on comes first, and who sees the map needs none of it.
+  let opened = false;
+  const openOnce = ({ goal }) => {
+    if (opened || goal === undefined || asMap()) return;
+    opened = true;
+    keepStage(stage, link);
+  };
   const buttons = { view: document.getElementById("as-view"), map: document.getElementById("as-map") };
   const turn = async (name) => {
     remember("world-as", name);
     for (const [other, button] of Object.entries(buttons)) button.setAttribute("aria-pressed", String(other === name));
     camera.hidden = document.getElementById("legend").hidden = name === "map";
     holder.classList.toggle("as-map", name === "map");
+    tell(store.get());
+    openOnce(store.get());
     const map = await (name === "map" ? fetched() : drawn);
-    map?.show(holder.classList.contains("as-map")); // it may have been turned back meanwhile
+    map?.show(asMap()); // it may have been turned back meanwhile
   };
   for (const [name, button] of Object.entries(buttons)) button.addEventListener("click", () => turn(name));
   turn(recall("world-as", "view") === "map" ? "map" : "view");
   new ResizeObserver(([entry]) => fit(stage, entry.contentRect)).observe(holder);
-  // The view's own page is many times as large as ours: what is to be decided on comes first.
-  let opened = false;
-  store.subscribe((state) => {
-    if (opened || state.goal === undefined) return;
-    opened = true;
-    keepStage(stage, link);
-  });
-  let replay = null;
-  const tell = ({ world, robot, sample, plan, action, follow, whole }) => link.show({ world, robot, sample, plan_id: plan?.id, action, follow, whole, replay });
   store.subscribe(tell);
+  store.subscribe(openOnce);
+  document.addEventListener("visibilitychange", () => tell(store.get()));
+  onTheme(() => tell(store.get()));
   return {
     // The drawing to show a mission's recording on; `replayTo` says at what instant, `showLive` ends it.
     async showReplay(layout, missionId) {
