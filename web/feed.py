@@ -47,14 +47,15 @@ class WorldFeed:
             threading.Thread(target=self._repeat, args=(work,), daemon=True)
             for work in (self._follow_telemetry, self._ask_facts)
         ]
+        self._running = len(self._threads)
 
     def start(self) -> None:
         for thread in self._threads:
             thread.start()
 
     def stop(self) -> None:
+        """End soon: with the next word at the latest, without waiting for it."""
         self._stopped.set()
-        self._client.close()
         with self._changed:
             self._changed.notify_all()
 
@@ -68,10 +69,14 @@ class WorldFeed:
         while not self._stopped.is_set():
             try:
                 work()
-            except (httpx2.HTTPError, ValidationError, ValueError, KeyError, RuntimeError):
-                # RuntimeError: the client was closed under us, by `stop`.
+            except (httpx2.HTTPError, ValidationError, ValueError, KeyError):
                 self._learn(live=False)
             self._stopped.wait(self._again_s)
+        with self._changed:
+            self._running -= 1
+            is_last = self._running == 0
+        if is_last:  # closed under another thread, a connection that is just being made would stay open
+            self._client.close()
 
     def _follow_telemetry(self) -> None:
         body = self._get(f"/v1/worlds/{self._world}")

@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from app.api.views import views_router
-from app.views import MOST_PICKS, Pick, Views
+from app.views import MOST_PICKS, Pick, Shown, Views
 from tests.app.serving import served
 from tests.waiting import until
 
@@ -46,7 +46,7 @@ def heard(from_: ClientConnection) -> dict[str, Any]:
 
 def told(view: ClientConnection) -> dict[str, Any]:
     message = heard(view)
-    return {message["id"]: message["shown"] and {k: v for k, v in message["shown"].items() if v}}
+    return {message["id"]: message["shown"] and Shown(**message["shown"]).model_dump(exclude_defaults=True)}
 
 
 def test_what_a_page_shows_is_told_at_first_and_whenever_it_changes(host: str, views: Views) -> None:
