@@ -105,12 +105,20 @@ def scroll(page: Page, traffic: Traffic, service: int) -> str:
 
 def idle(page: Page, served: Served) -> str:
     page.wait_for_timeout(3000)
-    renderers = [one.pid for one in tree_of(os.getpid()) if "--type=renderer" in command(one.pid)]
-    before = cpu_s(served.process.pid), sum(map(own_cpu_s, renderers))
+    before = idle_cpu_s(served)
     page.wait_for_timeout(1000 * IDLE_S)
-    after = cpu_s(served.process.pid), sum(map(own_cpu_s, renderers))
-    service, renderer = (100 * (b - a) / IDLE_S for a, b in zip(before, after, strict=True))
-    return f"service with world and view {service:.1f} % of a core, page {renderer:.1f} %"
+    shares = (100 * (b - a) / IDLE_S for a, b in zip(before, idle_cpu_s(served), strict=True))
+    told = zip(("service with world", "view", "page", "its graphics"), shares, strict=True)
+    return ", ".join(f"{name} {share:.1f}" for name, share in told) + " % of a core"
+
+
+def idle_cpu_s(served: Served) -> tuple[float, ...]:
+    """What the service with its world, the view, browsers' pages and their graphics in software have used."""
+    view, renderer, graphics = (
+        sum(own_cpu_s(one.pid) for one in tree_of(os.getpid()) if mark in command(one.pid))
+        for mark in ("web.viewer", "--type=renderer", "--type=gpu-process")
+    )
+    return cpu_s(served.process.pid) - view, view, renderer, graphics
 
 
 def command(pid: int) -> str:
@@ -128,12 +136,12 @@ def cpu_s(pid: int) -> float:
 
 @contextmanager
 def opened(browser: Browser, served: Served, world_as: str) -> Iterator[Page]:
-    """The page, live, its world shown so."""
+    """The page, live, its world shown so from the beginning."""
     context = browser.new_context(viewport={"width": 1440, "height": 810})
     page = context.new_page()
+    page.add_init_script(f"localStorage.setItem('macta.world-as', JSON.stringify('{world_as}'))")
     page.goto(served.console)
     page.locator("[data-testid=live-badge]", has_text="live").wait_for()
-    page.locator("#as-map" if world_as == "map" else "#as-view").click()
     page.locator("[data-testid=goal-item]").first.wait_for()
     yield page
     context.close()
