@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.web.boxes import boxes
 from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -40,12 +41,7 @@ def test_a_repair_is_drawn_with_what_is_new_what_is_dropped_and_what_has_moved(
     dropped, moved = page.locator(".ghost.dropped"), page.locator(".ghost.moved")
     expect(dropped).to_have_count(3)
     expect(moved).to_have_count(3)
-    now, was = (
-        page.locator("[data-action=a6] .bar").bounding_box(),
-        moved.first.locator("rect").bounding_box(),
-    )
-    assert now is not None
-    assert was is not None
+    now, was = boxes(page, "[data-action=a6] .bar", ".ghost.moved rect")
     assert now["width"] == pytest.approx(was["width"], abs=2)
     assert (now["x"] - was["x"]) / now["width"] == pytest.approx(6.8 / 5.0, rel=0.05)
     page.locator("[data-action=a3]").hover()
@@ -120,12 +116,7 @@ def test_silence_is_told_in_words_and_hatched_from_the_instant_it_began(
     silences = page.get_by_test_id("silence")
     expect(silences).to_have_count(2)
     expect(silences.first).to_contain_text("yard_1 silent last heard 43 s ago")
-    hatch = page.locator(".unheard.unknown rect").bounding_box()
-    axis = page.locator(".upright.now line").bounding_box()
-    planned = page.locator("[data-action=a8] .bar").bounding_box()
-    assert hatch is not None
-    assert axis is not None
-    assert planned is not None
+    hatch, axis, planned = boxes(page, ".unheard.unknown rect", ".upright.now line", "[data-action=a8] .bar")
     assert hatch["width"] / planned["width"] == pytest.approx(40.9 / 6.0, rel=0.05)
     assert hatch["x"] + hatch["width"] == pytest.approx(axis["x"], abs=2)
     service.hearing.clear()
@@ -142,11 +133,7 @@ def test_a_repaired_plans_mission_is_drawn_from_the_repair_on(page: Page, servic
     service.time_s += 34.0
     service.publish("mission.revised", mission["id"])
     expect(page.get_by_test_id("mission")).to_contain_text("34.0 s of 40.9 s estimated")
-    happened = page.locator(".actual.running").first
-    planned = page.locator("[data-action=a1] .bar").bounding_box()
-    expect(happened).to_be_attached()
-    box = happened.bounding_box()
-    assert box is not None
-    assert planned is not None
+    expect(page.locator(".actual.running").first).to_be_attached()
+    box, planned = boxes(page, ".actual.running", "[data-action=a1] .bar")
     assert box["x"] == pytest.approx(planned["x"], abs=1)
     assert box["width"] / planned["width"] == pytest.approx(4.0 / 4.2, rel=0.05)

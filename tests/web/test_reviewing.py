@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.web.boxes import boxes
 from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -18,10 +19,7 @@ def plan(page: Page, service: FakeService) -> Page:
 
 
 def test_every_action_lies_in_its_robots_lane_at_its_time(plan: Page) -> None:
-    boxes = {
-        name: plan.locator(f"[data-action={name}] .bar").bounding_box() for name in ("a1", "a2", "a5", "a6")
-    }
-    a1, a2, a5, a6 = (box for box in boxes.values() if box is not None)
+    a1, a2, a5, a6 = boxes(plan, *(f"[data-action={name}] .bar" for name in ("a1", "a2", "a5", "a6")))
     assert a1["y"] == a2["y"] != a5["y"] == a6["y"]
     assert a1["x"] == pytest.approx(a5["x"], abs=1)
     assert a2["x"] == pytest.approx(a1["x"] + a1["width"], abs=1)
@@ -105,12 +103,8 @@ def test_what_happens_is_drawn_beneath_what_was_planned(plan: Page, service: Fak
     service.time_s = start_s + 8.0
     service.publish("mission.progress", "mission-1")
     expect(plan.locator(".actual.finished")).to_have_count(1)
-    overrun = plan.locator(".actual.overrun").first
-    expect(overrun).to_be_attached()
-    planned = plan.locator("[data-action=a1] .bar").bounding_box()
-    longer = overrun.bounding_box()
-    assert planned is not None
-    assert longer is not None
+    expect(plan.locator(".actual.overrun").first).to_be_attached()
+    planned, longer = boxes(plan, "[data-action=a1] .bar", ".actual.overrun")
     assert longer["width"] / planned["width"] == pytest.approx(2.0 / 4.2, rel=0.05)
     expect(plan.locator(".upright.now")).to_have_count(1)
 
@@ -120,11 +114,8 @@ def test_a_deadline_after_the_plans_end_is_drawn_where_it_falls(plan: Page, serv
     mission = service.missions["mission-1"]
     mission["deadline_s"] = mission["started_at_s"] + 60.0
     service.publish("mission.running", "mission-1")
-    line = plan.locator(".upright.deadline line")
-    expect(line).to_be_attached()
-    due, first = line.bounding_box(), plan.locator("[data-action=a2] .bar").bounding_box()
-    assert due is not None
-    assert first is not None
+    expect(plan.locator(".upright.deadline line")).to_be_attached()
+    due, first = boxes(plan, ".upright.deadline line", "[data-action=a2] .bar")
     begins = first["x"] - 4.2 / 5.0 * first["width"]
     assert (due["x"] - begins) / first["width"] == pytest.approx(60.0 / 5.0, rel=0.02)
     expect(plan.get_by_test_id("mission")).to_contain_text("due at 1 min 00 s")
