@@ -95,7 +95,7 @@ class Production:
         give_up = time.monotonic() + GIVE_UP_S
         while go_on():
             for api in self.processes("api"):
-                assert time.monotonic() < give_up, "this takes too long"
+                assert time.monotonic() < give_up, f"this takes too long: {told_by(api)}"
                 if api.ready.is_set() and go_on():
                     # It may be killed meanwhile, or without its database just now (503).
                     with suppress(httpx2.TransportError, httpx2.HTTPStatusError), client_of(api) as client:
@@ -117,6 +117,13 @@ class Production:
 
         self.through_any(read, lambda: not seen)
         return seen
+
+
+def told_by(api: Running) -> str:
+    """How everything stands, as an API has it; empty if it does not answer."""
+    with suppress(AssertionError, httpx2.HTTPError), client_of(api) as client:
+        return "\n".join(client.get(f"/v1/{what}").text for what in ("goals", "missions", "robots"))
+    return ""
 
 
 def address_of(api: Running) -> str:
