@@ -140,10 +140,12 @@ class Teleoperation:
         name, told = report.view.name, report.view.telemetry
         if report.lost is not None:
             raise Conflict(f"{name} was declared lost; declare it found first", code="robot-lost")
-        if report.connection is not Connection.ONLINE or told is None:
-            raise Conflict(f"{name} is not in contact: {report.connection}", code="robot-out-of-contact")
         if report.mission_id is not None:
             raise Conflict(f"{name} is on mission {report.mission_id}", code="on-mission")
+        if report.connection is not Connection.ONLINE:
+            raise Conflict(f"{name} is not in contact: {report.connection}", code="robot-out-of-contact")
+        if told is None:
+            raise Conflict(f"{name} has not yet said where it is", code="robot-out-of-contact")
         if hold.refusal:
             raise Conflict(hold.refusal, code="robot-refuses")
         # NOTE: a robot that was let go of here is not known to be free before its next telemetry.

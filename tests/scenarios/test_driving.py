@@ -74,7 +74,7 @@ def test_a_robot_is_driven_stops_by_itself_and_is_let_go_of(
     running: Callable[[Path], Any], tmp_path: Path
 ) -> None:
     with running(tmp_path) as api:
-        read_until(api, YARD, lambda robot: robot["connection"] == "online")
+        read_until(api, YARD, lambda robot: robot["connection"] == "online" and robot["pose"])
         start, _ = stands(api)
         assert drive(api, lambda: abs(stands(api)[0] - start) > 0.4, speed_m_s=0.25)["driving"]
         goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()
