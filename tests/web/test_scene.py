@@ -13,7 +13,16 @@ from web.scene.camera import BACK, FILLED, FOV_RAD, TURN, distance_m
 from web.scene.eye import Eye
 from web.scene.frame import RADIUS_M, whiskers
 from web.scene.geometry import Mesh, box, cylinder, merged, turned
-from web.scene.labels import CHOSEN_FIRST, LETTER_PX, LINE_PX, ROBOTS_NEXT, Label, with_room
+from web.scene.labels import (
+    CHOSEN_FIRST,
+    LETTER_PX,
+    LINE_PX,
+    ROBOTS_NEXT,
+    FloorLabel,
+    Label,
+    covered,
+    with_room,
+)
 from web.scene.paths import routes
 from web.scene.robots import label_text
 from web.scene.samples import LIFTED_M, SamplePlaces
@@ -192,6 +201,18 @@ def test_what_is_beside_the_picture_or_behind_the_camera_has_no_label() -> None:
     assert with_room(labels(("far", 9.0, CHOSEN_FIRST)), eye()) == []
     behind = Label(name="behind", text="behind", at=(0.0, 0.0, 11.0), rank=CHOSEN_FIRST)
     assert with_room([behind], eye()) == []
+
+
+@pytest.mark.parametrize(
+    ("at", "hidden"),
+    [((0.0, 0.1), True), ((0.0, -0.1), False), ((0.45, 0.1), True), ((0.5, 0.1), False), ((0.0, 0.5), False)],
+)
+def test_a_place_is_not_named_where_the_name_of_a_robot_is(at: tuple[float, float], hidden: bool) -> None:
+    # "robot" takes 20 pixels to either side and 20 up; "bay_7", in letters of 0.17 m, 28 to either side and 24 down.
+    robot = labels(("robot", 0.0, ROBOTS_NEXT))
+    place = FloorLabel(name="bay_7", text="bay_7", at=(*at, 0.0), letters_m=0.17)
+    assert covered([place], robot, eye()) == [hidden]
+    assert covered([place], [], eye()) == [False]
 
 
 @given(st.lists(st.tuples(st.floats(-4, 4), st.floats(-3, 3)), max_size=80))

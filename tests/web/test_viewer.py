@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+import numpy as np
 import pytest
 import viser
 from websockets.sync.client import ClientConnection, connect
@@ -24,6 +25,9 @@ from tests.web.fake_service import WORLD, FakeService
 from web.feed import WorldFeed
 from web.layout import Layout, Shown
 from web.scene import Frame, Stage, palette
+from web.scene.eye import Eye
+from web.scene.labels import LINE_PX
+from web.scene.robots import LABEL_HEIGHT_M
 from web.viewer import Viewer, page_of
 
 PROJECT = Path(__file__).parents[2]
@@ -135,6 +139,34 @@ def test_the_label_of_a_sample_gives_way_to_that_of_the_robot_that_holds_it(
     until(lambda: label(viewer, "samples/sample_2"))
     service.telemetry["yard_1"]["holding"] = None
     until(lambda: label(viewer, "samples/sample_1"))
+
+
+def test_the_name_of_a_place_gives_way_to_that_of_a_robot_in_front_of_it(
+    viewer: Viewer, browser: FakeBrowser, served_api: str, service: FakeService
+) -> None:
+    until(lambda: shown(viewer, "/places/bay/bay_7"))
+    name, robot = node(viewer, "/places/bay/bay_7").position, service.telemetry["store_2"]
+
+    def is_hidden_behind_the_robot() -> bool:
+        robot.update(
+            x_m=name[0], y_m=south_with_its_label_on(viewer, name)
+        )  # once the camera is where it belongs
+        return not shown(viewer, "/places/bay/bay_7")
+
+    until(is_hidden_behind_the_robot)
+    assert shown(viewer, "/places/bay/bay_8")
+    robot |= {"y_m": robot["y_m"] - 1.5}
+    until(lambda: shown(viewer, "/places/bay/bay_7"))
+
+
+def south_with_its_label_on(viewer: Viewer, spot: Any) -> float:
+    """Where south of a spot on the floor a robot's label is on it in the picture."""
+    (stage,) = viewer.stages.values()
+    eye = Eye.of(stage.client.camera)
+    south = np.linspace(spot[1] - 2.0, spot[1], 200)
+    labels = eye.sees(np.array([(spot[0], y_m, LABEL_HEIGHT_M) for y_m in south]))
+    spot_px = eye.sees(np.array([spot]))[0, 1]
+    return float(south[np.abs(labels[:, 1] - spot_px - LINE_PX / 2).argmin()])
 
 
 def test_a_robot_never_heard_of_is_not_drawn_and_the_others_keep_their_colours(

@@ -40,7 +40,12 @@ class Eye:
         """Points of the world, shape (N, 3), on the picture: x and y from its upper left, pixels, and the depth."""
         seen = (points - self.at) @ self.turn
         depth = seen[:, 2]
-        scale = self.height_px / 2 / tan(self.fov_rad / 2) / np.where(depth > 0, depth, np.inf)
+        scale = self.px_a_metre(depth)
         across = self.width_px / 2 + seen[:, 0] * scale
         down = self.height_px / 2 + seen[:, 1] * scale
         return np.stack([across, down, depth], axis=-1)
+
+    def px_a_metre(self, depth: Floats) -> Floats:
+        """How many pixels a metre takes that far away; none behind the camera."""
+        scale: Floats = self.height_px / 2 / tan(self.fov_rad / 2) / np.where(depth > 0, depth, np.inf)
+        return scale

@@ -1,15 +1,20 @@
-"""Names of robots and samples: so many as have room beside each other on a page's own picture of the world."""
+"""Names on a page's own picture of the world: of robots and samples so many as have room beside each other, of places
+those that are not behind one.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
-from web.scene.eye import Eye
+from web.scene.eye import Eye, Floats
 
 LETTER_PX, LINE_PX = 8.0, 20.0
 """What a letter of a label takes of the picture, generously."""
+LETTER, LINE = 0.65, 1.4
+"""What a letter of a floor label takes, with its frame, in heights of a letter."""
 MOST = 60
 CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST = 0, 1, 2
 
@@ -24,30 +29,64 @@ class Label:
     rank: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FloorLabel:
+    """A text that lies on the floor, below its point of the world, in letters so high, metres."""
+
+    name: str
+    text: str
+    at: tuple[float, float, float]
+    letters_m: float
+
+
 def with_room(labels: Sequence[Label], eye: Eye) -> list[Label]:
     """Those that are shown: by rank and nearness, each only where no other is yet."""
     if not labels:
         return []
-    spots = eye.sees(np.array([label.at for label in labels]))
-    shown: list[tuple[float, float, float, float]] = []
-    chosen = []
+    spots = eye.sees(_points(labels))
+    boxes = _boxes(labels, spots)
+    chosen: list[int] = []
     for index in sorted(range(len(labels)), key=lambda i: (labels[i].rank, spots[i, 2])):
         x, y, depth = spots[index]
         if depth <= 0 or not (0 <= x <= eye.width_px and 0 <= y <= eye.height_px):
             continue
-        half = len(labels[index].text) * LETTER_PX / 2
-        box = (x - half, y - LINE_PX, x + half, y)
-        if any(_overlap(box, other) for other in shown):
+        if _overlaps(boxes[[index]], boxes[chosen]).any():
             continue
-        shown.append(box)
-        chosen.append(labels[index])
+        chosen.append(index)
         if len(chosen) == MOST:
             break
-    return chosen
+    return [labels[index] for index in chosen]
 
 
-def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+def covered(floor: Sequence[FloorLabel], shown: Sequence[Label], eye: Eye) -> list[bool]:
+    """Which of the floor's labels are behind one that is shown."""
+    if not floor or not shown:
+        return [False] * len(floor)
+    spots = eye.sees(_points(floor))
+    high = eye.px_a_metre(spots[:, 2]) * [label.letters_m for label in floor]
+    half = high * LETTER * [len(label.text) / 2 for label in floor]
+    x, y = spots[:, 0], spots[:, 1]
+    below = np.stack([x - half, y, x + half, y + high * LINE], axis=-1)
+    over = _overlaps(below, _boxes(shown, eye.sees(_points(shown))))
+    return [bool(row.any()) for row in over]
+
+
+def _points(labels: Sequence[Label] | Sequence[FloorLabel]) -> Floats:
+    return np.array([label.at for label in labels], dtype=np.float64)
+
+
+def _boxes(labels: Sequence[Label], spots: Floats) -> Floats:
+    """What labels take of the picture, shape (N, 4): left, top, right and bottom, pixels."""
+    half = np.array([len(label.text) * LETTER_PX / 2 for label in labels])
+    x, y = spots[:, 0], spots[:, 1]
+    return np.stack([x - half, y - LINE_PX, x + half, y], axis=-1)
+
+
+def _overlaps(these: Floats, those: Floats) -> NDArray[np.bool_]:
+    """Shape (these, those)."""
+    one, other = these[:, None, :], those[None, :, :]
+    apart = (one[..., :2] >= other[..., 2:]) | (other[..., :2] >= one[..., 2:])
+    return ~(apart[..., 0] | apart[..., 1])
 
 
 class LabelsView:
@@ -80,3 +119,26 @@ class LabelsView:
         )
         self._handles[label.name] = handle
         return handle
+
+
+class FloorLabelsView:
+    """Writes on the floor, and hides what a label of a robot or a sample is in front of."""
+
+    def __init__(self, scene: viser.SceneApi, labels: Sequence[FloorLabel]) -> None:
+        self._labels = labels
+        self._handles = [
+            scene.add_label(
+                f"/places/{label.name}",
+                label.text,
+                position=label.at,
+                font_size_mode="scene",
+                font_scene_height=label.letters_m,
+                anchor="top-center",
+            )
+            for label in labels
+        ]
+
+    def make_room(self, shown: Sequence[Label], eye: Eye) -> None:
+        for handle, hidden in zip(self._handles, covered(self._labels, shown, eye), strict=True):
+            if handle.visible == hidden:
+                handle.visible = not hidden

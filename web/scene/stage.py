@@ -8,12 +8,12 @@ from web.layout import Layout, Plan, Shown
 from web.scene import camera, palette
 from web.scene.eye import Eye
 from web.scene.frame import Frame
-from web.scene.labels import CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST, Label, LabelsView
+from web.scene.labels import CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST, FloorLabelsView, Label, LabelsView
 from web.scene.paths import PathsView
 from web.scene.robots import LABEL_HEIGHT_M, RobotsView, label_text
 from web.scene.samples import HEIGHT_M, SamplesView
 from web.scene.selection import SelectionView
-from web.scene.store import PlacesView, draw_store
+from web.scene.store import PlacesView, draw_store, names_of_places
 
 Pick = Callable[[str, str], None]
 """Told of what is clicked on: its kind, `robot`, `sample` or `place`, and its name."""
@@ -34,6 +34,7 @@ class Stage:
         self._selection = SelectionView(scene)
         self._paths = PathsView(scene, names, ground)
         self._labels = LabelsView(scene)
+        self._floor_labels = FloorLabelsView(scene, names_of_places(layout))
         self._named: tuple[Frame, Shown] | None = None
         self._followed: str | None = None
         self._whole = -1
@@ -59,10 +60,11 @@ class Stage:
         if self._named is None:
             return
         frame, shown = self._named
-        labels = self._wanted_labels(frame, shown)
+        labels, eye = self._wanted_labels(frame, shown), Eye.of(self.client.camera)
         with self.client.atomic():
-            self._labels.choose(labels, Eye.of(self.client.camera))
+            self._labels.choose(labels, eye)
             self._labels.update(labels)
+            self._floor_labels.make_room([one for one in labels if one.name in self._labels.shown], eye)
 
     def _wanted_labels(self, frame: Frame, shown: Shown, among: frozenset[str] | None = None) -> list[Label]:
         """The labels of robots and samples; only those `among`, if that is given."""

@@ -10,6 +10,7 @@ from web.layout import Fact, Floor, Layout, Location, Point, Rock, Wall
 from web.scene import palette
 from web.scene.clicks import Click, on_instance
 from web.scene.geometry import box, cylinder, merged, turned
+from web.scene.labels import FloorLabel
 
 FLOOR_M = 0.04
 WALL_HEIGHT_M, WALL_WIDTH_M = 0.32, 0.08
@@ -29,7 +30,6 @@ def draw_store(scene: viser.SceneApi, layout: Layout, ground: palette.Ground) ->
             _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, ground.aisles[number % 2], 0.004)
     _draw_walls(scene, layout.walls)
     _draw_rocks(scene, layout.obstacles)
-    _label_places(scene, layout)
     if layout.locations:
         _draw_beacons(scene, layout.locations)
 
@@ -147,27 +147,23 @@ def _pads(
     return pads
 
 
-def _label_places(scene: viser.SceneApi, layout: Layout) -> None:
+def names_of_places(layout: Layout) -> list[FloorLabel]:
     """Each place's name south of its pad; of a rack's berths the numbers on their pads and the name south of all."""
     south = {place.name: place.at[1] - PAD_M / 2 - 0.04 for place in layout.locations}
-    for place in layout.locations:
-        if place.kind != "home" and place.name not in layout.berths:  # a home's robot's label says enough
-            _label(scene, place, place.name, (place.at[0], south[place.name]))
+    names = [
+        _name(place, place.name, (place.at[0], south[place.name]))
+        for place in layout.locations
+        if place.kind != "home" and place.name not in layout.berths  # a home's robot's label says enough
+    ]
     for rack in layout.racks:
-        _label(scene, rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths)))
+        names.append(_name(rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths))))
     for berth in (place for place in layout.locations if place.name in layout.berths):
-        _label(scene, berth, berth.name.rpartition("_")[2], (berth.at[0], berth.at[1] + LETTERS_M / 2))
+        names.append(_name(berth, berth.name.rpartition("_")[2], (berth.at[0], berth.at[1] + LETTERS_M / 2)))
+    return names
 
 
-def _label(scene: viser.SceneApi, place: Location, text: str, top: Point) -> None:
-    scene.add_label(
-        f"/places/{place.kind}/{place.name}",
-        text,
-        position=(*top, 0.0),
-        font_size_mode="scene",
-        font_scene_height=LETTERS_M,
-        anchor="top-center",
-    )
+def _name(place: Location, text: str, top: Point) -> FloorLabel:
+    return FloorLabel(name=f"{place.kind}/{place.name}", text=text, at=(*top, 0.0), letters_m=LETTERS_M)
 
 
 def _draw_beacons(scene: viser.SceneApi, places: tuple[Location, ...]) -> None:
