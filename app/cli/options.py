@@ -72,6 +72,12 @@ def carefully() -> Iterator[None]:
         fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
     except (SimulationError, KnowledgeBaseError) as error:
         fail(str(error))
+    except Exception as error:
+        from app.database import why_away  # here: a command that needs no database need not load it
+
+        if (why := why_away(error)) is None:
+            raise
+        fail(f"the database cannot be used: {why}; MACTA_DATABASE_URL says which it is")
 
 
 def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:

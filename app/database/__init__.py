@@ -1,6 +1,15 @@
 """The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
 
-from app.database.engine import WRITTEN, Database, after_commit, announce, is_away, is_unwritable, write_last
+from app.database.engine import (
+    WRITTEN,
+    Database,
+    after_commit,
+    announce,
+    is_away,
+    is_unwritable,
+    why_away,
+    write_last,
+)
 from app.database.tables import (
     Base,
     DurationRow,
@@ -41,5 +50,6 @@ __all__ = [
     "announce",
     "is_away",
     "is_unwritable",
+    "why_away",
     "write_last",
 ]

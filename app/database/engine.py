@@ -143,6 +143,13 @@ def is_away(error: BaseException) -> bool:
     return ended or error.connection_invalidated
 
 
+def why_away(error: BaseException) -> str | None:
+    """In its driver's words why the database cannot be used for now; None if that is not what the error says."""
+    if not isinstance(error, DBAPIError) or not is_away(error):
+        return None
+    return str(error.orig).partition("\n")[0]
+
+
 def after_commit(session: Session, call: Callable[[], None]) -> None:
     """Have this called, in this process, once the session's write transaction has committed."""
     session.info.setdefault(_AFTER_COMMIT, []).append(call)

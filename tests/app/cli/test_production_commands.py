@@ -1,5 +1,11 @@
 """`macta worker` and `macta alive`: what they refuse, and what they know of a process that lives."""
 
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -13,6 +19,7 @@ from app.replicas import Presence
 from app.settings import Settings
 from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL
+from tests.ports import free_port
 
 SHARED = "postgresql+psycopg://macta:open-sesame@database.example:5432/macta"
 
@@ -37,6 +44,26 @@ def test_a_worker_that_could_not_plan_is_refused(
     done = macta("worker")
     assert (done.exit_code, named in done.stderr) == (2, True)
     assert "open-sesame" not in done.stderr
+
+
+@pytest.mark.parametrize("command", [("worker", "--broker", "mqtt://127.0.0.1"), ("serve", "--port", "0")])
+def test_a_database_that_does_not_answer_is_said_in_a_line(command: Sequence[str], tmp_path: Path) -> None:
+    nobody = f"postgresql+psycopg://macta:open-sesame@127.0.0.1:{free_port()}/macta"
+    given = {"DATABASE_URL": nobody, "TOKEN": "known-to-all-of-them", "DATA": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", "from app.cli import main; main()", *command],
+        env={**os.environ, **{f"MACTA_{name}": value for name, value in given.items()}},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("macta: the database cannot be used: connection failed"), done.stderr
+    assert "MACTA_DATABASE_URL" in last
+    assert "open-sesame" not in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_a_record_that_others_share_wants_a_token_that_they_know() -> None:
