@@ -130,7 +130,7 @@ class Choices:
             goal = goal_to_change(session, goal_id)
             if not _is_sought(goal):
                 return
-            posed = self._posing.pose(session, goal)
+            posed, first = self._posing.pose(session, goal), goal.plan_id
             work = self._sought(session, goal, posed)
         watch = GoalWatch(self._database, self._events, goal_id, during=GoalState.PLANNED)
         try:
@@ -143,7 +143,7 @@ class Choices:
         with self._database.write() as session:
             goal = goal_to_change(session, goal_id)
             goal.planning = None
-            if not _is_sought(goal):
+            if not _is_sought(goal) or goal.plan_id != first:
                 return
             if found:
                 self._take(session, goal, found, posed)

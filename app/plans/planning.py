@@ -76,6 +76,7 @@ class Planning:
             self._events.append(session, "goal.planning", goal.id)
             posed = self._posing.pose(session, goal)
             goal.releases_seen = posed.releases
+            turn = _turn(goal)
             request = self._limits.request(PlanningWish.from_json(goal.limits))
             old = overtaken(session, goal, self._knowledge_base)
         watch = GoalWatch(self._database, self._events, goal_id)
@@ -91,7 +92,7 @@ class Planning:
         with self._database.write() as session:
             goal = session.get_one(GoalRow, goal_id, with_for_update=True)
             goal.planning = None
-            if goal.state == GoalState.PLANNING:
+            if goal.state == GoalState.PLANNING and _turn(goal) == turn:
                 self._conclude(session, goal, result, posed, repairs)
             return goal.state
 
@@ -142,6 +143,13 @@ class Planning:
         if goal.auto_approve:
             session.flush()
             self._approve(session, plan, goal)
+
+
+def _turn(goal: GoalRow) -> tuple[int, int]:
+    """What tells one planning of a goal from the next, should it be planned again before the first has an answer: by
+    the other process that took it over, say. The first was of a world that is no more.
+    """
+    return goal.attempts, goal.releases_seen
 
 
 def _refusal(reason: str) -> PlanningResult:

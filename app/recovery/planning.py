@@ -117,6 +117,7 @@ class Recovering:
                 return
             sought = self._sought(session, mission)
             note(mission, without=list(sought.left_out.words))
+            attempt = len(mission.attempts)
             watch = RecoveryWatch(self._database, self._events, mission)
         repair: Repair | None = None
         reason = sought.posed.refusal
@@ -131,7 +132,8 @@ class Recovering:
         with self._database.write() as session:
             mission = locked_after_goal(session, mission_id)
             session.get_one(GoalRow, mission.goal_id).planning = None
-            if not _is_sought(mission):
+            # The next attempt may have begun meanwhile, if another process has taken this one over.
+            if not _is_sought(mission) or len(mission.attempts) != attempt:
                 return
             if repair is not None and repair.plan_net is not None:
                 self._found(session, mission, sought, repair)
