@@ -12,6 +12,8 @@ from app.ids import new_id
 from app.states import GoalState
 
 WORKFLOW = "plan_waiting"
+TURNS = 25
+"""After so many goals another workflow goes on with the world's."""
 
 
 class WaitingGoals:
@@ -49,12 +51,21 @@ class WaitingGoals:
 
     def run(self, world: str, *, plan: Callable[[str], None]) -> None:
         """The workflow: plan the goals of a world that have not seen everything that became free."""
-        while (goal_id := step("next", lambda: self._next(world))) is not None:
+        for _ in range(TURNS):
+            goal_id = step("next", lambda: self._next(world))
+            if goal_id is None:
+                return
             plan(goal_id)
+        step("begin anew", lambda: self._begin_anew(world))
 
     def _next(self, world: str) -> str | None:
         with self._database.read() as session:
             return most_urgent(session, world)
+
+    def _begin_anew(self, world: str) -> None:
+        """Have another workflow go on: one that is taken over does its recorded steps again, so they must be few."""
+        with self._database.write() as session:
+            self._wake(session, world)
 
     def _wake(self, session: Session, world: str) -> None:
         self._workflows.start(session, WAITING, WORKFLOW, new_id("waiting"), world)

@@ -1,16 +1,27 @@
 """Which of the goals that wait is planned next."""
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import pytest
+from sqlalchemy import text
 from sqlalchemy.orm import Session
 
+from app.core import Core
 from app.database import Database, GoalRow, WorldRow
 from app.database.migrate import migrate
-from app.plans.waiting import most_urgent
+from app.durable import Workflows
+from app.events import EventLog
+from app.plans.active import Holdings
+from app.plans.nets import PlanNets
+from app.plans.waiting import TURNS, WORKFLOW, WaitingGoals, most_urgent
 from app.states import GoalState
+from app.world_model.store import FactStore
+from planner import load_knowledge_base
+from tests.waiting import until
 
 
 @pytest.fixture
@@ -67,6 +78,52 @@ def test_a_goal_is_planned_once_for_all_that_became_free_until_then(session: Ses
     session.get_one(WorldRow, "lab").releases += 3
     session.flush()
     assert order(session) == ["one"]
+
+
+def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'many.sqlite'}")
+    migrate(database)
+    workflows = Workflows(database.url)
+    goals, planned = WaitingGoals(core_of(database, workflows)), SimpleQueue[str]()
+
+    def plan(goal_id: str) -> None:
+        with database.write() as session:
+            session.get_one(GoalRow, goal_id).releases_seen = 1
+        planned.put(goal_id)
+
+    workflows.register(WORKFLOW, partial(goals.run, plan=plan))
+    workflows.launch()
+    names = [f"goal {number:03}" for number in range(2 * TURNS + 1)]
+    with database.write() as session:
+        session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
+        session.flush()
+        for name in names:
+            waiting(session, name, created_at=name, releases_seen=0)
+        goals.release(session, "lab")
+    assert [planned.get(timeout=30) for _ in names] == names
+    until(lambda: steps_of(database) == [TURNS + 1, TURNS + 1, 2])
+    workflows.close()
+    database.close()
+
+
+def core_of(database: Database, workflows: Workflows) -> Core:
+    events, knowledge_base = EventLog(database), load_knowledge_base()
+    return Core(
+        database=database,
+        events=events,
+        facts=FactStore(events),
+        workflows=workflows,
+        knowledge_base=knowledge_base,
+        plan_nets=PlanNets(knowledge_base),
+        holdings=Holdings(PlanNets(knowledge_base)),
+    )
+
+
+def steps_of(database: Database) -> list[int]:
+    """How many steps each workflow has recorded, in the order they began."""
+    query = "SELECT COUNT(*) FROM operation_outputs GROUP BY workflow_uuid ORDER BY MIN(started_at_epoch_ms)"
+    with database.read() as session:
+        return list(session.scalars(text(query)))
 
 
 @pytest.mark.parametrize(
