@@ -104,8 +104,7 @@ class Service:
             plan_nets=plan_nets,
             holdings=Holdings(plan_nets),
         )
-        looks = {queue.name: partial(workflows.look, queue) for queue in served}
-        self._listening = Listening(self.database, {**looks, "messages": workflows.rouse})
+        self._listening = Listening(self.database, workflows.topics)
         self.presence = Presence(
             self.database,
             workflows,
@@ -177,6 +176,7 @@ class Service:
         for agents in self._agents:
             agents.close()
         self._listening.close()
+        self.presence.stop()
         self._core.workflows.close()
         self.presence.close()
         if self._own_worker:

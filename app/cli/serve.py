@@ -102,33 +102,33 @@ def serve(
     settings = settings_of(given)
     broker = settings.broker()
     log_warnings()
-    listener = listen(settings)
-    tell_of_start(Console(stderr=True))
-    viewer = Viewer()
-    with (
-        each(
-            _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
-            for world in worlds
-        ) as running,
-        Service(settings, running, viewer=viewer.address) as service,
-    ):
-        config = uvicorn.Config(
-            service.api,
-            log_level="warning",
-            access_log=False,
-            timeout_graceful_shutdown=GRACE_S,
-            ws_max_size=64 * 2**20,
-        )
-        server = Server(config, service.stopping)
-        announce = threading.Thread(
-            target=_announce, args=(server, listener, service, viewer, worlds), daemon=True
-        )
-        announce.start()
-        gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
-        try:
-            server.run(sockets=[listener])
-        finally:
-            viewer.stop()
+    with listen(settings) as listener:
+        tell_of_start(Console(stderr=True))
+        viewer = Viewer()
+        with (
+            each(
+                _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
+                for world in worlds
+            ) as running,
+            Service(settings, running, viewer=viewer.address) as service,
+        ):
+            config = uvicorn.Config(
+                service.api,
+                log_level="warning",
+                access_log=False,
+                timeout_graceful_shutdown=GRACE_S,
+                ws_max_size=64 * 2**20,
+            )
+            server = Server(config, service.stopping)
+            announce = threading.Thread(
+                target=_announce, args=(server, listener, service, viewer, worlds), daemon=True
+            )
+            announce.start()
+            gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
+            try:
+                server.run(sockets=[listener])
+            finally:
+                viewer.stop()
 
 
 @contextmanager

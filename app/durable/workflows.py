@@ -3,8 +3,11 @@
 import logging
 import sqlite3
 import threading
+import time
 import uuid
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
+from math import inf
 
 from dbos import DBOS, DBOSClient, DBOSConfig, DBOSPortableJSONSerializer, EnqueueOptions
 from dbos._sys_db import SystemDatabase
@@ -22,7 +25,8 @@ APPLICATION_VERSION = "2"
 
 POLLING_S = 0.05
 SELDOM_S = 0.25
-"""How often queues are looked at: every process is told of new work, and every 50 ms kept a sixth of a core busy."""
+"""How often queues are looked at while there is work: every process is told of new work, and every 50 ms kept a sixth
+of a core busy."""
 EMBEDDED = "embedded"
 
 
@@ -45,6 +49,7 @@ class Workflows:
         self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
         self._closing = threading.Event()
         self._suspected: set[str] = set()
+        self._begins_until = inf
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
         DBOS.listen_queues([])  # we do, see `Listener`
@@ -79,7 +84,7 @@ class Workflows:
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
             if queue in self._serves:
-                self._listeners[queue.name] = Listener(self._dbos, known)
+                self._listeners[queue.name] = Listener(self._dbos, known, may_take=self._may_begin)
         self._client = DBOSClient(
             system_database_url=self._url,
             serializer=DBOSPortableJSONSerializer(),
@@ -99,10 +104,25 @@ class Workflows:
         after_commit(session, lambda: self.look(queue))
         announce(session, queue.name)
 
+    @property
+    def topics(self) -> Mapping[str, Callable[[], None]]:
+        """What this process is to be told of by others on its database, and what it does then."""
+        return {queue.name: partial(self.look, queue) for queue in self._serves} | {"messages": self.rouse}
+
     def look(self, queue: Queue) -> None:
         """A workflow of this queue was started, here or in another process."""
         if queue.name in self._listeners:
             self._listeners[queue.name].look()
+
+    def may_begin(self, until: float) -> None:
+        """From then on (`time.monotonic`) nothing is taken from the queues, unless another instant is named before.
+
+        Whoever takes this process for dead would have what it takes run again at once, and so without end.
+        """
+        self._begins_until = until
+
+    def _may_begin(self) -> bool:
+        return time.monotonic() < self._begins_until
 
     def rouse(self) -> None:
         """Have every workflow that waits here look whether there is a message: it may not have been told of one.
@@ -116,7 +136,9 @@ class Workflows:
 
         Only what is still that executor's: a workflow that was taken over already is left alone.
         """
-        return len(DBOS._recover_pending_workflows([executor]))
+        count = len(DBOS._recover_pending_workflows([executor]))
+        self._look_at_all(count)
+        return count
 
     def take_up(self) -> int:
         """Have what this process took from a queue and then lost run again; answers how many. To be called often.
@@ -132,9 +154,13 @@ class Workflows:
         lost, self._suspected = unclaimed & self._suspected, unclaimed
         system = self._dbos._sys_db
         count = sum(system.reenqueue_for_recovery(one, [self.executor], MISSIONS.name) for one in lost)
+        self._look_at_all(count)
+        return count
+
+    def _look_at_all(self, count: int) -> None:
+        """So many workflows are to run again, of whatever queues."""
         for listener in self._listeners.values() if count else ():
             listener.look()
-        return count
 
     def wake(self, session: Session, workflow_id: str, key: str) -> None:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""

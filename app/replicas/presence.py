@@ -2,8 +2,9 @@
 
 Each says every `BEAT_S` that it lives. Of one that was silent for `DEAD_AFTER_S`, or has ended, the others take over
 the workflows, and the worlds it spoke for. Time is the database server's, so the machines' clocks need not agree. A
-process that was only held up may come back: it lays down by itself what it can no longer be sure of, and what both did
-meanwhile is recorded once, as steps and messages are anyway.
+process that was only held up may come back: it lays down by itself what it can no longer be sure of, takes up nothing
+more, and what both did meanwhile is recorded once, as steps and messages are anyway. While the server is away nobody
+can say anything: it counts from when the server is back.
 """
 
 import logging
@@ -12,6 +13,7 @@ import socket
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol
 
 from sqlalchemy import delete, func, select
@@ -28,7 +30,11 @@ DEAD_AFTER_S = 6.0
 FORGOTTEN_AFTER_S = 60.0
 """A dead process' row goes then; until then it is looked whether it came back, began something, and died again."""
 HELD_S = DEAD_AFTER_S - BEAT_S
-"""So long after its last beat a process counts on its worlds: less than it takes others to take them."""
+"""So long after its last beat a process counts on its worlds, and takes up workflows: less than it takes others to take
+them.
+"""
+ENDED = 0.0
+"""When a process that has ended in order was last seen."""
 TAKE_UP_S = 5.0
 """How often a process looks for workflows of its own that it has lost."""
 
@@ -59,6 +65,10 @@ class Undone(Protocol):
     @property
     def executor(self) -> str:
         """The name of this process."""
+        ...
+
+    def may_begin(self, until: float) -> None:
+        """Others count on this process until that instant (`time.monotonic`): it may take up workflows till then."""
         ...
 
     def take_over(self, executor: str) -> int:
@@ -94,6 +104,7 @@ class Presence:
         self._started_at = utc_now()
         self._held: Mapping[str, float] = {}
         self._background = Background("presence", self._run)
+        self._began = False
 
     def register(self, simulates: Collection[str] = ()) -> None:
         """Say that this process lives, before it begins anything that others would have to take over.
@@ -119,15 +130,20 @@ class Presence:
         if self._database.shared:
             self._background.start()
 
+    def stop(self) -> None:
+        """Look after nobody any more; this process is about to end. Safe to call again."""
+        self._began = self._background.end() or self._began
+
     def close(self) -> None:
         """What is left undone here is the others' from now on."""
-        if not self._background.end():
+        self.stop()
+        if not self._began:
             return
         try:
             with self._database.write() as session:
                 row = session.get(ExecutorRow, self._executor, with_for_update=True)
                 if row is not None:
-                    row.seen_at = 0.0
+                    row.seen_at = ENDED
         except Exception as error:  # they will notice
             logger.warning("the others could not be told that this process ends: %s", error)
 
@@ -165,10 +181,13 @@ class Presence:
             row.serves, row.host, row.pid = self._serves, socket.gethostname(), os.getpid()
             row.started_at, row.seen_at = self._started_at, now
             session.flush()
-            held = [world for world in self._speaks_for if self._holds(session, world, now)]
+            dead_before = _dead_before(session, self._database, now)
+            held = [world for world in self._speaks_for if self._holds(session, world, dead_before)]
         self._held = dict.fromkeys(held, until)
+        if self._database.shared:
+            self._workflows.may_begin(until)
 
-    def _holds(self, session: Session, world: str, now: float) -> bool:
+    def _holds(self, session: Session, world: str, dead_before: float) -> bool:
         """Take the world, unless a living process has it."""
         if self._database.shared:
             session.execute(insert(LeaseRow).values(world=world, holder="").on_conflict_do_nothing())
@@ -178,7 +197,7 @@ class Presence:
         lease = session.get_one(LeaseRow, world, with_for_update=True)
         if lease.holder != self._executor:
             holder = session.get(ExecutorRow, lease.holder)
-            if self._database.shared and holder is not None and now - holder.seen_at < DEAD_AFTER_S:
+            if holder is not None and holder.seen_at >= dead_before:
                 return False
             lease.holder = self._executor
         return True
@@ -187,7 +206,9 @@ class Presence:
         """Take over from those that are silent; of several processes at once, one does."""
         with self._database.write() as session:
             now = _now(session, self._database)
-            query = select(ExecutorRow).where(ExecutorRow.seen_at < now - DEAD_AFTER_S)
+            query = select(ExecutorRow).where(
+                ExecutorRow.seen_at < _dead_before(session, self._database, now)
+            )
             for dead in session.scalars(query.with_for_update(skip_locked=True)).all():
                 if count := self._workflows.take_over(dead.id):
                     logger.warning("took over %d workflows of %s on %s", count, dead.id, dead.host)
@@ -233,3 +254,13 @@ def _now(session: Session, database: Database) -> float:
     if not database.shared:
         return time.time()
     return float(session.scalars(select(func.extract("epoch", func.clock_timestamp()))).one())
+
+
+def _dead_before(session: Session, database: Database, now: float) -> float:
+    """Who was last seen before this instant is dead: it was silent for so long, and the server there to hear."""
+    if not database.shared:
+        return inf  # there is one process
+    started_at = session.scalars(select(func.extract("epoch", func.pg_postmaster_start_time()))).one()
+    if float(started_at) < now - DEAD_AFTER_S:
+        return now - DEAD_AFTER_S
+    return ENDED + 1.0  # until then only those are gone that said so

@@ -1,6 +1,7 @@
 """Durable workflows: begun when the transaction that starts them commits."""
 
 import threading
+import time
 from collections.abc import Iterator
 from functools import partial
 from queue import Empty, Queue
@@ -50,6 +51,22 @@ def test_a_workflow_begins_when_its_transaction_commits_and_not_with_the_next_lo
     with database.write() as session:
         workflows.start(session, queue, "note", "second", "another")
     assert carried_out.get(timeout=30) == "another"
+
+
+def test_a_process_that_others_take_for_dead_begins_nothing(
+    database: Database, carried_out: Queue[str]
+) -> None:
+    workflows = Workflows(database.url, queue_polling_s=0.02)
+    workflows.register("note", carried_out.put)
+    workflows.launch()
+    workflows.may_begin(time.monotonic())
+    with database.write() as session:
+        workflows.start(session, MISSIONS, "note", "first", "one")
+    with pytest.raises(Empty):
+        carried_out.get(timeout=0.5)
+    workflows.may_begin(time.monotonic() + 3600)
+    assert carried_out.get(timeout=30) == "one"
+    workflows.close()
 
 
 def test_a_workflow_of_a_transaction_that_fails_never_begins(

@@ -1,6 +1,7 @@
 """Workflows that nobody carries out: who was taken over from is noted."""
 
 from dataclasses import dataclass, field
+from math import inf
 
 
 @dataclass
@@ -10,6 +11,10 @@ class Noted:
     executor: str
     taken_over: list[tuple[str, str]] = field(default_factory=list)
     """Who took over from whom."""
+    begins_until: float = inf
+
+    def may_begin(self, until: float) -> None:
+        self.begins_until = until
 
     def take_over(self, executor: str) -> int:
         self.taken_over.append((self.executor, executor))

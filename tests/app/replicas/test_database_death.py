@@ -9,14 +9,19 @@ from typing import Any
 
 import httpx2
 import pytest
+from sqlalchemy import func, select, update
 
 from app.composition import RunningWorld, Service
+from app.database import Database, ExecutorRow
+from app.database.migrate import migrate
 from app.plans.worker import PlanningWorker
+from app.replicas import DEAD_AFTER_S, Presence
 from app.settings import Settings
 from robots.world import WorldFile
 from tests.app.conftest import PATIENCE_S, TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.app.serving import served
+from tests.app.undone import Noted
 from tests.cluster import Cluster, own_cluster
 from tests.waiting import awaited, until
 
@@ -90,3 +95,26 @@ def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
     assert not follower.ended
     numbers = [event["seq"] for event in follower.seen]
     assert numbers == sorted(set(numbers))
+
+
+def test_who_could_say_nothing_while_the_server_was_away_is_not_taken_for_dead(cluster: Cluster) -> None:
+    database = Database(cluster.url)
+    migrate(database)
+    taken_over: list[tuple[str, str]] = []
+    first, second = (
+        Presence(database, Noted(name, taken_over), serves=[], speaks_for=()) for name in ("first", "second")
+    )
+    first.register()
+    with database.write() as session:
+        session.execute(update(ExecutorRow).values(seen_at=ExecutorRow.seen_at - 2 * DEAD_AFTER_S))
+    cluster.kill()
+    cluster.start()
+    second.register()
+    second.start()
+    until(lambda: taken_over)  # now it could have said that it lives
+    with database.read() as session:
+        up = session.scalars(select(func.clock_timestamp() - func.pg_postmaster_start_time())).one()
+    second.close()
+    database.close()
+    assert taken_over[0] == ("second", "first")
+    assert up.total_seconds() >= DEAD_AFTER_S

@@ -2,15 +2,16 @@
 
 import time
 from collections.abc import Callable, Iterator
+from math import inf
 
 import pytest
 from sqlalchemy import update
 
 from app.database import Database, ExecutorRow
 from app.errors import Unavailable
-from app.replicas import DEAD_AFTER_S, Presence
+from app.replicas import DEAD_AFTER_S, HELD_S, Presence
 from tests.app.undone import Noted
-from tests.databases import ON_POSTGRESQL, SQLITE
+from tests.databases import ON_BOTH, ON_POSTGRESQL, SQLITE
 from tests.waiting import until
 
 Join = Callable[..., Presence]
@@ -88,6 +89,17 @@ def test_a_process_that_cannot_say_that_it_lives_lays_its_worlds_down(
     now = time.monotonic()
     monkeypatch.setattr("app.replicas.presence.time.monotonic", lambda: now + DEAD_AFTER_S)
     assert not held_up.speaks_for("store")
+
+
+@ON_BOTH
+def test_workflows_are_begun_only_while_the_others_count_on_a_process(database: Database) -> None:
+    workflows = Noted("first")
+    began = time.monotonic()
+    Presence(database, workflows, serves=["missions"], speaks_for=()).register()
+    if database.shared:
+        assert began + HELD_S <= workflows.begins_until <= time.monotonic() + HELD_S
+    else:
+        assert workflows.begins_until == inf
 
 
 @ON_POSTGRESQL
