@@ -137,7 +137,7 @@ follow("/v1/events?state=false", {
 // A robot that falls silent sends no event of it.
 const tick = (everything) => document.hidden || asked(async () => {
   await loadWorlds();
-  if (everything) store.update({ robots: await list("/v1/robots") });
+  if (everything) await loading.loadRobots();
 });
 tick(false);
 document.addEventListener("visibilitychange", () => tick(true));

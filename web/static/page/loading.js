@@ -8,6 +8,7 @@ import { gathered } from "./state.js";
 export function createLoading(store, asked) {
   // What has changed since it was last asked for, beside goals and missions.
   const news = { all: true, plan: false, robots: false, world: false };
+  let turns = 0;
   const goalsListed = createListing("goals");
   const missionsListed = createListing("missions");
   const refresh = gathered(() => document.hidden || asked(load));
@@ -26,10 +27,10 @@ export function createLoading(store, asked) {
 
   async function loadChanged({ all, ...changed }) {
     const was = store.get();
-    const [goalPage, missionPage, robots] = await Promise.all([goalsListed.fetch(), missionsListed.fetch(), all || changed.robots ? list("/v1/robots") : was.robots]);
+    const [goalPage, missionPage] = await Promise.all([goalsListed.fetch(), missionsListed.fetch(), (all || changed.robots) && loadRobots()]);
     const [goals, missions] = [goalPage.items, missionPage.items];
     const more = { goals: goalPage.more, missions: missionPage.more };
-    if (was.goal === undefined) store.update({ goals, missions, more, robots }); // the rest takes longer
+    if (was.goal === undefined) store.update({ goals, missions, more }); // the rest takes longer
     const wanted = store.get().selected;
     const goal = (wanted && (goals.find((one) => one.id === wanted) ?? (await thereOrNull(`/v1/goals/${id(wanted)}`)))) ?? newestFirst(goals)[0] ?? null;
     const selected = goal?.id ?? null;
@@ -39,7 +40,14 @@ export function createLoading(store, asked) {
       !world ? [] : all || changed.world ? list(`/v1/worlds/${id(world)}/unknown`) : was.unknown,
     ]);
     if (store.get().selected !== wanted) return; // another goal was chosen meanwhile
-    store.update({ goals, missions, more, robots, selected, goal, unknown, ...around });
+    store.update({ goals, missions, more, selected, goal, unknown, ...around });
+  }
+
+  // Of two answers that are on their way at once, the one that was asked for later counts.
+  async function loadRobots() {
+    const turn = (turns += 1);
+    const robots = await list("/v1/robots");
+    if (turn === turns) store.update({ robots });
   }
 
   // The selected goal's plan, that which it takes the place of, those to choose from, and its mission.
@@ -90,6 +98,7 @@ export function createLoading(store, asked) {
     refresh,
     refreshAll,
     note,
+    loadRobots,
     worldChanged() {
       news.world = true;
       refresh();
