@@ -188,3 +188,17 @@ def test_the_badge_says_when_the_page_is_not_live_and_live_again(
         expect(page.get_by_test_id("live-badge")).to_have_text("live", timeout=15_000)
         expect(page.get_by_test_id("goal-item")).to_have_count(1)
     page.close()
+
+
+def test_what_was_not_answered_is_asked_for_again_though_no_event_comes(
+    page: Page, service: FakeService
+) -> None:
+    live = page.get_by_test_id("live-badge")
+    page.route(re.compile("/v1/goals[/?]"), lambda route: route.abort())
+    service.propose("move sample_1 to bay_1")
+    expect(live).to_have_text("not live")
+    page.wait_for_timeout(2500)  # the worlds' clocks are answered all the while
+    assert live.inner_text() == "not live"
+    page.unroute_all()
+    expect(page.get_by_test_id("goal-item")).to_contain_text("move sample_1 to bay_1")
+    expect(live).to_have_text("live")

@@ -52,9 +52,9 @@ const store = createState({
 // The token in the address has become a cookie by now; it should not stay where shoulders and histories see it.
 if (new URLSearchParams(location.search).has("token")) history.replaceState(null, "", location.pathname);
 
-// Live means both: the stream of events is open, and the last question was answered.
+// Live means all: the stream of events is open, and the last question of each kind was answered.
 let ticks = 0;
-const health = { stream: false, answers: true };
+const health = { stream: false };
 const loading = createLoading(store, asked);
 const { refresh, refreshAll, older } = loading;
 const select = (goalId) => {
@@ -68,12 +68,12 @@ const look = (planId) => {
   refresh();
 };
 
-async function asked(question) {
+async function asked(kind, question) {
   try {
     await question();
-    badge({ answers: true });
+    badge({ [kind]: true });
   } catch (problem) {
-    badge({ answers: false }, problem.message);
+    badge({ [kind]: false }, problem.message);
   }
 }
 
@@ -87,7 +87,7 @@ async function loadWorlds() {
 
 function badge(change, reason = "") {
   Object.assign(health, change);
-  const live = health.stream && health.answers;
+  const live = Object.values(health).every(Boolean);
   const node = document.getElementById("live");
   node.textContent = live ? "live" : "not live";
   node.className = live ? "badge good" : "badge bad";
@@ -135,7 +135,7 @@ follow("/v1/events?state=false", {
   },
 });
 // A robot that falls silent sends no event of it.
-const tick = (everything) => document.hidden || asked(async () => {
+const tick = (everything) => document.hidden || asked("clock", async () => {
   await loadWorlds();
   if (everything) await loading.loadRobots();
 });

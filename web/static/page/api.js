@@ -1,5 +1,7 @@
 // The service's public HTTP API, as any client sees it. The session cookie says who asks.
 
+const PATIENCE_MS = 20_000; // a connection may die without a word, and what is asked by turns must not wait for it for ever
+
 export class Problem extends Error {
   constructor({ title, detail, status, choices }) {
     super(detail || title || "The service did not say why");
@@ -10,7 +12,7 @@ export class Problem extends Error {
 }
 
 export async function get(path) {
-  return answer(await reach(path, { headers: { accept: "application/json" } }));
+  return answer(await reach(path, { headers: { accept: "application/json" }, signal: AbortSignal.timeout(PATIENCE_MS) }));
 }
 
 export function post(path, body = {}) {
@@ -42,12 +44,16 @@ async function reach(path, options) {
   try {
     return await fetch(path, { credentials: "same-origin", ...options });
   } catch {
-    throw new Problem({ title: "The service cannot be reached" });
+    unreachable();
   }
 }
 
+function unreachable() {
+  throw new Problem({ title: "The service cannot be reached" });
+}
+
 async function answer(response) {
-  const body = await response.json().catch(() => null);
+  const body = await response.json().catch((problem) => (problem instanceof SyntaxError ? null : unreachable()));
   if (response.ok) return body;
   throw new Problem({ status: response.status, title: response.statusText, ...(body ?? {}) });
 }

@@ -5,13 +5,16 @@ import { get, id, list } from "./api.js";
 import { createListing, thereOrNull } from "./listing.js";
 import { gathered } from "./state.js";
 
+const AGAIN_MS = 1000;
+
 export function createLoading(store, asked) {
   // What has changed since it was last asked for, beside goals and missions.
   const news = { all: true, plan: false, robots: false, world: false };
   let turns = 0;
+  let again = 0;
   const goalsListed = createListing("goals");
   const missionsListed = createListing("missions");
-  const refresh = gathered(() => document.hidden || asked(load));
+  const refresh = gathered(() => document.hidden || asked("lists", load));
   document.addEventListener("visibilitychange", refresh); // what came while the page was hidden was only noted
 
   async function load() {
@@ -21,6 +24,8 @@ export function createLoading(store, asked) {
       await loadChanged(changed);
     } catch (problem) {
       news.all = true;
+      clearTimeout(again);
+      again = setTimeout(refresh, AGAIN_MS); // no event may come for long
       throw problem;
     }
   }
@@ -39,7 +44,7 @@ export function createLoading(store, asked) {
       aboutGoal(goal, missions, was, !all && !changed.plan && was.goal?.id === selected),
       !world ? [] : all || changed.world ? list(`/v1/worlds/${id(world)}/unknown`) : was.unknown,
     ]);
-    if (store.get().selected !== wanted) return; // another goal was chosen meanwhile
+    if (store.get().selected !== wanted) return store.update({ unknown }); // another goal was chosen meanwhile, and is asked about next
     store.update({ goals, missions, more, selected, goal, unknown, ...around });
   }
 
