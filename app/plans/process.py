@@ -90,6 +90,11 @@ class _Stop:
 
 
 @dataclass(frozen=True, slots=True)
+class _Begun:
+    """From the process: it has taken up the work it was given."""
+
+
+@dataclass(frozen=True, slots=True)
 class _Answer:
     """From the process: the work is done."""
 
@@ -118,6 +123,8 @@ class PlanningProcess:
         self._ending = threading.Lock()
         self._allowed_mb, self._most_mb = memory_mb, float("inf")
         self.was_ready = False
+        self.has_begun = False
+        """Whether it took up the work it was given last."""
 
     @property
     def pid(self) -> int | None:
@@ -146,6 +153,7 @@ class PlanningProcess:
         return answer
 
     def _do(self, work: Work, time_limit_s: float, watch: Watch) -> Any:
+        self.has_begun = False
         self._send(_Order(work))
         give_up, stopped = time.monotonic() + time_limit_s + GRACE_S, False
         while time.monotonic() < give_up:
@@ -153,7 +161,10 @@ class PlanningProcess:
                 message = self._receive()
                 if isinstance(message, _Answer):
                     return message.value
-                watch.progress(message)
+                if isinstance(message, _Begun):
+                    self.has_begun = True
+                else:
+                    watch.progress(message)
             if watch.is_cancelled():
                 raise cancelled()
             if self._memory_mb() > self._most_mb:
@@ -163,6 +174,11 @@ class PlanningProcess:
                 self._send(_Stop())
                 give_up, stopped = min(give_up, time.monotonic() + GRACE_S), True
         raise WorkFailed(PlanningStatus.TIMED_OUT, f"no answer within {time_limit_s:.0f} s")
+
+    @property
+    def died_idle(self) -> bool:
+        """Of one that is gone: True if it went while it was warm and had nothing to do, which is no work's fault."""
+        return self.was_ready and not self.has_begun
 
     @property
     def is_alive(self) -> bool:
@@ -243,6 +259,7 @@ def _serve(make_engine: MakeEngine, pipe: Pipe) -> None:
         while True:
             # NOTE: a stop may come after its problem was answered; it is not meant for the next one.
             if isinstance(order := pipe.recv(), _Order):
+                pipe.send(_Begun())
                 pipe.send(_answer(engine, order, _Teller(pipe)))
     except (EOFError, OSError):
         return

@@ -95,8 +95,8 @@ class PlanningWorker:
         if none:
             self._add()
         watch = watch or Watch()
-        how = ""
-        for _ in range(ATTEMPTS):
+        how, attempts, spare = "", ATTEMPTS, self._count
+        while attempts:
             process = self._next(watch)
             try:
                 return process.do(work, time_limit_s, watch)
@@ -104,6 +104,10 @@ class PlanningWorker:
                 if self._closed:
                     raise WorkerClosed from death
                 how = str(death)
+                if process.died_idle and spare:
+                    spare -= 1
+                else:
+                    attempts -= 1
             finally:
                 self._give_back(process)
         raise WorkFailed(PlanningStatus.FAILED, f"the planning process died ({how})")
@@ -125,12 +129,9 @@ class PlanningWorker:
             if self._closed:
                 raise WorkerClosed
             try:
-                process = self._free.get(timeout=POLL_S)
+                return self._free.get(timeout=POLL_S)
             except Empty:
                 continue
-            if process.is_alive or not process.was_ready:
-                return process
-            self._give_back(process)  # it died while it had nothing to do, which is no problem's fault
         raise cancelled()
 
     def _give_back(self, process: PlanningProcess) -> None:

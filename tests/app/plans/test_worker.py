@@ -171,6 +171,20 @@ def test_processes_that_die_with_nothing_to_do_cost_no_problem_its_plan(
     until(lambda: not set(worker.pids) & set(idle))
 
 
+def test_processes_that_die_before_they_take_a_problem_up_cost_it_no_attempt(
+    worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
+) -> None:
+    until(lambda: worker._free.qsize() == 2)
+    idle = worker.pids
+    for pid in idle:
+        os.kill(pid, signal.SIGSTOP)
+    planning = threads.submit(worker.plan, problem("die_once", str(tmp_path / "died")), REQUEST)
+    until(lambda: worker._free.qsize() == 1)
+    for pid in idle:
+        os.kill(pid, signal.SIGKILL)
+    assert planning.result(PATIENCE_S).status is PlanningStatus.SOLVED
+
+
 def test_a_problem_that_kills_every_process_fails_with_the_reason(worker: PlanningWorker) -> None:
     result = worker.plan(problem("die"), REQUEST)
     assert result.status is PlanningStatus.FAILED
