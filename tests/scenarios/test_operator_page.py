@@ -75,6 +75,16 @@ def kept_replay(service: Served, folder: Path) -> Path:
     return file
 
 
+def show_carrying(page: Page) -> str:
+    """Scrub to a time, in seconds, at which a robot carries a sample: how soon one does depends on the machine."""
+    for time_s in map(str, range(25, 100, 5)):
+        page.get_by_test_id("replay-time").fill(time_s)
+        page.wait_for_timeout(300)
+        if page.locator(".robot-mark .held").count():
+            return time_s
+    raise AssertionError("no robot carries anything in the recording")
+
+
 def test_an_operator_approves_a_plan_on_the_page_and_sees_the_mission_complete(
     service: Served, browser: Browser, tmp_path: Path
 ) -> None:
@@ -99,7 +109,7 @@ def test_an_operator_approves_a_plan_on_the_page_and_sees_the_mission_complete(
 
     page.get_by_test_id("mission-replay").click()
     expect(page.locator(".robot-mark")).to_have_count(4)
-    page.get_by_test_id("replay-time").fill("25")
+    carrying_s = show_carrying(page)
     expect(page.locator(".robot-mark .held")).to_have_count(1)
     picture(page, "replay")
     assert complaints == []
@@ -108,6 +118,6 @@ def test_an_operator_approves_a_plan_on_the_page_and_sees_the_mission_complete(
     asked: list[str] = []
     kept.on("request", lambda request: asked.append(request.url.partition(":")[0]))
     kept.goto(kept_replay(service, tmp_path).as_uri())
-    kept.get_by_test_id("replay-time").fill("25")
+    kept.get_by_test_id("replay-time").fill(carrying_s)
     expect(kept.locator(".robot-mark .held")).to_have_count(1)
     assert set(asked) <= {"file", "data"}
