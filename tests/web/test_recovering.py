@@ -4,9 +4,10 @@ import pytest
 
 from tests.web.boxes import boxes
 from tests.web.fake_service import FakeService
+from tests.web.holding import hold_first
 
 playwright = pytest.importorskip("playwright.sync_api")
-from playwright.sync_api import APIResponse, Page, Route, expect  # noqa: E402
+from playwright.sync_api import Page, expect  # noqa: E402
 
 pytestmark = pytest.mark.browser
 
@@ -128,26 +129,14 @@ def test_silence_is_told_in_words_and_hatched_from_the_instant_it_began(
 def test_of_two_answers_on_their_way_at_once_the_one_asked_for_later_counts(
     page: Page, service: FakeService
 ) -> None:
-    held: list[tuple[Route, APIResponse]] = []
-
-    def hold_first(route: Route) -> None:
-        if held:
-            route.continue_()
-        else:
-            held.append((route, route.fetch()))
-
     mission_id = under_way(page, service)
     robot = page.get_by_test_id("robot").filter(has_text="yard_1")
-    page.route("**/v1/robots", hold_first)
-    while not held:
-        page.wait_for_timeout(50)
+    held = hold_first(page, "**/v1/robots")
+    held.wait()
     service.hearing["yard_1"] = {"connection": "offline", "silent": True, "last_heard_s": 43.0}
     service.publish("mission.unknown", mission_id)
     expect(robot).to_contain_text("silent")
-    route, before = held[0]
-    with page.expect_event("requestfinished", lambda request: request == route.request):
-        route.fulfill(response=before)
-    page.wait_for_timeout(300)
+    held.hand_over()
     assert "silent" in robot.inner_text()
 
 

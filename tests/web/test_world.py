@@ -4,7 +4,9 @@ import re
 
 import pytest
 
+from tests.waiting import until
 from tests.web.fake_service import WORLD, FakeService
+from tests.web.holding import hold_first
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect  # noqa: E402
@@ -104,3 +106,24 @@ def test_a_robot_and_a_sample_looked_at_are_left_with_their_world(map_of: Page, 
     expect(map_of.locator(".robot-mark")).to_have_count(4)
     expect(panel).to_be_hidden()
     expect(map_of.locator(".picked")).to_have_count(0)
+
+
+def test_the_map_shows_the_samples_as_they_were_asked_for_last(map_of: Page, service: FakeService) -> None:
+    mark = map_of.locator(".sample-mark[data-name=sample_1] rect")
+
+    def place() -> list[str | None]:
+        return [mark.get_attribute("x"), mark.get_attribute("y")]
+
+    def move(bay: str) -> None:
+        service.facts[0]["args"] = ["sample_1", bay]
+        service.version += 1
+
+    start, held = place(), hold_first(map_of, "**/facts")
+    move("bay_1")
+    held.wait()
+    assert place() == start
+    move("bay_5")
+    until(lambda: map_of.wait_for_timeout(50) or place() != start)
+    last = place()
+    held.hand_over()
+    assert place() == last

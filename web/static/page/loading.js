@@ -10,7 +10,7 @@ const AGAIN_MS = 1000;
 export function createLoading(store, asked) {
   // What has changed since it was last asked for, beside goals and missions.
   const news = { all: true, plan: false, robots: false, world: false };
-  let turns = 0;
+  let [turns, shown] = [0, 0];
   let again = 0;
   const goalsListed = createListing("goals");
   const missionsListed = createListing("missions");
@@ -52,7 +52,9 @@ export function createLoading(store, asked) {
   async function loadRobots() {
     const turn = (turns += 1);
     const robots = await list("/v1/robots");
-    if (turn === turns) store.update({ robots });
+    if (turn < shown) return;
+    shown = turn;
+    store.update({ robots });
   }
 
   // The selected goal's plan, that which it takes the place of, those to choose from, and its mission.

@@ -12,12 +12,13 @@ export function createMap(store, telemetry, { onPick }) {
   let hasGround = false;
   let leave = null;
   let replayed = false;
+  let [turns, shown] = [0, 0];
 
   async function load(name) {
     world = name;
     hasGround = false;
     const { layout } = await get(`/v1/worlds/${id(name)}`);
-    if (replayed) return; // a recording was opened meanwhile
+    if (replayed || world !== name) return; // a recording was opened meanwhile, or another world
     drawing.ground(layout);
     hasGround = true;
     version = null;
@@ -28,8 +29,11 @@ export function createMap(store, telemetry, { onPick }) {
     const at = store.get().worlds.find((one) => one.id === world)?.version;
     if (!hasGround || (at !== undefined && at === version)) return;
     version = at;
-    const { items } = await get(`/v1/worlds/${id(world)}/facts`);
-    if (!replayed) drawing.samples(lyingIn(items));
+    const [asked, turn] = [world, (turns += 1)];
+    const { items } = await get(`/v1/worlds/${id(asked)}/facts`);
+    if (replayed || !hasGround || world !== asked || turn < shown) return; // newer ones came first
+    shown = turn;
+    drawing.samples(lyingIn(items));
   }
 
   function pick(event) {

@@ -23,6 +23,9 @@ export function mountWorld(store, telemetry, { onPick }) {
     const map = createMap(store, telemetry, { onPick: pick });
     holder.append(map.node);
     return map;
+  }).catch((problem) => {
+    drawn = null; // it is fetched anew when it is wanted next
+    throw problem;
   }));
   mountLegend();
   const camera = mountCamera(store);
