@@ -20,22 +20,25 @@ CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Label:
-    """A text at a point of the world, metres; of those of lower `rank` first."""
+class Text:
+    """At a point of the world, metres."""
 
     name: str
     text: str
     at: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Label(Text):
+    """One that faces who looks, above its point; of those of lower `rank` first."""
+
     rank: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FloorLabel:
-    """A text that lies on the floor, below its point of the world, in letters so high, metres."""
+class FloorLabel(Text):
+    """One that lies on the floor, below its point, in letters so high, metres."""
 
-    name: str
-    text: str
-    at: tuple[float, float, float]
     letters_m: float
 
 
@@ -45,17 +48,15 @@ def with_room(labels: Sequence[Label], eye: Eye) -> list[Label]:
         return []
     spots = eye.sees(_points(labels))
     boxes = _boxes(labels, spots)
-    chosen: list[int] = []
-    for index in sorted(range(len(labels)), key=lambda i: (labels[i].rank, spots[i, 2])):
-        x, y, depth = spots[index]
-        if depth <= 0 or not (0 <= x <= eye.width_px and 0 <= y <= eye.height_px):
-            continue
-        if _overlaps(boxes[[index]], boxes[chosen]).any():
-            continue
-        chosen.append(index)
-        if len(chosen) == MOST:
-            break
-    return [labels[index] for index in chosen]
+    x, y, depth = spots.T
+    seen = (depth > 0) & (x >= 0) & (x <= eye.width_px) & (y >= 0) & (y <= eye.height_px)
+    left = np.lexsort((depth, [label.rank for label in labels]))
+    left = left[seen[left]]
+    chosen: list[Label] = []
+    while len(left) and len(chosen) < MOST:
+        chosen.append(labels[left[0]])
+        left = left[~_overlaps(boxes[left[:1]], boxes[left])[0]]
+    return chosen
 
 
 def covered(floor: Sequence[FloorLabel], shown: Sequence[Label], eye: Eye) -> list[bool]:
@@ -71,7 +72,7 @@ def covered(floor: Sequence[FloorLabel], shown: Sequence[Label], eye: Eye) -> li
     return [bool(row.any()) for row in over]
 
 
-def _points(labels: Sequence[Label] | Sequence[FloorLabel]) -> Floats:
+def _points(labels: Sequence[Text]) -> Floats:
     return np.array([label.at for label in labels], dtype=np.float64)
 
 

@@ -3,14 +3,14 @@
 import { newestFirst } from "../goals/list.js";
 import { get, id, list } from "./api.js";
 import { createListing, thereOrNull } from "./listing.js";
-import { gathered } from "./state.js";
+import { gathered, inOrder } from "./state.js";
 
 const AGAIN_MS = 1000;
 
 export function createLoading(store, asked) {
   // What has changed since it was last asked for, beside goals and missions.
   const news = { all: true, plan: false, robots: false, world: false };
-  let [turns, shown] = [0, 0];
+  const robotsAsked = inOrder();
   let again = 0;
   const goalsListed = createListing("goals");
   const missionsListed = createListing("missions");
@@ -48,13 +48,10 @@ export function createLoading(store, asked) {
     store.update({ goals, missions, more, selected, goal, unknown, ...around });
   }
 
-  // Of two answers that are on their way at once, the one that was asked for later counts.
   async function loadRobots() {
-    const turn = (turns += 1);
+    const isNews = robotsAsked();
     const robots = await list("/v1/robots");
-    if (turn < shown) return;
-    shown = turn;
-    store.update({ robots });
+    if (isNews()) store.update({ robots });
   }
 
   // The selected goal's plan, that which it takes the place of, those to choose from, and its mission.

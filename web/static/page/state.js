@@ -15,6 +15,20 @@ export function createState(initial) {
   };
 }
 
+// Of answers that may overtake each other none is shown after one that was asked for later. Called when one is asked for;
+// what it answers is called when that has come, and says whether it is to be shown.
+export function inOrder() {
+  let [asked, shown] = [0, 0];
+  return () => {
+    const turn = (asked += 1);
+    return () => {
+      if (turn < shown) return false;
+      shown = turn;
+      return true;
+    };
+  };
+}
+
 // Gathers calls that come close together into one that runs a little after the first, never two at once nor too soon after each other.
 export function gathered(work, quietMs = 80, apartMs = 250) {
   let timer = null;

@@ -2,6 +2,7 @@
 
 import { get, id } from "../page/api.js";
 import { el } from "../page/dom.js";
+import { inOrder } from "../page/state.js";
 import { createDrawing, lyingIn } from "./drawing.js";
 
 export function createMap(store, telemetry, { onPick }) {
@@ -12,7 +13,7 @@ export function createMap(store, telemetry, { onPick }) {
   let hasGround = false;
   let leave = null;
   let replayed = false;
-  let [turns, shown] = [0, 0];
+  const factsAsked = inOrder();
 
   async function load(name) {
     world = name;
@@ -29,11 +30,9 @@ export function createMap(store, telemetry, { onPick }) {
     const at = store.get().worlds.find((one) => one.id === world)?.version;
     if (!hasGround || (at !== undefined && at === version)) return;
     version = at;
-    const [asked, turn] = [world, (turns += 1)];
-    const { items } = await get(`/v1/worlds/${id(asked)}/facts`);
-    if (replayed || !hasGround || world !== asked || turn < shown) return; // newer ones came first
-    shown = turn;
-    drawing.samples(lyingIn(items));
+    const [name, isNews] = [world, factsAsked()];
+    const { items } = await get(`/v1/worlds/${id(name)}/facts`);
+    if (!replayed && hasGround && world === name && isNews()) drawing.samples(lyingIn(items));
   }
 
   function pick(event) {
