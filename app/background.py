@@ -19,7 +19,7 @@ class Background:
     def end(self) -> bool:
         """Tell it to end and wait for that; False if it never began."""
         self.ending.set()
-        began = self._thread.is_alive()
+        began = self._thread.ident is not None
         if began:
             self._thread.join(timeout=JOIN_S)
         return began

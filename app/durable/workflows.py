@@ -84,7 +84,9 @@ class Workflows:
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
             if queue in self._serves:
-                self._listeners[queue.name] = Listener(self._dbos, known, may_take=self._may_begin)
+                self._listeners[queue.name] = Listener(
+                    self._dbos, known, may_take=lambda: time.monotonic() < self._begins_until
+                )
         self._client = DBOSClient(
             system_database_url=self._url,
             serializer=DBOSPortableJSONSerializer(),
@@ -120,9 +122,6 @@ class Workflows:
         Whoever takes this process for dead would have what it takes run again at once, and so without end.
         """
         self._begins_until = until
-
-    def _may_begin(self) -> bool:
-        return time.monotonic() < self._begins_until
 
     def rouse(self) -> None:
         """Have every workflow that waits here look whether there is a message: it may not have been told of one.

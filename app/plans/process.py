@@ -122,9 +122,8 @@ class PlanningProcess:
         far.close()
         self._ending = threading.Lock()
         self._allowed_mb, self._most_mb = memory_mb, float("inf")
-        self.was_ready = False
-        self.has_begun = False
-        """Whether it took up the work it was given last."""
+        self.is_idle = False
+        """Warm, and at no work: if it dies so, that is no work's fault."""
 
     @property
     def pid(self) -> int | None:
@@ -134,7 +133,7 @@ class PlanningProcess:
         """:raises ProcessDied: if it does not come up."""
         self._receive()
         self._most_mb = self._memory_mb() + self._allowed_mb
-        self.was_ready = True
+        self.is_idle = True
 
     def do(self, work: Work, time_limit_s: float, watch: Watch) -> Any:
         """What the work answers. One that hangs, or is wanted no more, is ended with its process.
@@ -153,16 +152,16 @@ class PlanningProcess:
         return answer
 
     def _do(self, work: Work, time_limit_s: float, watch: Watch) -> Any:
-        self.has_begun = False
         self._send(_Order(work))
         give_up, stopped = time.monotonic() + time_limit_s + GRACE_S, False
         while time.monotonic() < give_up:
             if self._poll():
                 message = self._receive()
                 if isinstance(message, _Answer):
+                    self.is_idle = True
                     return message.value
                 if isinstance(message, _Begun):
-                    self.has_begun = True
+                    self.is_idle = False
                 else:
                     watch.progress(message)
             if watch.is_cancelled():
@@ -174,11 +173,6 @@ class PlanningProcess:
                 self._send(_Stop())
                 give_up, stopped = min(give_up, time.monotonic() + GRACE_S), True
         raise WorkFailed(PlanningStatus.TIMED_OUT, f"no answer within {time_limit_s:.0f} s")
-
-    @property
-    def died_idle(self) -> bool:
-        """Of one that is gone: True if it went while it was warm and had nothing to do, which is no work's fault."""
-        return self.was_ready and not self.has_begun
 
     @property
     def is_alive(self) -> bool:

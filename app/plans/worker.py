@@ -104,7 +104,7 @@ class PlanningWorker:
                 if self._closed:
                     raise WorkerClosed from death
                 how = str(death)
-                if process.died_idle and spare:
+                if process.is_idle and spare:
                     spare -= 1
                 else:
                     attempts -= 1

@@ -104,7 +104,6 @@ class Presence:
         self._started_at = utc_now()
         self._held: Mapping[str, float] = {}
         self._background = Background("presence", self._run)
-        self._began = False
 
     def register(self, simulates: Collection[str] = ()) -> None:
         """Say that this process lives, before it begins anything that others would have to take over.
@@ -132,12 +131,11 @@ class Presence:
 
     def stop(self) -> None:
         """Look after nobody any more; this process is about to end. Safe to call again."""
-        self._began = self._background.end() or self._began
+        self._background.end()
 
     def close(self) -> None:
         """What is left undone here is the others' from now on."""
-        self.stop()
-        if not self._began:
+        if not self._background.end():
             return
         try:
             with self._database.write() as session:
