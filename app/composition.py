@@ -7,52 +7,52 @@ from threading import Event
 
 from fastapi import FastAPI
 
-from app.afresh import begin_world, part_from_others
 from app.agents import AgentModels, Hearing, Questions, RobotBoard
+from app.agents.running_world import RunningWorld
+from app.agents.teleoperation import Teleoperation
+from app.agents.tuning import TuningDesk
+from app.agents.world_service import WorldDesk
 from app.api.app import build_api
 from app.api.recordings import as_the_api_has_it
 from app.core import Core
-from app.database import Database
-from app.database.listening import Listening
-from app.database.migrate import migrate
-from app.durable import MISSIONS, QUEUES, Queue, Workflows
-from app.events import EventLog
-from app.goals.desk import GoalDesk
-from app.meeting import Meeting
-from app.missions.desk import MissionDesk
-from app.missions.dispatching import Dispatching
+from app.domain.mission_organiser import Margin, load_library
+from app.missions.dispatch import Dispatching
+from app.missions.fleet_run import Meeting
 from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.missions.life import MissionLife, WorldTime
+from app.missions.lost_robots import LostRobots
+from app.missions.mission_service import MissionDesk
+from app.missions.recovery import WORKFLOW as RECOVER_MISSION
+from app.missions.recovery import Recovering
 from app.missions.reports import ReportBook
-from app.organiser import Margin, load_library
-from app.plans.active import Holdings
-from app.plans.choices import WORKFLOW as FIND_ALTERNATIVES
-from app.plans.choices import Choices
-from app.plans.desk import AUTOMATIC, RECOVERY, PlanDesk
-from app.plans.engine import make_engine
-from app.plans.explaining import Explaining
-from app.plans.exporting import Exporting
-from app.plans.limits import PlanningLimits
-from app.plans.nets import PlanNets
-from app.plans.planning import WORKFLOW as PLAN_GOAL
-from app.plans.planning import Planning
-from app.plans.posing import Posing
-from app.plans.proposing import Proposing
-from app.plans.waiting import WORKFLOW as PLAN_WAITING
-from app.plans.waiting import WaitingGoals
-from app.plans.worker import PlanningWorker
+from app.missions.world_start import begin_world, part_from_others
+from app.planning.alternatives import WORKFLOW as FIND_ALTERNATIVES
+from app.planning.alternatives import Choices
+from app.planning.approval import AUTOMATIC, RECOVERY, PlanDesk
+from app.planning.explanations import Explaining
+from app.planning.export import Exporting
+from app.planning.goal_planning import WORKFLOW as PLAN_GOAL
+from app.planning.goal_planning import Planning
+from app.planning.goal_service import GoalDesk
+from app.planning.limits import PlanningLimits
+from app.planning.pool.engine import make_engine
+from app.planning.pool.pool import PlanningWorker
+from app.planning.problem_builder import Posing
+from app.planning.proposals import Proposing
+from app.planning.waiting_goals import WORKFLOW as PLAN_WAITING
+from app.planning.waiting_goals import WaitingGoals
 from app.recordings import Recorder, Shelf
-from app.recovery.lost import LostRobots
-from app.recovery.planning import WORKFLOW as RECOVER_MISSION
-from app.recovery.planning import Recovering
-from app.replicas import Presence
-from app.retention import Retention
-from app.running import RunningWorld
 from app.settings import Settings, lock_folder
-from app.teleoperation import Teleoperation
-from app.tuning import TuningDesk
-from app.world_model.desk import WorldDesk
-from app.world_model.store import FactStore
+from app.store import Database
+from app.store.event_log import EventLog
+from app.store.facts import FactStore
+from app.store.migrate import migrate
+from app.store.plan_nets import PlanNets
+from app.store.reservations import Holdings
+from app.workflows import MISSIONS, QUEUES, Queue, Workflows
+from app.workflows.leases import Presence
+from app.workflows.notifications import Listening
+from app.workflows.retention import Retention
 from planner import load_knowledge_base
 from robots.clock import Clock
 from robots.world import WorldFile

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from app.database import Database
-from app.durable import Workflows
-from app.events import EventLog
-from app.plans.active import Holdings
-from app.plans.nets import PlanNets
-from app.world_model.store import FactStore
+from app.store import Database
+from app.store.event_log import EventLog
+from app.store.facts import FactStore
+from app.store.plan_nets import PlanNets
+from app.store.reservations import Holdings
+from app.workflows import Workflows
 from planner import KnowledgeBase
 
 

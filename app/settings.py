@@ -10,7 +10,7 @@ from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 from sqlalchemy import make_url
 
-from app.errors import Invalid, Unavailable
+from app.domain.errors import Invalid, Unavailable
 
 if TYPE_CHECKING:
     from robots.mqtt import Broker

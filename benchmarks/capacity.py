@@ -15,14 +15,14 @@ from typing import Any
 from sqlalchemy import func, inspect, select
 
 from app.composition import RunningWorld, Service, make_engine
-from app.database import GoalRow, MissionRow, PlanRow, ScriptRow
-from app.durable import MISSIONS
-from app.goals.desk import GoalRequest
+from app.domain.states import MissionState
 from app.missions.life import WORKFLOW
-from app.plans.tree import Running, tree_of
-from app.plans.worker import PlanningWorker
+from app.planning.goal_service import GoalRequest
+from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.process_tree import Running, tree_of
 from app.settings import Settings
-from app.states import MissionState
+from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
+from app.workflows import MISSIONS
 from benchmarks.planned import planned
 from robots.clock import ManualClock
 from robots.link import InMemoryLink

@@ -12,9 +12,9 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-from app.database import Database
-from app.database.migrate import migrate
-from app.events import EventLog
+from app.store import Database
+from app.store.event_log import EventLog
+from app.store.migrate import migrate
 from benchmarks.databases import SERVER, database_on
 
 WRITE = "--write"

@@ -3,8 +3,8 @@
 import time
 
 from app.composition import Service
-from app.database import GoalRow
-from app.goals.desk import GoalRequest
+from app.planning.goal_service import GoalRequest
+from app.store import GoalRow
 
 LOOK_S = 0.05
 

@@ -15,11 +15,11 @@ from pathlib import Path
 
 from app.cli.truth import holds
 from app.composition import Service, make_engine
-from app.goals.desk import GoalRequest
-from app.plans.worker import PlanningWorker
+from app.domain.states import MissionState
+from app.domain.world_model.vocabulary import symbolic_all
+from app.planning.goal_service import GoalRequest
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
-from app.states import MissionState
-from app.vocabulary import symbolic_all
 from benchmarks.far_world import RATE, FarWorld
 from benchmarks.planned import planned
 from robots.wire import Message, PacketReport, PacketState, ScriptState, SymbolicFact, Telemetry

@@ -14,12 +14,12 @@ import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from app.database import Database
-from app.database.migrate import migrate
-from app.durable import MISSIONS, Workflows, sleep_until_woken, step
-from app.events import EventLog
 from app.missions.life import TURNS
-from app.replicas import Presence
+from app.store import Database
+from app.store.event_log import EventLog
+from app.store.migrate import migrate
+from app.workflows import MISSIONS, Workflows, sleep_until_woken, step
+from app.workflows.leases import Presence
 from benchmarks.databases import SERVER, database_on
 
 TICK_S = 0.1

@@ -17,7 +17,7 @@ from pathlib import Path
 from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service, make_engine
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from benchmarks.databases import SERVER, database_on
 from robots.clock import ManualClock

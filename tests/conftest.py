@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.composition import make_engine
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from tests.databases import SQLITE, fresh
 
 

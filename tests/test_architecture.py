@@ -78,7 +78,7 @@ def test_the_planner_does_no_io_of_the_service() -> None:
 
 def test_only_one_package_knows_the_workflow_engine() -> None:
     users = {m for p in OURS for m in modules(p) if any(n.split(".")[0] == "dbos" for n in imports(m))}
-    assert {module.parent for module in users} == {Path("app/durable")}
+    assert {module.parent for module in users} == {Path("app/workflows")}
 
 
 @pytest.mark.parametrize("package", sorted(OURS))

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from dataclasses import dataclass, field
 
-from app.errors import Busy, Silent
+from app.domain.errors import Busy, Silent
 from robots.wire import Body, Message, TraceQuery, TraceReport, new_message_id
 
 OPEN_AT_MOST = 8

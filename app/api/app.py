@@ -17,15 +17,15 @@ from app.api.driving import driving_router
 from app.api.goals import goals_router, plans_router
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
+from app.api.page_view_routes import views_router
+from app.api.page_views import Views
 from app.api.recordings import MCAP, recordings_router
 from app.api.replicas import replicas_router
 from app.api.robots import robots_router
 from app.api.streams import streams_router
 from app.api.viewer_proxy import view_router, viewer_router
-from app.api.views import views_router
 from app.api.worlds import worlds_router
-from app.durable import PLANNING
-from app.views import Views
+from app.workflows import PLANNING
 
 if TYPE_CHECKING:
     from app.composition import Service

@@ -4,10 +4,10 @@ from typing import Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from app.database import GoalRow, PlanRow
-from app.plan_body import PlanBody
-from app.plans.choices import Search
-from app.recovery.rules import Policy
+from app.domain.plan_document import PlanBody
+from app.domain.recovery_rules import Policy
+from app.planning.alternatives import Search
+from app.store import GoalRow, PlanRow
 from planner import Objective
 from robots.wire import SymbolicFact
 

@@ -3,10 +3,10 @@
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.agents.teleoperation import Drive, Teleoperation
 from app.api.bodies import Request
 from app.api.goals import ACTOR
 from app.api.worlds import TAGS
-from app.teleoperation import Drive, Teleoperation
 
 SESSION = Field(
     min_length=1,

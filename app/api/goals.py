@@ -16,15 +16,15 @@ from app.api.bodies import (
     SubmitGoal,
     plan_body,
 )
-from app.explanation_body import ActionExplanationBody, ExplanationBody
-from app.goals.desk import GoalDesk, GoalRequest
-from app.plan_body import PlanBody
-from app.plans.choices import Choices
-from app.plans.desk import PlanDesk
-from app.plans.explaining import Explaining
-from app.plans.exporting import Exporting, PddlBody
-from app.plans.limits import PlanningWish
-from app.states import GoalState, PlanState
+from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.plan_document import PlanBody
+from app.domain.states import GoalState, PlanState
+from app.planning.alternatives import Choices
+from app.planning.approval import PlanDesk
+from app.planning.explanations import Explaining
+from app.planning.export import Exporting, PddlBody
+from app.planning.goal_service import GoalDesk, GoalRequest
+from app.planning.limits import PlanningWish
 from planner.pddl import Form
 
 Limit = Annotated[int, Query(ge=1, le=1000)]

@@ -5,9 +5,9 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field
 
-from app.database import MissionRow, ScriptRow
-from app.missions.orders import unanswered
-from app.recovery.rules import Measure, Policy, Step
+from app.domain.recovery_rules import Measure, Policy, Step
+from app.store import MissionRow, ScriptRow
+from app.store.script_orders import unanswered
 from robots.wire import BehaviourScript, FailureCategory
 
 

@@ -7,9 +7,9 @@ from fastapi import APIRouter
 from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR, Limit
 from app.api.mission_bodies import MissionBody, ScriptBody
-from app.database import ScriptRow
-from app.missions.desk import Mission, MissionDesk
-from app.states import MissionState
+from app.domain.states import MissionState
+from app.missions.mission_service import Mission, MissionDesk
+from app.store import ScriptRow
 from robots.wire import BehaviourScript
 
 

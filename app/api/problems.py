@@ -10,8 +10,8 @@ from fastapi.responses import JSONResponse
 from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
-from app.database import is_away, is_unwritable
-from app.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
+from app.domain.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
+from app.store import is_away, is_unwritable
 
 STATUS: dict[type[MactaError], int] = {
     Invalid: 422,

@@ -8,13 +8,13 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse, HTMLResponse
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.agents.world_service import WorldDesk
 from app.api.bodies import GoalBody, Page, plan_body
 from app.api.mission_bodies import MissionBody
-from app.plans.desk import PlanDesk
+from app.planning.approval import PlanDesk
 from app.recordings import Shelf, replay_of
 from app.recordings.page import replay_page
 from app.recordings.recorder import Shown
-from app.world_model.desk import WorldDesk
 
 MCAP = "application/x-mcap"
 

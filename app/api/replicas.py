@@ -6,7 +6,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel
 
 from app.api.bodies import Page
-from app.replicas import Presence
+from app.workflows.leases import Presence
 
 
 class ExecutorBody(BaseModel):

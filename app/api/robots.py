@@ -8,13 +8,13 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents import Questions
+from app.agents.tuning import TunedRobot, TuningDesk
+from app.agents.world_service import RobotReport, WorldDesk
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
 from app.api.goals import ACTOR
 from app.api.versions import IfMatch, version_of
 from app.api.worlds import TAGS
-from app.recovery.lost import LostRobots
-from app.tuning import TunedRobot, TuningDesk
-from app.world_model.desk import RobotReport, WorldDesk
+from app.missions.lost_robots import LostRobots
 from robots.wire import TRACED_S, PacketTunings, TraceReport
 
 WAITING_FOR_ROBOTS = 16

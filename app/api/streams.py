@@ -13,9 +13,9 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from sqlalchemy.exc import DBAPIError
 
 from app.agents import RobotBoard
-from app.database import EventRow, is_away
-from app.errors import Busy, NotFound
-from app.events import EventLog
+from app.domain.errors import Busy, NotFound
+from app.store import EventRow, is_away
+from app.store.event_log import EventLog
 from robots.clock import Clock
 from robots.wire import Telemetry
 

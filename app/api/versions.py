@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import Header
 
-from app.errors import Invalid
+from app.domain.errors import Invalid
 
 IfMatch = Annotated[str | None, Header(description="the version the change was made from")]
 

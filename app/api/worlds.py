@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from fastapi import APIRouter, Response
 
+from app.agents.world_service import WorldDesk
 from app.api.bodies import (
     BelievedBody,
     CorrectFacts,
@@ -19,9 +20,8 @@ from app.api.bodies import (
 )
 from app.api.goals import ACTOR
 from app.api.versions import IfMatch, version_of
-from app.durations import Kind, Learned
-from app.world_model.desk import WorldDesk
-from app.world_model.unknown import Unknown
+from app.domain.durations import Kind, Learned
+from app.store.unknown import Unknown
 from planner import Fact
 from robots.wire import SymbolicFact
 

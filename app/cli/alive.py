@@ -7,10 +7,10 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.cli.over_broker import over
 from app.cli.settings import settings_of
-from app.database import Database
-from app.durable import PLANNING
-from app.errors import Invalid, Unavailable
-from app.replicas import executors
+from app.domain.errors import Invalid, Unavailable
+from app.store import Database
+from app.workflows import PLANNING
+from app.workflows.leases import executors
 from robots.world import WorldFile
 
 PATIENCE_S = 10.0

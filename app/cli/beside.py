@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from app.explanation_body import ActionExplanationBody, ExplanationBody
-from app.plan_body import PlanBody
+from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.plan_document import PlanBody
 from planner import KnowledgeBase, Observer, PlanningEngine, PlanningProblem, PlanningRequest, PlanningResult
 from planner.alternatives import alternatives
 from planner.explanation import explain

@@ -16,12 +16,12 @@ from app.cli.show import show_plan, show_repairs, tell_of_start
 from app.cli.truth import holds
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
-from app.database import GoalRow
-from app.goals.desk import GoalRequest
-from app.recovery.rules import Policy
+from app.domain.recovery_rules import Policy
+from app.domain.states import GoalState, MissionState
+from app.domain.world_model import initial_facts
+from app.planning.goal_service import GoalRequest
 from app.settings import Settings
-from app.states import GoalState, MissionState
-from app.world_model import initial_facts
+from app.store import GoalRow
 from planner import load_knowledge_base
 from robots.wire import SymbolicFact
 from robots.world import WorldFile

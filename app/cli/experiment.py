@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from app.errors import Invalid
+from app.domain.errors import Invalid
 from sim.interference.plots import write_plots
 from sim.interference.table import Cell, Figure, Row, run_table
 

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from app.errors import Invalid
+from app.domain.errors import Invalid
 from robots.world import StoreShapeError, generate_world, store_shape, world_yaml
 
 

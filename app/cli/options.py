@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from app.errors import MactaError
-from app.world_model import initial_facts
+from app.domain.errors import MactaError
+from app.domain.world_model import initial_facts
 from planner import KnowledgeBase, KnowledgeBaseError, load_knowledge_base
 from robots.world import WorldFile, WorldFileError, load_world
 from sim import SimulationError
@@ -73,7 +73,7 @@ def carefully() -> Iterator[None]:
     except (SimulationError, KnowledgeBaseError) as error:
         fail(str(error))
     except Exception as error:
-        from app.database import why_away  # here: a command that needs no database need not load it
+        from app.store import why_away
 
         if (why := why_away(error)) is None:
             raise

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from app.agents.running_world import RunningWorld
 from app.cli.long_running import warn_if_open
-from app.running import RunningWorld
 from robots.mqtt import Broker, ServiceLink
 from robots.world import WorldFile
 from sim.snapshot import digest_of

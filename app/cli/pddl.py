@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from app.errors import Invalid
+from app.domain.errors import Invalid
 from planner import KnowledgeBase, PlanningProblem
 from planner.errors import Unsupported
 from planner.foreign import ReadProblem, import_problem

@@ -13,10 +13,10 @@ from app.cli.live import LivePlanning
 from app.cli.pddl import read_files, write_files
 from app.cli.show import show_plan
 from app.cli.understanding import understood
-from app.errors import Invalid
-from app.plan_body import PlanBody
+from app.domain.errors import Invalid
+from app.domain.plan_document import PlanBody
+from app.domain.world_model import initial_facts
 from app.sweep.mission import posed
-from app.world_model import initial_facts
 from planner import (
     KnowledgeBase,
     PlanningEngine,

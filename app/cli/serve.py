@@ -17,13 +17,13 @@ import uvicorn
 from rich.console import Console
 from rich.markup import escape
 
-from app.afresh import recorded_run
 from app.cli.long_running import each, log_warnings, tell_why_afresh
 from app.cli.over_broker import over
 from app.cli.settings import settings_of
 from app.cli.show import tell_of_start
 from app.composition import RunningWorld, Service
-from app.errors import Invalid
+from app.domain.errors import Invalid
+from app.missions.world_start import recorded_run
 from app.settings import Settings
 from robots.world import WorldFile
 from sim import Keep, LastingWorld

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from app.errors import Invalid
+from app.domain.errors import Invalid
 from app.settings import Settings
 
 

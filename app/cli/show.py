@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from app.plan_body import ActionBody, PlanBody, RepairsBody
+from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
 
 EQUAL_S = 0.05
 """Times that differ by no more are the same."""

@@ -13,11 +13,11 @@ from rich.progress import Progress
 
 from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
-from app.errors import Invalid
-from app.goals.berths import berthed
+from app.domain.errors import Invalid
+from app.domain.goal_language.berth_choice import berthed
+from app.domain.world_model import initial_facts
 from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
 from app.sweep.mission import posed
-from app.world_model import initial_facts
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
 from planner.engines import portfolio
 from robots.wire import SymbolicFact

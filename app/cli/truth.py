@@ -3,7 +3,7 @@
 from math import dist
 from pathlib import Path
 
-from app.world_model.berths import berths_of
+from app.domain.world_model.berths import berths_of
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim import Truth

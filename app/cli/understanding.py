@@ -2,11 +2,11 @@
 
 import re
 
-from app.errors import Invalid
-from app.goals.berths import berthed
-from app.goals.check import blocking, check_goals
-from app.goals.grammar import Clarification, parse_goal
-from app.world_model import Facts
+from app.domain.errors import Invalid
+from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.check import blocking, check_goals
+from app.domain.goal_language.grammar import Clarification, parse_goal
+from app.domain.world_model import Facts
 from planner import KnowledgeBase, KnowledgeBaseError
 from planner.knowledge.literal import Literal
 from robots.wire import SymbolicFact

@@ -10,9 +10,9 @@ from app.cli.over_broker import over
 from app.cli.settings import settings_of
 from app.cli.show import tell_of_start
 from app.composition import Service
-from app.durable import PLANNING, WAITING
-from app.errors import Invalid
+from app.domain.errors import Invalid
 from app.settings import Settings
+from app.workflows import PLANNING, WAITING
 from robots.world import WorldFile
 
 

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import MissionRow, ScriptRow
-from app.events import EventLog
-from app.states import TERMINAL_SCRIPTS
+from app.domain.states import TERMINAL_SCRIPTS
+from app.store import MissionRow, ScriptRow
+from app.store.event_log import EventLog
 from robots.wire import PacketState, ScriptState
 
 

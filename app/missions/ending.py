@@ -3,10 +3,10 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.database import GoalRow, MissionRow, ScriptRow
-from app.events import EventLog
-from app.plans.proposing import close_plans
-from app.states import GoalState, MissionState, PlanState
+from app.domain.states import GoalState, MissionState, PlanState
+from app.planning.proposals import close_plans
+from app.store import GoalRow, MissionRow, ScriptRow
+from app.store.event_log import EventLog
 from robots.wire import FailureCategory
 
 

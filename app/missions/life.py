@@ -12,19 +12,19 @@ from typing import Self
 
 from sqlalchemy.orm import Session
 
+from app.agents.running_world import RunningWorld
 from app.core import Core
-from app.database import MissionRow, ScriptRow
-from app.durable import MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
-from app.ids import new_id
-from app.missions.dispatching import Dispatching
+from app.domain.ids import new_id
+from app.domain.mission_monitor import MissionView, Verdict, cancelled, is_overdue, review
+from app.domain.recovery_rules import Step
+from app.domain.states import MissionState
+from app.missions.dispatch import Dispatching
 from app.missions.ending import end_mission
-from app.missions.monitor import MissionView, Verdict, cancelled, is_overdue, review
-from app.missions.orders import give
-from app.missions.record import locked_after_goal
-from app.missions.view import MissionViews, scripts_of_all_plans
-from app.recovery.rules import Step
-from app.running import RunningWorld
-from app.states import MissionState
+from app.missions.mission_view import MissionViews, scripts_of_all_plans
+from app.store import MissionRow, ScriptRow
+from app.store.mission_record import locked_after_goal
+from app.store.script_orders import give
+from app.workflows import MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
 from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
 

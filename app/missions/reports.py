@@ -5,13 +5,13 @@ from collections.abc import Callable
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.database import MessageRow, MissionRow, ScriptRow
-from app.durations import learn
-from app.missions.believing import Believing
+from app.domain.states import TERMINAL_SCRIPTS, MissionState
+from app.missions.belief_updates import Believing
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
-from app.missions.orders import give, insist, unanswered
 from app.missions.upkeep import note_upkeep
-from app.states import TERMINAL_SCRIPTS, MissionState
+from app.store import MessageRow, MissionRow, ScriptRow
+from app.store.durations import learn
+from app.store.script_orders import give, insist, unanswered
 from robots.wire import (
     Acknowledgement,
     ControlVerb,

@@ -3,11 +3,11 @@
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.missions.waking import wake_missions
-from app.world_model import reconciled
-from app.world_model.beliefs import ROBOT_POSITION
-from app.world_model.store import source_of
-from app.world_model.timeliness import known_since, timely
+from app.domain.world_model import reconciled
+from app.domain.world_model.beliefs import ROBOT_POSITION
+from app.domain.world_model.timeliness import known_since, timely
+from app.store.facts import source_of
+from app.workflows.mission_wakeups import wake_missions
 from robots.wire import PacketState, UpkeepReport
 
 

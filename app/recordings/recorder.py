@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.agents import RobotBoard
-from app.background import Background
 from app.core import Core
-from app.database import EventRow, GoalRow, MissionRow, ScriptRow, is_away
+from app.domain.states import ENDED
 from app.recordings.concordance import Concordance
+from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
+from app.recordings.recording_store import Shelf
 from app.recordings.replay import last_event
-from app.recordings.shelf import Shelf
 from app.recordings.story import Chapter, Story, names_in, told
-from app.recordings.tape import GOAL, MISSION, PLAN, SCRIPT, WORLD
 from app.recordings.track import Track
-from app.replicas import Presence
-from app.states import ENDED
+from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_away
+from app.workflows.background import Background
+from app.workflows.leases import Presence
 from robots.clock import Clock
 
 LOOK_S = 0.5

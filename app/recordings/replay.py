@@ -5,8 +5,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.recordings.shelf import Entry
-from app.recordings.tape import ASIDE, EVENTS, GOAL, MISSION, NANO, PLAN, ROBOTS, SAMPLES, SCRIPT, WORLD
+from app.recordings.mcap_writer import (
+    ASIDE,
+    EVENTS,
+    GOAL,
+    MISSION,
+    NANO,
+    PLAN,
+    ROBOTS,
+    SAMPLES,
+    SCRIPT,
+    WORLD,
+)
+from app.recordings.recording_store import Entry
 
 STEP_S = 0.2
 """Poses closer in time than this are left out."""

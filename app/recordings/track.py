@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.agents.board import RobotView
-from app.recordings.tape import EVENTS, GOAL, MISSION, SAMPLES, Tape
-from app.states import ENDED
+from app.agents.robot_board import RobotView
+from app.domain.states import ENDED
+from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, SAMPLES, Tape
 from robots.wire import Telemetry
 
 ENDINGS = frozenset(f"mission.{state}" for state in ENDED)

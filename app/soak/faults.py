@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import httpx2
 
-from app.background import Background
-from app.plans.tree import Running, kill
+from app.planning.pool.process_tree import Running, kill
 from app.soak.life import Installation, Life, NotReady
+from app.workflows.background import Background
 
 Mishap = Callable[[random.Random], str]
 """Something befalls the world while no service runs; says what, or nothing if nothing did."""

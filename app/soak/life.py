@@ -12,7 +12,7 @@ from pathlib import Path
 
 import httpx2
 
-from app.plans.tree import Running, kill, tree_of
+from app.planning.pool.process_tree import Running, kill, tree_of
 
 READY_S, END_S = 600.0, 60.0
 ANSWER_S = 20.0

@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy import select
 
-from app.database import Database, EventRow, MessageRow, ScriptRow
+from app.store import Database, EventRow, MessageRow, ScriptRow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

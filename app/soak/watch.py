@@ -9,7 +9,7 @@ from typing import Any
 
 import httpx2
 
-from app.background import Background
+from app.workflows.background import Background
 
 ENDED = ("finished", "withdrawn", "unsolvable")
 QUIET_S = 2.0

@@ -2,10 +2,10 @@
 
 import random
 
-from app.errors import Invalid
-from app.goals.check import check_goals
-from app.goals.reach import free_for
-from app.world_model import Facts
+from app.domain.errors import Invalid
+from app.domain.goal_language.check import check_goals
+from app.domain.goal_language.reach import free_for
+from app.domain.world_model import Facts
 from planner import KnowledgeBase
 from robots.wire import SymbolicFact
 from robots.world import WorldFile

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.organiser import Organised, load_library, organise
-from app.vocabulary import planner_fact, symbolic_all
-from app.world_model import Facts, initial_spots, objects_of, planning_problem
+from app.domain.mission_organiser import Organised, load_library, organise
+from app.domain.world_model import Facts, initial_spots, objects_of, planning_problem
+from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import KnowledgeBase, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
 from robots.wire import BehaviourScript, SymbolicFact
 from robots.world import WorldFile

@@ -18,7 +18,7 @@ from typing import Any
 import httpx2
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from app.plans.tree import tree_of
+from app.planning.pool.process_tree import tree_of
 from benchmarks.console.history import Traffic, carry_out, fill
 from tests.scenarios.serving import Served, macta_serve
 from tests.scenarios.test_operator_page import FLAGS

@@ -8,7 +8,7 @@ from typing import Any
 import httpx2
 from sqlalchemy import select
 
-from app.database import Database, GoalRow, MissionRow, PlanRow, ScriptRow
+from app.store import Database, GoalRow, MissionRow, PlanRow, ScriptRow
 from benchmarks.capacity import copied
 
 GIVE_UP_S = 180.0

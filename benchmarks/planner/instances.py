@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from app.world_model import initial_facts, initial_spots, planning_problem
+from app.domain.world_model import initial_facts, initial_spots, planning_problem
 from planner import Fact, KnowledgeBase, PlanningProblem
 from robots.world import Sample as LyingSample
 from robots.world import WorldFile, generate_world, store_shape

@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from app.composition import make_engine
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from benchmarks.recoveries.cases import Case, cases
 from benchmarks.recoveries.trial import OUTCOMES, Outcome, Trial
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from app.cli.truth import holds
 from app.composition import Service
-from app.database import MissionRow, PlanRow
-from app.goals.desk import GoalRequest
-from app.plans.worker import PlanningWorker
-from app.recovery.rules import Step
+from app.domain.recovery_rules import Step
+from app.domain.states import MissionState
+from app.planning.goal_service import GoalRequest
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
-from app.states import MissionState
+from app.store import MissionRow, PlanRow
 from benchmarks.far_world import FarWorld
 from benchmarks.planned import planned
 from benchmarks.recoveries.cases import DISPATCH, Case, MissionStage

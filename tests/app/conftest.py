@@ -9,10 +9,10 @@ from fastapi.testclient import TestClient
 from sqlalchemy import Engine, event
 
 from app.composition import RunningWorld, Service
-from app.database import Database
-from app.database.migrate import migrate
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from app.store import Database
+from app.store.migrate import migrate
 from robots.world import WorldFile, load_world
 from tests.app.fake_robots import FakeTeam
 from tests.waiting import in_state, until

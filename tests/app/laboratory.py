@@ -4,7 +4,7 @@ from functools import cached_property
 
 from planner import PlanNet
 from robots.world import WorldFile, load_world
-from tests.app.store import Step, Store
+from tests.app.sample_store import Step, Store
 
 GOAL = "in(rock_sample, lander)"
 

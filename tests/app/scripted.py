@@ -2,7 +2,7 @@
 
 from concurrent.futures import Future
 
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from planner import PlanNet, PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
 
 

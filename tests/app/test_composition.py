@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from app.composition import RunningWorld, Service
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings, lock_folder
 from robots.world import load_world
 from tests.app.conftest import TOKEN

@@ -10,11 +10,11 @@ from fastapi.testclient import TestClient
 from app.cli.long_running import each
 from app.cli.over_broker import over
 from app.composition import RunningWorld, Service
-from app.database import Database
-from app.database.migrate import migrate
-from app.plans.worker import PlanningWorker
-from app.replicas import Presence
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from app.store import Database
+from app.store.migrate import migrate
+from app.workflows.leases import Presence
 from robots.mqtt import Broker, FleetLink
 from robots.world import WorldFile, load_world
 from sim.snapshot import digest_of

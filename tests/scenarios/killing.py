@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from app.plans.tree import kill, tree_of
+from app.planning.pool.process_tree import kill, tree_of
 from app.soak import holder_of
 
 

@@ -10,14 +10,14 @@ import sys
 import time
 from pathlib import Path
 
-from app.afresh import recorded_run
 from app.composition import RunningWorld, Service
-from app.goals.desk import GoalRequest
+from app.domain.states import GoalState
+from app.missions.world_start import recorded_run
+from app.planning.goal_service import GoalRequest
 from app.settings import Settings
-from app.states import GoalState
 from sim import Keep, LastingWorld
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 
 GOAL = "move sample_1 to bay_7"
 SPEED = 15.0

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import httpx2
 
-from app.background import Background
 from app.soak import numbers
+from app.workflows.background import Background
 from examples.production import Running, Shape
 from tests.cluster import Cluster
 from tests.mosquitto import Mosquitto

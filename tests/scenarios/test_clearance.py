@@ -4,15 +4,15 @@ import time
 from pathlib import Path
 
 from app.composition import RunningWorld, Service
-from app.goals.desk import GoalRequest
+from app.domain.states import MissionState
+from app.planning.goal_service import GoalRequest
 from app.settings import Settings
-from app.states import MissionState
 from benchmarks.errands import with_sample
 from robots.wire import PacketState
 from robots.world import load_world
 from sim import SimulationProcess
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 
 GIVE_UP_S = 120.0
 

@@ -17,7 +17,7 @@ from planner import PlanningRequest
 from planner.engines import portfolio
 from robots.wire import ScriptState
 from robots.world import load_world
-from tests.app.store import Store
+from tests.app.sample_store import Store
 
 
 @cache

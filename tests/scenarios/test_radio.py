@@ -12,18 +12,18 @@ import pytest
 
 from app.cli.truth import truth_of
 from app.composition import RunningWorld, Service
-from app.goals.desk import GoalRequest
-from app.plans.worker import PlanningWorker
+from app.domain.states import MissionState
+from app.planning.goal_service import GoalRequest
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
-from app.states import MissionState
 from benchmarks.errands import with_sample
 from benchmarks.radio import Ended, IsWorst, carry_out, finishes, sends, with_link
 from robots.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
 from sim.radio import Way
 from sim.snapshot import digest_of
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.serving import macta_fleet
 from tests.waiting import awaited

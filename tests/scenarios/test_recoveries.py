@@ -3,7 +3,7 @@
 `python -m benchmarks.recoveries` prints the rates of all cases over seeds.
 """
 
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from benchmarks.recoveries.cases import cases
 from benchmarks.recoveries.trial import Outcome, Trial
 

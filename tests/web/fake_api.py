@@ -14,9 +14,9 @@ from fastapi import Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 
+from app.api.page_view_routes import views_router
 from app.api.viewer_proxy import view_router, viewer_router
-from app.api.views import views_router
-from app.world_model.layout import layout_of
+from app.domain.world_model.layout import layout_of
 from tests.ports import free_port
 from tests.web.fake_service import WORLD, FakeService
 

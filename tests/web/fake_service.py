@@ -3,8 +3,8 @@
 import re
 from typing import Any
 
-from app.views import Views
-from app.world_model.layout import layout_of
+from app.api.page_views import Views
+from app.domain.world_model.layout import layout_of
 from robots.world import load_world
 
 WORLD = "sample_store"

@@ -10,8 +10,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
-from app.errors import Conflict
-from app.goals.desk import GoalRequest
+from app.domain.errors import Conflict
+from app.planning.goal_service import GoalRequest
 from tests.databases import ON_BOTH
 
 Follow = Callable[..., dict[str, Any]]

@@ -12,10 +12,10 @@ from fastapi.testclient import TestClient
 
 from app.agents.questions import OPEN_AT_MOST, Questions
 from app.composition import RunningWorld, Service
-from app.errors import Busy, Silent
-from app.plans.worker import PlanningWorker
-from app.retention import Retention
+from app.domain.errors import Busy, Silent
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from app.workflows.retention import Retention
 from robots.world import WorldFile
 from tests.app.api.test_events import post, stream, until
 from tests.app.conftest import TOKEN

@@ -7,7 +7,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
-from app.database import EventRow
+from app.store import EventRow
 
 FACTS = "/v1/worlds/sample_store/facts"
 Said = tuple[str, list[str], bool]

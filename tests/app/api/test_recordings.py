@@ -9,9 +9,9 @@ from fastapi.testclient import TestClient
 from mcap.reader import make_reader
 
 from app.composition import Service
-from app.database import MissionRow
+from app.domain.states import ENDED
 from app.recordings.story import Story
-from app.states import ENDED
+from app.store import MissionRow
 from robots.wire import Telemetry
 from tests.waiting import read_until, until
 

@@ -8,7 +8,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service
-from app.plans.worker import PlanningWorker
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from robots.wire import TracedPattern, TracedStretch, TracedTick, TraceReport
 from robots.world import WorldFile

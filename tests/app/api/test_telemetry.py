@@ -12,7 +12,7 @@ from fastapi import Request
 from app.agents import RobotBoard
 from app.api import streams
 from app.api.streams import Streams
-from app.events import EventLog
+from app.store.event_log import EventLog
 from robots.clock import ManualClock
 from robots.wire import Telemetry
 

@@ -9,8 +9,8 @@ from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from app.api.views import views_router
-from app.views import MOST_PICKS, Pick, Shown, Views
+from app.api.page_view_routes import views_router
+from app.api.page_views import MOST_PICKS, Pick, Shown, Views
 from tests.app.serving import served
 from tests.waiting import until
 

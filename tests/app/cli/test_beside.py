@@ -8,10 +8,10 @@ from typer.testing import CliRunner
 
 from app.cli.beside import Wanted
 from app.cli.main import app
-from app.plan_body import PlanBody
-from app.world_model import planning_problem
+from app.domain.plan_document import PlanBody
+from app.domain.world_model import planning_problem
 from planner import FastDownwardEngine, Observer, PlanningRequest, PlanningResult, PlanningStatus
-from tests.app.store import Store
+from tests.app.sample_store import Store
 
 STORE = Store()
 GOAL = ("plan", "--goal", "move sample_1 to bay_7", "--engine", "fast-downward")

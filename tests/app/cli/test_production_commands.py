@@ -11,12 +11,12 @@ from typer.testing import CliRunner, Result
 
 from app.cli.alive import worker_alive
 from app.cli.main import app
-from app.database import Database
-from app.database.migrate import migrate
-from app.durable import PLANNING
-from app.errors import Invalid, Unavailable
-from app.replicas import Presence
+from app.domain.errors import Invalid, Unavailable
 from app.settings import Settings
+from app.store import Database
+from app.store.migrate import migrate
+from app.workflows import PLANNING
+from app.workflows.leases import Presence
 from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL
 from tests.ports import free_port

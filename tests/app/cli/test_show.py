@@ -6,9 +6,9 @@ import pytest
 from rich.console import Console
 
 from app.cli.show import show_plan
-from app.plan_body import DifferenceBody, PlanBody, RepairsBody
+from app.domain.plan_document import DifferenceBody, PlanBody, RepairsBody
 from planner.repair import Course
-from tests.app.store import Store
+from tests.app.sample_store import Store
 
 STORE = Store()
 

@@ -13,7 +13,7 @@ from app.cli.rehearse import carry_out
 from app.cli.sweep import Plot, row_of
 from app.sweep import Outcome, Row, written
 from robots.world import load_world
-from tests.app.store import Store
+from tests.app.sample_store import Store
 
 MAIN = "move sample_1 to bay_7"
 

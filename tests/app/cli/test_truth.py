@@ -7,7 +7,7 @@ from robots.body import Pose
 from sim import Truth
 from sim.truth import SampleTruth
 from tests.app.berthed_store import berthed_store
-from tests.app.store import said
+from tests.app.sample_store import said
 
 TRUTH = Truth(
     time_s=0.0,

@@ -11,16 +11,16 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service
-from app.database import MissionRow, ScriptRow
 from app.missions.clearance import has_ended, renew_clearances
 from app.settings import Settings
+from app.store import MissionRow, ScriptRow
 from benchmarks.errands import with_sample
 from robots.wire import ScriptState
 from robots.world import load_world
 from tests.app.conftest import PATIENCE_S, TOKEN
 from tests.app.fake_robots import FakeTeam
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]

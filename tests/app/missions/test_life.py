@@ -8,7 +8,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy import func, select
 
 from app.composition import Service
-from app.database import MessageRow, MissionRow, ScriptRow
+from app.store import MessageRow, MissionRow, ScriptRow
 from tests.app.fake_robots import FakeTeam
 from tests.databases import ON_BOTH
 

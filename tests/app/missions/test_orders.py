@@ -7,8 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
-from app.database import MissionRow, ScriptRow
-from app.missions.orders import give, insist, unanswered
+from app.store import MissionRow, ScriptRow
+from app.store.script_orders import give, insist, unanswered
 from robots.wire import (
     Acknowledgement,
     Control,

@@ -11,8 +11,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service
-from app.errors import Unavailable
-from app.plans.worker import PlanningWorker
+from app.domain.errors import Unavailable
+from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from robots.world import load_world
 from tests.app.conftest import TOKEN

@@ -7,10 +7,10 @@ import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from app.agents.board import RobotView
-from app.errors import NotFound
+from app.agents.robot_board import RobotView
+from app.domain.errors import NotFound
 from app.recordings import Shelf, replay_of
-from app.recordings.tape import CHUNK_BYTES, EVENTS, MISSION, PLAN, WORLD
+from app.recordings.mcap_writer import CHUNK_BYTES, EVENTS, MISSION, PLAN, WORLD
 from app.recordings.track import Track
 from robots.wire import Telemetry
 

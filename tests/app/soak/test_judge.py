@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from app.database import ScriptRow
 from app.soak import (
     Found,
     Record,
@@ -12,6 +11,7 @@ from app.soak import (
     lost_events,
     open_for_ever,
 )
+from app.store import ScriptRow
 
 DONE = {"state": "finished", "outcome": "completed", "reason": "", "text": "move sample_1 to bay_7"}
 GOAL: dict[str, Any] = {"id": "goal-1", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}], **DONE}

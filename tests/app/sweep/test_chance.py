@@ -2,10 +2,10 @@
 
 import pytest
 
-from app.errors import Invalid
-from app.goals.check import check_goals
+from app.domain.errors import Invalid
+from app.domain.goal_language.check import check_goals
 from app.sweep import drawn_goals
-from tests.app.store import Store
+from tests.app.sample_store import Store
 
 STORE = Store()
 

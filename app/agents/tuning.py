@@ -1,0 +1,150 @@
+"""What operators tune of a robot's packets: kept in the record, delivered until the robot answers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.errors import Invalid, NotFound, Outdated
+from app.store import TuningRow
+from robots.errors import RepertoireError
+from robots.repertoire import Repertoire, load_repertoire, parameters
+from robots.wire import PacketTunings, Performative, TuningReport
+from robots.world import RobotSpec, WorldFile
+
+Parameters = Mapping[str, Mapping[str, Mapping[str, float]]]
+"""Numbers by packet, pattern and parameter."""
+UNTOUCHED, PENDING, ACKNOWLEDGED, REFUSED = "untouched", "pending", "acknowledged", "refused"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TunedRobot:
+    """A robot's tuning.
+
+    :param tuning: what operators have overridden, `set_out` what the world file has.
+    :param packets: every parameter as it is with both; of the packets that the robot can carry out.
+    :param delivery: untouched, pending, acknowledged or refused by the robot; `detail` says why it is refused.
+    """
+
+    robot: str
+    world: str
+    version: int
+    tuning: Parameters
+    set_out: Parameters
+    packets: Parameters
+    delivery: str
+    detail: str = ""
+    comment: str = ""
+    decided_by: str | None = None
+    decided_at: str | None = None
+
+
+class TuningDesk:
+    """Reads and sets tunings. The agent models deliver what is pending and hand back what the robots answer."""
+
+    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile]) -> None:
+        self._database, self._events = core.database, core.events
+        self._places = {robot.name: world.name for world in worlds.values() for robot in world.robots}
+        self._worlds = worlds
+
+    def get(self, robot: str) -> TunedRobot:
+        spec, world = self._spec(robot)
+        with self._database.read() as session:
+            return _tuned(spec, world, session.get(TuningRow, (world, robot)))
+
+    def put(
+        self, robot: str, tuning: PacketTunings, *, actor: str, comment: str, expected_version: int | None
+    ) -> TunedRobot:
+        """Override these parameters and no others, from the robot's next packet on.
+
+        :raises Invalid: naming packet, pattern and parameter, for one that is not there or out of its range.
+        :raises Outdated: if the tuning has changed since `expected_version`.
+        """
+        spec, world = self._spec(robot)
+        _check(spec, tuning)
+        with self._database.write() as session:
+            row = session.get(TuningRow, (world, robot), with_for_update=True)
+            if row is None:
+                row = TuningRow(world=world, robot=robot, version=0)
+                session.add(row)
+            if expected_version not in (None, row.version):
+                detail = f"the tuning of {robot} is at version {row.version}, this was made from {expected_version}"
+                raise Outdated(detail, code="tuning-changed")
+            row.set(tuning, actor=actor, comment=comment)
+            said = {"actor": actor, "comment": comment, "version": row.version, "tuning": tuning}
+            self._events.append(session, "tuning.set", robot, world=world, **said)
+            return _tuned(spec, world, row)
+
+    def pending(self, world: str) -> Sequence[TuningRow]:
+        """What is still to be delivered to robots of the world."""
+        query = select(TuningRow).where(TuningRow.world == world, TuningRow.delivery == PENDING)
+        with self._database.read() as session:
+            return session.scalars(query.order_by(TuningRow.robot)).all()
+
+    def answered(self, world: str, robot: str, performative: Performative, report: TuningReport) -> None:
+        """The robot has taken on a tuning, or refused it."""
+        with self._database.write() as session:
+            row = session.get(TuningRow, (world, robot), with_for_update=True)
+            if row is None or (row.version, row.delivery) != (report.version, PENDING):
+                return
+            row.delivery = ACKNOWLEDGED if performative is Performative.AGREE else REFUSED
+            row.detail = report.reason
+            said = {"version": report.version, "reason": report.reason}
+            self._events.append(session, f"tuning.{row.delivery}", robot, world=world, **said)
+
+    def _spec(self, robot: str) -> tuple[RobotSpec, str]:
+        if robot not in self._places:
+            raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(self._places))
+        world = self._places[robot]
+        return self._worlds[world].robot(robot), world
+
+
+def renew_tunings(session: Session, world: str) -> None:
+    """The world's robots begin anew: they are to be told again what was set."""
+    for row in session.scalars(select(TuningRow).where(TuningRow.world == world)):
+        row.delivery, row.detail = PENDING, ""
+
+
+def _check(spec: RobotSpec, tuning: PacketTunings) -> None:
+    known = _packets_of(spec, _set_out(spec))
+    for tag in tuning:
+        if tag not in known:
+            detail = f"{spec.name} has no packet {tag}; it has {', '.join(sorted(known))}"
+            raise Invalid(detail, code="unfit-tuning", choices=sorted(known))
+    try:
+        _set_out(spec).tuned(tuning)
+    except RepertoireError as error:
+        raise Invalid(str(error), code="unfit-tuning") from error
+
+
+def _set_out(spec: RobotSpec) -> Repertoire:
+    """What the robot was set out with: the repertoire that ships, tuned by the world file."""
+    return load_repertoire().tuned(spec.tuning)
+
+
+def _packets_of(spec: RobotSpec, repertoire: Repertoire) -> Parameters:
+    return {
+        name: parameters(packet)
+        for name, packet in sorted(repertoire.specs.items())
+        if packet.basic or packet.tag in spec.repertoire
+    }
+
+
+def _tuned(spec: RobotSpec, world: str, row: TuningRow | None) -> TunedRobot:
+    if row is None:
+        row = TuningRow(world=world, robot=spec.name, version=0, tuning={}, delivery=UNTOUCHED)
+    return TunedRobot(
+        robot=spec.name,
+        world=world,
+        version=row.version,
+        tuning=row.tuning,
+        set_out=spec.tuning,
+        packets=_packets_of(spec, _set_out(spec).tuned(row.tuning)),
+        delivery=row.delivery,
+        detail=row.detail or "",
+        comment=row.comment or "",
+        decided_by=row.decided_by,
+        decided_at=row.decided_at,
+    )

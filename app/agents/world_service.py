@@ -1,0 +1,293 @@
+"""What clients ask of worlds and robots: to see them, and to correct the facts."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import or_, select
+
+from app.agents import Hearing, RobotBoard, RobotView
+from app.core import Core
+from app.domain.durations import Durations
+from app.domain.errors import Invalid, NotFound, Outdated
+from app.domain.states import ENDED, TERMINAL_SCRIPTS, Connection
+from app.domain.world_model.beliefs import (
+    CLEAR,
+    REACHES,
+    ROBOT_POSITION,
+    VACANT,
+    Facts,
+    revised,
+    revision,
+    spot_of,
+)
+from app.domain.world_model.berths import Statement, with_berths
+from app.domain.world_model.problem import objects_of
+from app.domain.world_model.vocabulary import symbolic, symbolic_all
+from app.store import FactRow, LostRobotRow, MissionRow, ScriptRow, WorldRow
+from app.store.durations import learned_durations
+from app.store.lost_robots import lost_rows
+from app.store.unknown import Unknown, not_known
+from app.workflows.mission_wakeups import wake_missions
+from planner import Fact, KnowledgeBaseError
+from robots.clock import Clock
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+Relation = tuple[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldReport:
+    id: str
+    name: str
+    title: str
+    time_s: float
+    version: int
+    layout: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotReport:
+    """A robot as known; `mission_id` is the mission that it is reserved for, `lost` that it was given up.
+
+    :param silent: it has not been heard for longer than its radio explains.
+    :param next_contact_s: world seconds until contact is expected.
+    """
+
+    view: RobotView
+    connection: Connection
+    last_heard_s: float | None
+    silent: bool
+    next_contact_s: float
+    repertoire: Sequence[str]
+    reach: Sequence[str]
+    mission_id: str | None
+    lost: LostRobotRow | None
+
+
+class WorldDesk:
+    """Reads worlds, facts and robots; takes operators' corrections."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+        board: RobotBoard,
+        hearing: Hearing,
+    ) -> None:
+        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._knowledge_base, self._workflows = core.knowledge_base, core.workflows
+        self._worlds, self._clocks, self._board = worlds, clocks, board
+        self._hearing = hearing
+
+    def reports(self) -> list[WorldReport]:
+        """Every world, in the order they were asked for: a page shows the first of them."""
+        with self._database.read() as session:
+            rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)))
+            known = {row.id: self._report(row) for row in rows}
+        return [known[name] for name in self._worlds if name in known]
+
+    def get(self, world: str) -> WorldReport:
+        self.world(world)
+        with self._database.read() as session:
+            return self._report(session.get_one(WorldRow, world))
+
+    def world(self, name: str | None) -> WorldFile:
+        """The world of that name; with None, the only one there is.
+
+        :raises NotFound: if there is none, naming the worlds that run.
+        """
+        if name is None and len(self._worlds) == 1:
+            return next(iter(self._worlds.values()))
+        if name is None:
+            raise Invalid("several worlds run: name one", code="world-needed", choices=sorted(self._worlds))
+        if name not in self._worlds:
+            raise NotFound(f"unknown world {name!r}", code="unknown-world", choices=sorted(self._worlds))
+        return self._worlds[name]
+
+    def facts(self, world: str) -> tuple[Sequence[tuple[Relation, FactRow]], int]:
+        """Every fact in rel/ref form with its row, and the version they are of."""
+        self.world(world)
+        with self._database.read() as session:
+            rows = self._facts.rows(session, world)
+            version = self._facts.version(session, world)
+        form = self._knowledge_base.to_relation
+        return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
+
+    def unknown(self, world: str) -> Sequence[Unknown]:
+        """What is not known: where samples are, how robots stand that are lost or do not answer."""
+        samples = [sample.name for sample in self.world(world).samples]
+        with self._database.read() as session:
+            return not_known(session, world, known=self._facts.believed(session, world), samples=samples)
+
+    def relation(self, fact: Fact) -> Relation:
+        """The fact in rel/ref form."""
+        return self._knowledge_base.to_relation(fact)
+
+    def durations(self, world: str) -> Durations:
+        """What was learned of how long actions take in the world."""
+        self.world(world)
+        with self._database.read() as session:
+            return learned_durations(session, world)
+
+    def correct(
+        self,
+        world: str,
+        changes: Sequence[Statement],
+        *,
+        actor: str,
+        comment: str,
+        expected_version: int | None,
+    ) -> tuple[SymbolicFact, ...]:
+        """Make facts true or false on an operator's word; answers what was dropped as it cannot hold beside them.
+
+        Vacant and clear places follow from the other facts and do not count as dropped.
+
+        :raises Invalid: if a fact does not fit the vocabulary, contradicts another of the changes, or puts a
+            robot where it does not reach; then none is changed.
+        :raises Conflict: if a sample is laid in a location none of whose berths is free.
+        :raises Outdated: if the facts have changed since `expected_version`.
+        """
+        self.world(world)
+        with self._database.write() as session:
+            self._facts.lock(session, world)
+            _refuse_outdated(world, self._facts.version(session, world), expected_version)
+            facts = self._facts.facts(session, world)
+            news, gone = self._understood(world, changes, facts)
+            self._refuse_contradictions(facts, news, gone)
+            change = revision(facts, news=news, gone=gone)
+            self._refuse_out_of_reach(world, change.apply(facts), news)
+            self._facts.change(
+                session,
+                world,
+                add=change.add,
+                remove=change.remove,
+                source=f"operator {actor}",
+                at_s=self._clocks[world].now_s(),
+                corrects=True,
+            )
+            unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
+            dropped = symbolic_all(unsaid, self._knowledge_base)
+            said = {"actor": actor, "comment": comment, "dropped": [fact.model_dump() for fact in dropped]}
+            self._events.append(session, "world.corrected", world, **said)
+            wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
+            return dropped
+
+    def _understood(
+        self, world: str, changes: Sequence[Statement], facts: Facts
+    ) -> tuple[list[Fact], list[Fact]]:
+        """What became true and what proved false, in the planner's form."""
+        objects = objects_of(self.world(world))
+        said = with_berths(changes, self.world(world), facts)
+        try:
+            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
+        except KnowledgeBaseError as error:
+            raise Invalid(str(error), code="malformed-fact") from error
+        return [fact for fact, value in parsed if value], [fact for fact, value in parsed if not value]
+
+    def _refuse_contradictions(self, facts: Facts, news: Sequence[Fact], gone: Sequence[Fact]) -> None:
+        """Of news that exclude each other the later would silently win."""
+        both = next((fact for fact in news if fact in gone), None)
+        if both is not None:
+            said = symbolic(both, self._knowledge_base)
+            raise Invalid(f"{said} is said to be true and false", code="contradicting-facts")
+        pair = contradiction(facts, news)
+        if pair is not None:
+            one, other = symbolic_all(pair, self._knowledge_base)
+            raise Invalid(f"{one} and {other} cannot both be true", code="contradicting-facts")
+
+    def _refuse_out_of_reach(self, world: str, after: Facts, news: Sequence[Fact]) -> None:
+        for fact in news:
+            if fact.predicate != ROBOT_POSITION:
+                continue
+            robot, _, place = fact.args
+            reached = {f.args[1] for f in after if f.predicate == REACHES and f.args[0] == robot}
+            if place not in reached | {spot_of(robot)}:
+                raise Invalid(
+                    f"{symbolic(fact, self._knowledge_base)}: {robot} does not reach {place}",
+                    code="place-unreachable",
+                    choices=[p.name for p in self.world(world).places if p.name in reached],
+                )
+
+    def robots(self, world: str | None = None) -> list[RobotReport]:
+        if world is not None:
+            self.world(world)
+        missions = self._missions_by_robot()
+        views = self._board.views(world)
+        with self._database.read() as session:
+            lost = {(row.world, row.robot): row for name in self._worlds for row in lost_rows(session, name)}
+        return [
+            self._robot(view, missions.get((view.world, name)), lost.get((view.world, name)))
+            for name, view in sorted(views.items())
+        ]
+
+    def robot(self, name: str) -> RobotReport:
+        reports = {report.view.name: report for report in self.robots()}
+        if name not in reports:
+            raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
+        return reports[name]
+
+    def _robot(self, view: RobotView, mission_id: str | None, lost: LostRobotRow | None) -> RobotReport:
+        now = time.time()
+        world = self._worlds[view.world]
+        spec = world.robot(view.name)
+        return RobotReport(
+            view=view,
+            connection=view.connection(now),
+            last_heard_s=None if view.heard_at is None else round(now - view.heard_at, 3),
+            silent=self._hearing.silent_in_s(view.name) == 0,
+            next_contact_s=round(self._hearing.next_contact_s(view.name), 3),
+            repertoire=spec.repertoire,
+            reach=[place.name for place in world.reach_of(spec)],
+            mission_id=mission_id,
+            lost=lost,
+        )
+
+    def _missions_by_robot(self) -> Mapping[tuple[str, str], str]:
+        query = (
+            select(MissionRow.world, ScriptRow.robot, MissionRow.id)
+            .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
+            .where(
+                MissionRow.state.not_in(ENDED),
+                ScriptRow.delivery != "refused",
+                ScriptRow.plan_id == MissionRow.plan_id,
+                or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
+            )
+        )
+        with self._database.read() as session:
+            return {(world, robot): mission for world, robot, mission in session.execute(query)}
+
+    def _report(self, row: WorldRow) -> WorldReport:
+        return WorldReport(
+            id=row.id,
+            name=row.id,
+            title=row.title,
+            time_s=self._clocks[row.id].now_s(),
+            version=row.version,
+            layout=row.layout,
+        )
+
+
+def _refuse_outdated(world: str, version: int, expected: int | None) -> None:
+    if expected not in (None, version):
+        detail = f"the facts of {world} are at version {version}, the correction was made from {expected}"
+        raise Outdated(detail, code="facts-changed")
+
+
+def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
+    """Two of the news that cannot both hold, whichever is heard last; None if there are none.
+
+    NOTE: `clear` as news is passed over, for it is always derived.
+    """
+    after = revised(facts, news)
+    for lost in news:
+        if lost in after or lost.predicate == CLEAR:
+            continue
+        for other in news:
+            if other != lost and not {lost, other} <= revised(facts, [lost, other]):
+                return lost, other
+    return None

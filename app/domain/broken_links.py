@@ -1,0 +1,43 @@
+"""What a mission still counts on, and whether it is believed: causal links that the world has cut."""
+
+from collections.abc import Collection
+
+from app.domain.world_model.beliefs import CAN, OBJECT_POSITION, REACHES, VACANT, Facts
+from planner import GOAL, INITIAL, CausalLink, PlanNet
+
+COUNTED_ON = frozenset({OBJECT_POSITION, VACANT, CAN, REACHES})
+"""Where samples are and what robots can do. Where robots stand is not held against a plan: they move by themselves, and
+who is in the way is sensed and waited for."""
+
+
+def cut(
+    plan_net: PlanNet, facts: Facts, *, begun: Collection[str], done: Collection[str]
+) -> tuple[CausalLink, ...]:
+    """The links whose producer has ended and whose consumer has not begun, while the fact is not believed.
+
+    What comes before something that has begun has begun too, though its report may still be on its way.
+
+    :param begun: the ids of the actions that have begun or ended.
+    :param done: of those that have ended and whose effects are believed.
+    """
+    started = _with_predecessors(plan_net, begun)
+    return tuple(
+        link
+        for link in plan_net.causal_links
+        if link.fact.predicate in COUNTED_ON
+        and (link.producer == INITIAL or link.producer in done)
+        and (link.consumer == GOAL or link.consumer not in started)
+        and link.fact not in facts
+    )
+
+
+def _with_predecessors(plan_net: PlanNet, begun: Collection[str]) -> set[str]:
+    before: dict[str, set[str]] = {}
+    for ordering in plan_net.orderings:
+        before.setdefault(ordering.after, set()).add(ordering.before)
+    found, left = set(begun), list(begun)
+    while left:
+        fresh = before.get(left.pop(), set()) - found
+        found |= fresh
+        left.extend(fresh)
+    return found

@@ -1,0 +1,78 @@
+"""An explanation as the API and `macta plan --explain` show it: facts in rel/ref form, reasons as sentences."""
+
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.domain.plan_document import CausalLinkBody
+from app.domain.world_model.vocabulary import symbolic, symbolic_all
+from planner import KnowledgeBase
+from planner.explanation import ActionExplanation, Explanation
+from robots.wire import SymbolicFact
+
+
+class ExplanationPart(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class ActionExplanationBody(ExplanationPart):
+    """Why an action is there, by these robots, and in this place of the order."""
+
+    action: str
+    goals: tuple[SymbolicFact, ...] = Field(description="that it serves")
+    chain: tuple[CausalLinkBody, ...] = Field(description="the links by which it serves one of them")
+    because: tuple[str, ...] = Field(description="the chain in words")
+    robots: dict[str, str] = Field(description="for each of its robots why not another")
+    order: tuple[str, ...] = Field(description="what it comes after and before, and why")
+
+    @classmethod
+    def of(cls, explained: ActionExplanation, knowledge_base: KnowledgeBase) -> Self:
+        return cls(
+            action=explained.action,
+            goals=symbolic_all(explained.goals, knowledge_base),
+            chain=tuple(
+                CausalLinkBody(
+                    producer=link.producer, fact=symbolic(link.fact, knowledge_base), consumer=link.consumer
+                )
+                for link in explained.chain
+            ),
+            because=explained.because,
+            robots=dict(explained.robots),
+            order=explained.order,
+        )
+
+
+class WaitBody(ExplanationPart):
+    """A robot stands idle before `action` until `awaited` has ended, if every action starts at its earliest."""
+
+    robot: str
+    action: str
+    awaited: str
+    from_s: float
+    span_s: float
+    words: str
+
+
+class ExplanationBody(ExplanationPart):
+    """Why a plan-net is as it is."""
+
+    plan_id: str = ""
+    actions: tuple[ActionExplanationBody, ...]
+    robots: dict[str, str] = Field(
+        description="what it costs to do without a robot: the plan made without it"
+    )
+    makespan: tuple[str, ...] = Field(description="the critical path in words")
+    waits: tuple[WaitBody, ...] = Field(description="where robots wait for others, the longest first")
+
+    @classmethod
+    def of(cls, explanation: Explanation, knowledge_base: KnowledgeBase, *, plan_id: str = "") -> Self:
+        return cls(
+            plan_id=plan_id,
+            actions=tuple(ActionExplanationBody.of(one, knowledge_base) for one in explanation.actions),
+            robots=dict(explanation.robots),
+            makespan=explanation.makespan,
+            waits=tuple(
+                WaitBody(**{name: getattr(wait, name) for name in WaitBody.model_fields})
+                for wait in explanation.waits
+            ),
+        )

@@ -1,0 +1,117 @@
+"""Goals that name a location with several berths: any berth will do, and one of them is chosen when planning begins."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from app.domain.world_model.beliefs import IN, NEAR, Facts, occupants, place_of, position_of
+from app.domain.world_model.berths import berths_of
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+AT = "at"
+
+
+def meant(
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    *,
+    kept: Collection[str] = (),
+    shunned: Collection[str] = (),
+) -> Mapping[SymbolicFact, SymbolicFact | None]:
+    """Each goal with the berth that it means; None where no berth is left for it.
+
+    A sample that lies in a berth stays there. Else it is one that nothing lies in and no other of the goals aims at.
+
+    :param kept: berths that an earlier plan of the goals aimed at: first choice.
+    :param shunned: berths that others aim at: last choice.
+    """
+    chosen: dict[SymbolicFact, SymbolicFact | None] = {}
+    request = _Request(goals=goals, world=world, facts=facts, kept=kept, shunned=shunned)
+    aims = {(goal.predicate, goal.args[1]): goal.args[0] for goal in goals if len(goal.args) == 2}
+    for goal in dict.fromkeys(goals):
+        if not _berths(goal, world):
+            chosen[goal] = goal
+            continue
+        berth = request.best_for(goal, aims)
+        chosen[goal] = None
+        if berth is not None:
+            aims[goal.predicate, berth] = goal.args[0]
+            chosen[goal] = goal.model_copy(update={"args": (goal.args[0], berth)})
+    return chosen
+
+
+def berthed(
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    *,
+    kept: Collection[str] = (),
+    shunned: Collection[str] = (),
+) -> tuple[SymbolicFact, ...]:
+    """The goals as `meant`; where no berth is left one is named that `check_goals` finds occupied."""
+    found = meant(goals, world, facts, kept=kept, shunned=shunned)
+    aims = {goal.args[-1] for goal in found.values() if goal is not None}
+    return tuple(found[goal] or _in_vain(goal, world, aims) for goal in goals)
+
+
+def _in_vain(goal: SymbolicFact, world: WorldFile, aims: Collection[str]) -> SymbolicFact:
+    """The goal with a berth that is not free, rather one that no other goal aims at."""
+    berth = min(_berths(goal, world), key=lambda berth: berth in aims)
+    return goal.model_copy(update={"args": (goal.args[0], berth)})
+
+
+def staying(place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: Facts) -> tuple[str, ...]:
+    """The samples that lie in a place and that none of the goals takes away from there."""
+    here = {place, world.owners.get(place, place)}
+    leaving = {g.args[0] for g in goals if g.predicate == IN and len(g.args) == 2 and g.args[1] not in here}
+    return tuple(other for other in occupants(place, facts) if other not in leaving)
+
+
+Aims = Mapping[tuple[str, str], str]
+"""Who is to be in, or near, a place."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Request:
+    """What berths are chosen by: see `meant`."""
+
+    goals: Sequence[SymbolicFact]
+    world: WorldFile
+    facts: Facts
+    kept: Collection[str]
+    shunned: Collection[str]
+
+    def best_for(self, goal: SymbolicFact, aims: Aims) -> str | None:
+        """The first choice of the berths that are free for the goal; None if none is."""
+        subject = goal.args[0]
+        here = place_of(subject, self.facts) if goal.predicate == IN else _stands(subject, self.facts)
+        return min(
+            (berth for berth in _berths(goal, self.world) if self._is_free(berth, goal, aims)),
+            key=lambda berth: (
+                aims.get((goal.predicate, berth)) != subject,
+                berth != here,
+                berth not in self.kept,
+                bool(occupants(berth, self.facts)),
+                berth in self.shunned,
+            ),
+            default=None,
+        )
+
+    def _is_free(self, berth: str, goal: SymbolicFact, aims: Aims) -> bool:
+        """Nobody else is to be there, and no other sample stays there."""
+        subject = goal.args[0]
+        stay = staying(berth, self.goals, self.world, self.facts) if goal.predicate == IN else ()
+        return aims.get((goal.predicate, berth), subject) == subject and set(stay) <= {subject}
+
+
+def _berths(goal: SymbolicFact, world: WorldFile) -> tuple[str, ...]:
+    """The berths to choose from; empty if the goal is not about a location that has several."""
+    if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, AT}:
+        return ()
+    return berths_of(goal.args[1], world)
+
+
+def _stands(robot: str, facts: Facts) -> str | None:
+    position = position_of(robot, facts)
+    return None if position is None else position.args[2]

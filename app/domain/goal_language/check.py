@@ -1,0 +1,273 @@
+"""Structured goals held against a world and what is believed of it, before anything is planned."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from app.domain.goal_language.berth_choice import meant, staying
+from app.domain.goal_language.reach import chain_from, crews_for, free_for, lacking_crew, reachers
+from app.domain.goal_language.words import choices_for, listed, natural, suggestions
+from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
+from app.domain.world_model.berths import berths_of
+from app.domain.world_model.problem import objects_of
+from app.domain.world_model.vocabulary import planner_fact
+from planner import KnowledgeBase, KnowledgeBaseError
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+Kind = Literal["invalid", "conflict", "note"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalIssue:
+    """What stands against a goal. invalid: never possible; conflict: not as things are; note: no obstacle."""
+
+    code: str
+    kind: Kind
+    detail: str
+    thing: str = ""
+    choices: tuple[str, ...] = ()
+
+
+def check_goals(
+    goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts, knowledge_base: KnowledgeBase
+) -> tuple[GoalIssue, ...]:
+    """Everything that stands against the goals, in their order; empty if nothing does."""
+    if not goals:
+        return (GoalIssue(code="goal-needed", kind="invalid", detail="no goal is stated"),)
+    berths = meant(goals, world, facts)
+    known = [goal for goal in berths.values() if goal is not None]
+    issues = [
+        issue
+        for stated, goal in berths.items()
+        for issue in (
+            _no_berth(stated, goals, world, facts)
+            if goal is None
+            else _check(goal, known, world, facts, knowledge_base)
+        )
+    ]
+    issues.extend(_clashes(known))
+    return tuple(dict.fromkeys(issues))
+
+
+def blocking(issues: Sequence[GoalIssue]) -> tuple[GoalIssue, ...]:
+    """Those that are more than a note."""
+    return tuple(issue for issue in issues if issue.kind != "note")
+
+
+def _check(
+    goal: SymbolicFact,
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+) -> Iterator[GoalIssue]:
+    unknown = list(_unknown_names(goal, world))
+    yield from unknown
+    if not unknown:
+        malformed = list(_malformed(goal, world, knowledge_base))
+        yield from malformed
+        if not malformed:
+            yield from _against_facts(goal, goals, world, facts, knowledge_base)
+
+
+def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
+    """Names that the world does not have, in goals on a sample or robot and a place."""
+    samples = tuple(sorted((sample.name for sample in world.samples), key=natural))
+    robots = tuple(sorted(robot.name for robot in world.robots))
+    places = tuple(sorted(world.rows, key=natural))
+    if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, "at"}:
+        return
+    subject, place = goal.args
+    if goal.predicate == IN and subject not in samples:
+        yield _unknown("sample", subject, samples)
+    if goal.predicate != IN and subject not in robots:
+        yield _unknown("robot", subject, robots)
+    if place not in places and place not in world.owners and not (goal.predicate == IN and place in robots):
+        holding = tuple(name for name in places if world.location(name).capacity > 0)
+        yield _unknown("place", place, holding if goal.predicate == IN else places)
+
+
+def _unknown(what: str, name: str, names: Sequence[str]) -> GoalIssue:
+    near = suggestions(name, names)
+    hint = f"; did you mean {listed(near)}?" if near else ""
+    return GoalIssue(
+        code=f"unknown-{what}",
+        kind="invalid",
+        detail=f"there is no {what} {name!r}{hint}",
+        thing=name,
+        choices=choices_for(name, names),
+    )
+
+
+def _malformed(goal: SymbolicFact, world: WorldFile, knowledge_base: KnowledgeBase) -> Iterator[GoalIssue]:
+    """Goals that are not of the vocabulary, or that no plan-net action intends."""
+    choices = knowledge_base.relation_names()
+    try:
+        fact = planner_fact(goal, knowledge_base, objects_of(world))
+    except KnowledgeBaseError as error:
+        unknown = goal.predicate not in choices
+        yield GoalIssue(
+            code="unknown-predicate" if unknown else "malformed-goal",
+            kind="invalid",
+            detail=f"there is no predicate {goal.predicate!r}" if unknown else str(error),
+            thing=goal.predicate,
+            choices=choices_for(goal.predicate, choices) if unknown else (),
+        )
+        return
+    intended = {
+        literal.predicate for operator in knowledge_base.operators for literal in operator.intended_effects
+    }
+    if fact.predicate not in intended:
+        yield GoalIssue(
+            code="goal-not-intended",
+            kind="invalid",
+            detail=f"no action is meant to bring about {goal}",
+            thing=goal.predicate,
+            choices=tuple(sorted(intended)),
+        )
+
+
+def _against_facts(
+    goal: SymbolicFact,
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+) -> Iterator[GoalIssue]:
+    if planner_fact(goal, knowledge_base, objects_of(world)) in facts:
+        yield GoalIssue(
+            code="already-true", kind="note", detail=f"{goal} is true already", thing=goal.args[0]
+        )
+    elif goal.predicate == IN and goal.args[1] in world.owners:
+        yield from _storing(goal.args[0], goal.args[1], goals, world, facts)
+    elif goal.predicate == NEAR:
+        yield from _standing(goal.args[0], goal.args[1], facts)
+
+
+def _storing(
+    sample: str, place: str, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
+) -> Iterator[GoalIssue]:
+    """A sample is to lie in a location."""
+    free = free_for(sample, world, facts)
+    if world.location(place).capacity == 0:
+        yield GoalIssue(
+            code="place-holds-no-samples",
+            kind="invalid",
+            detail=f"{place} holds no samples",
+            thing=place,
+            choices=free,
+        )
+        return
+    if there := [other for other in staying(place, goals, world, facts) if other != sample]:
+        yield GoalIssue(
+            code="place-occupied",
+            kind="conflict",
+            detail=f"{place} is occupied by {listed(there, last='and')}",
+            thing=place,
+            choices=free,
+        )
+    yield from _reachable(sample, place, world, facts)
+
+
+def _no_berth(
+    goal: SymbolicFact, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
+) -> Iterator[GoalIssue]:
+    """Every berth of the location that the goal names holds a sample that stays, or another goal aims at it."""
+    unknown = list(_unknown_names(goal, world))
+    yield from unknown
+    if unknown:
+        return
+    subject, name = goal.args
+    berths = berths_of(name, world)
+    named = {name, *berths}
+    coming = sorted({g.args[0] for g in goals if g.args[1:] and g.args[1] in named}, key=natural)
+    there = [sample for berth in berths for sample in staying(berth, goals, world, facts)]
+    too_many = len(coming) > len(berths)
+    others = [other for other in coming if other not in {subject, *there}]
+    occupied = f"are occupied by {listed(there, last='and')}" if there else ""
+    wanted = f"are wanted for {listed(others, last='and')}" if others else ""
+    words = " and ".join(part for part in (occupied, wanted) if part)
+    choices = tuple(other for other in free_for(subject, world, facts) if other != name)
+    yield GoalIssue(
+        code="place-occupied",
+        kind="invalid" if too_many else "conflict",
+        detail=f"{name} has no room for {subject}: its {len(berths)} berths {words}",
+        thing=name,
+        choices=choices,
+    )
+
+
+def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Iterator[GoalIssue]:
+    """Some robot reaches the place, two for a long sample, and a chain of robots can hand the sample on to it."""
+    if (lacking := lacking_crew(sample, world, facts)) is not None:
+        yield GoalIssue(code="too-few-robots", kind="conflict", detail=lacking, thing=sample)
+        return
+    crews = crews_for(sample, world, facts)
+    if not reachers(place, crews):
+        yield GoalIssue(
+            code="place-unreachable",
+            kind="conflict",
+            detail=f"no robot that can carry samples reaches {place}",
+            thing=place,
+        )
+        return
+    lies = place_of(sample, facts)
+    if lies is None:
+        yield GoalIssue(
+            code="sample-lost", kind="conflict", detail=f"it is not known where {sample} is", thing=sample
+        )
+        return
+    reached = chain_from(lies, facts, crews)
+    if place not in reached:
+        choices = tuple(sorted({world.owners.get(name, name) for name in reached - {lies}}, key=natural))
+        yield GoalIssue(
+            code="no-chain-of-robots",
+            kind="conflict",
+            detail=f"no chain of robots can hand {sample} from {lies} to {place}",
+            thing=place,
+            choices=choices,
+        )
+
+
+def _standing(robot: str, place: str, facts: Facts) -> Iterator[GoalIssue]:
+    """A robot is to stand near a location."""
+    reached = tuple(
+        sorted((f.args[1] for f in facts if f.predicate == "reaches" and f.args[0] == robot), key=natural)
+    )
+    if place not in reached:
+        yield GoalIssue(
+            code="place-unreachable",
+            kind="invalid",
+            detail=f"{robot} does not reach {place}",
+            thing=place,
+            choices=reached,
+        )
+
+
+def _clashes(goals: Sequence[SymbolicFact]) -> Iterator[GoalIssue]:
+    """Goals that cannot be true together: two samples for one place, one thing in two places."""
+    pairs = [(g.predicate, *g.args) for g in goals if g.predicate in {IN, NEAR} and len(g.args) == 2]
+    for place, things in _grouped((place, thing) for predicate, thing, place in pairs if predicate == IN):
+        yield GoalIssue(
+            code="two-goals-for-one-place",
+            kind="invalid",
+            detail=f"{place} cannot hold {listed(things, last='and')} at once",
+            thing=place,
+        )
+    for thing, places in _grouped((thing, place) for _, thing, place in pairs):
+        yield GoalIssue(
+            code="one-thing-in-two-places",
+            kind="invalid",
+            detail=f"{thing} cannot be in {listed(places, last='and')} at once",
+            thing=thing,
+        )
+
+
+def _grouped(pairs: Iterable[tuple[str, str]]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The keys that come with more than one value, with their values."""
+    values: dict[str, dict[str, None]] = defaultdict(dict)
+    for key, value in pairs:
+        values[key][value] = None
+    return ((key, tuple(found)) for key, found in values.items() if len(found) > 1)

@@ -1,0 +1,72 @@
+"""How a sentence that is being typed could go on: the grammar's own choices, each put where it belongs."""
+
+from collections.abc import Sequence
+
+from app.domain.goal_language.check import GoalIssue
+from app.domain.goal_language.grammar import ORIGINS, TARGETS, VERBS, Clarification, parse_goal
+from app.domain.goal_language.words import natural
+from app.domain.world_model import Facts
+from robots.world import WorldFile
+
+MOST = 20
+PREPOSITIONS = TARGETS | ORIGINS
+
+
+def completions(text: str, asked: Clarification, world: WorldFile, facts: Facts) -> tuple[str, ...]:
+    """Whole sentences that the text may become, the likeliest first.
+
+    :param asked: what `parse_goal` asks of the text.
+    """
+    said, _, last = text.rstrip().rpartition(" ")
+    if (
+        said
+        and last.lower() not in PREPOSITIONS
+        and any(word.startswith(last.lower()) for word in PREPOSITIONS)
+    ):
+        # "move sample_1 t": half a preposition is not the end of a name.
+        without = parse_goal(said, world, facts)
+        if isinstance(without, Clarification) and without.code == "place-needed":
+            return completions(said, without, world, facts)
+    return _filled_in(text.rstrip(), asked)[:MOST]
+
+
+def replacements(text: str, issue: GoalIssue) -> tuple[str, ...]:
+    """Whole sentences that name something else in the place of what stands in a goal's way."""
+    return _in_place(text.rstrip(), issue.thing, issue.choices)[:MOST]
+
+
+def _filled_in(said: str, asked: Clarification) -> tuple[str, ...]:
+    match asked.code:
+        case "place-needed":
+            link = " " if said.rsplit(maxsplit=1)[-1].lower() in TARGETS else " to "
+            return tuple(f"{said}{link}{choice}" for choice in asked.choices)
+        case "sample-needed":
+            return tuple(f"{said} {choice}" for choice in asked.choices)
+        case "goal-not-understood" if not said:
+            return tuple(f"move {choice}" for choice in asked.choices)
+        case "unknown-verb" if set(asked.choices) == VERBS and not _begun(asked):
+            return (f"move {said}",)
+    return _in_place(said, asked.thing, _begun(asked) or asked.choices)
+
+
+def _begun(asked: Clarification) -> Sequence[str]:
+    """The choices that the word in question is the beginning of."""
+    letters = _letters(asked.thing)
+    return sorted((one for one in asked.choices if _letters(one).startswith(letters)), key=natural)
+
+
+def _in_place(said: str, thing: str, choices: Sequence[str]) -> tuple[str, ...]:
+    found = _span(said, _letters(thing))
+    return tuple(f"{said[: found[0]]}{choice}{said[found[1] :]}" for choice in choices) if found else ()
+
+
+def _span(said: str, letters: str) -> tuple[int, int] | None:
+    """Where the last words stand that spell this, however they do (`Bay 7` is `bay_7`)."""
+    ends = [at for at in range(1, len(said) + 1) if at == len(said) or not said[at].isalnum()]
+    starts = [at for at in range(len(said)) if at == 0 or said[at - 1].isspace()]
+    spans = [(one, other) for other in reversed(ends) for one in reversed(starts) if one < other]
+    return next((span for span in spans if letters and _letters(said[slice(*span)]) == letters), None)
+
+
+def _letters(word: str) -> str:
+    return "".join(letter for letter in word.lower() if letter.isalnum())

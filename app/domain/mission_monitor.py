@@ -1,0 +1,300 @@
+"""The mission monitor's rules (MACTA §4), as a pure function of what is known.
+
+At the end of the expected time and its margin the robots are asked how they stand, and a robot is asked before if its
+silence is longer than its radio explains. The mission's state follows from the answers: still at work extends the time,
+silence makes the mission `unknown`, never `failed`. Where a robot
+fails, or the world is not as the plan counts on it to be, the others are made safe first; then the mission is
+recovered or ends.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+from app.domain.recovery_rules import Policy, Step, Trouble, category_of
+from app.domain.states import MissionState
+from robots.wire import FailureCategory, ScriptState
+
+EXTENSION_S = 20.0
+"""World seconds a mission is given at least when its robots say they are still at work."""
+LOOK_S = 5.0
+"""World seconds after which it is looked again, at the soonest, whether a robot has fallen silent."""
+OVERDUE = "its deadline has passed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScriptView:
+    """A robot's script as known: `open_question` while a status query is unanswered, `stopping` once told to cancel,
+    `abandoned` if its robot was declared lost, `failed_at` the tag of the packet that failed, `waited` if that packet
+    never began, for another robot was to do something first; `silent_in_s` world seconds at least until the robot's
+    silence is longer than its radio explains, 0 once it is.
+    """
+
+    robot: str
+    delivery: str
+    state: ScriptState | None
+    open_question: bool
+    stopping: bool = False
+    category: FailureCategory | None = None
+    detail: str = ""
+    abandoned: bool = False
+    failed_at: str = ""
+    waited: bool = False
+    silent_in_s: float = inf
+
+    @property
+    def is_silent(self) -> bool:
+        return self.silent_in_s <= 0
+
+    @property
+    def ended(self) -> bool:
+        done = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
+        return self.abandoned or self.delivery in ("refused", "withdrawn") or self.state in done
+
+    @property
+    def failed(self) -> bool:
+        if self.state is ScriptState.FINISHED:
+            return False
+        return self.abandoned or self.delivery == "refused" or self.state is ScriptState.FAILED
+
+    @property
+    def trouble(self) -> Trouble:
+        """Only of one that failed. A robot that refuses, or is lost, is of no use for the mission any more."""
+        if self.abandoned:
+            lost = FailureCategory.UNREACHABLE
+            return Trouble(robot=self.robot, category=lost, detail="was declared lost", fit=False)
+        category = self.category or FailureCategory.ROBOT
+        willing = self.delivery != "refused"
+        return Trouble(
+            robot=self.robot,
+            category=category,
+            detail=self.detail,
+            tag=self.failed_at,
+            fit=willing,
+            waited=self.waited,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionView:
+    """A mission as known.
+
+    :param asked_for_s: wall-clock seconds since the monitor's open question, None without one.
+    :param scripts: of the plan that it carries out now.
+    :param missed: its goals that are not believed true, in words.
+    :param cut: what it counts on and is not believed any more, in words.
+    :param tries_left: how often it may still be recovered.
+    :param no_way: why no plan was found to recover it by, or why it was turned down; empty if none was sought.
+    :param done_before: a robot has finished a script of an earlier plan.
+    :param reason: what is said of it now.
+    :param stopped_for: why its robots were told to stop though none had failed.
+    :param deadline_s: by when it is wanted (world's clock), None if nobody said.
+    """
+
+    state: MissionState
+    now_s: float
+    enquire_at_s: float
+    estimate_s: float
+    asked_for_s: float | None
+    cancel_requested: bool
+    scripts: Sequence[ScriptView]
+    missed: Sequence[str] = ()
+    cut: Sequence[str] = ()
+    policy: Policy = Policy.NEVER
+    step: Step | None = None
+    tries_left: int = 0
+    no_way: str = ""
+    done_before: bool = False
+    reason: str = ""
+    stopped_for: str = ""
+    deadline_s: float | None = None
+
+    @property
+    def left_s(self) -> float:
+        """Of the expected time; negative if it is over."""
+        return self.enquire_at_s - self.now_s
+
+    @property
+    def troubles(self) -> tuple[Trouble, ...]:
+        return tuple(script.trouble for script in self.scripts if script.failed)
+
+    @property
+    def why(self) -> str:
+        """What has gone wrong, in words; empty if nothing has."""
+        if troubles := self.troubles:
+            return "; ".join(map(str, troubles))
+        return self.stopped_for or (f"{', '.join(self.cut)} is not true any more" if self.cut else "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What to do next. `wait_s` is in the world's clock: when to look again if nothing is heard.
+
+    :param recover: the step of its recovery that the mission is to take.
+    """
+
+    state: MissionState
+    wait_s: float
+    reason: str = ""
+    failure: FailureCategory | None = None
+    ask: tuple[str, ...] = ()
+    cancel: tuple[str, ...] = ()
+    enquire_at_s: float | None = None
+    recover: Step | None = None
+
+
+def review(view: MissionView, *, patience_s: float) -> Verdict:
+    """Decide on a mission; `patience_s` is how long (wall clock) an answer may take before a robot counts as silent."""
+    verdict = _review(view, patience_s)
+    return (
+        verdict if view.deadline_s is None or verdict.state.ended else _timed(verdict, view, view.deadline_s)
+    )
+
+
+def _timed(verdict: Verdict, view: MissionView, deadline_s: float) -> Verdict:
+    """A mission that is past its deadline goes on, and says so; what else has gone wrong is said first."""
+    left_s = deadline_s - view.now_s
+    if left_s > 0:
+        return replace(verdict, wait_s=min(verdict.wait_s, left_s))
+    said = is_overdue(verdict.reason)
+    reason = verdict.reason if said else "; ".join(filter(None, (verdict.reason, OVERDUE)))
+    return replace(verdict, reason=reason, failure=verdict.failure or FailureCategory.DEADLINE)
+
+
+def is_overdue(reason: str) -> bool:
+    """True if a mission's reason says that it is past its deadline."""
+    return reason.endswith(OVERDUE)
+
+
+def _review(view: MissionView, patience_s: float) -> Verdict:
+    if not view.scripts and view.state in (MissionState.PENDING, MissionState.PAUSED):
+        return Verdict(state=view.state, wait_s=EXTENSION_S)
+    open_scripts = [script for script in view.scripts if not script.ended]
+    if not open_scripts:  # nor are there any where all goals were true already
+        return _conclusion(view)
+    stopping = any(script.stopping for script in open_scripts)
+    if view.why or view.cancel_requested or stopping:
+        return _make_safe(view, open_scripts, patience_s)
+    if view.asked_for_s is None:
+        return _expecting(view, open_scripts)
+    return _questioning(view, open_scripts, patience_s)
+
+
+def cancelled() -> Verdict:
+    """Of a mission that the operator cancelled, when no robot is at work for it."""
+    reason, why = "cancelled by the operator", FailureCategory.CANCELLED
+    return Verdict(state=MissionState.CANCELLED, wait_s=0, reason=reason, failure=why)
+
+
+def _conclusion(view: MissionView) -> Verdict:
+    """Every robot has ended its part, well or badly."""
+    unfinished = [script for script in view.scripts if script.state is not ScriptState.FINISHED]
+    if view.cancel_requested and unfinished:
+        return cancelled()
+    if not view.missed:
+        # NOTE: a robot that failed after all goals had come true has not kept the mission from its end.
+        return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
+    category = category_of(view.troubles)
+    recovery = _recovery(view, "; ".join(filter(None, (_what_happened(view), view.no_way))))
+    if recovery is not None:
+        return replace(recovery, failure=category)
+    some_done = view.done_before or len(unfinished) < len(view.scripts)
+    state = MissionState.PARTIALLY_COMPLETED if some_done else MissionState.FAILED
+    reason = "; ".join(filter(None, (_what_happened(view), view.no_way)))
+    return Verdict(state=state, wait_s=0, reason=reason, failure=category)
+
+
+def _recovery(view: MissionView, reason: str) -> Verdict | None:
+    """What is next in the recovery of a mission whose robots are safe; None if it ends."""
+    if view.step in (Step.PLANNING, Step.DECIDING, Step.STUCK) and not view.cancel_requested:
+        return Verdict(state=view.state, wait_s=EXTENSION_S, reason=view.reason)
+    if view.step is Step.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
+        return None
+    if view.step is Step.WAITING and view.left_s > 0:
+        return Verdict(state=MissionState.RECOVERING, wait_s=view.left_s, reason=reason)
+    if view.tries_left > 0 and (not view.no_way or view.step is Step.WAITING):
+        reason = _what_happened(view)
+        return Verdict(
+            state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=Step.PLANNING
+        )
+    if view.policy is Policy.AUTO:
+        return None
+    return Verdict(state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=Step.STUCK)
+
+
+def _what_happened(view: MissionView) -> str:
+    if view.why:
+        return view.why
+    if all(script.state is ScriptState.FINISHED for script in view.scripts):
+        return f"every script has finished, but {', '.join(view.missed)} is not true"
+    return "the robots were stopped"
+
+
+def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
+    """Stop the robots that are still at work; one that does not answer leaves the mission unknown."""
+    why = "cancelled by the operator" if view.cancel_requested else _what_happened(view)
+    names = tuple(script.robot for script in open_scripts)
+    cancel = tuple(script.robot for script in open_scripts if not script.stopping)
+    recovers = not view.cancel_requested and view.policy is not Policy.NEVER
+    if cancel or (view.asked_for_s or 0.0) < patience_s:
+        reason = f"{why}; stopping {', '.join(names)}"
+        state = MissionState.RECOVERING if recovers else view.state
+        return Verdict(state=state, wait_s=patience_s, reason=reason, cancel=cancel)
+    return Verdict(
+        state=MissionState.UNKNOWN,
+        wait_s=patience_s,
+        reason=f"{why}; no answer from {', '.join(names)}",
+        failure=FailureCategory.UNREACHABLE,
+    )
+
+
+def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
+    """The expected time is not over and nobody silent for too long; or robots are to be asked."""
+    if view.state is MissionState.PAUSED:
+        return Verdict(state=view.state, wait_s=view.left_s if view.left_s > 0 else EXTENSION_S)
+    ask = tuple(script.robot for script in open_scripts if view.left_s <= 0 or script.is_silent)
+    if not ask:
+        silent_in_s = min(script.silent_in_s for script in open_scripts)
+        return Verdict(state=view.state, wait_s=min(view.left_s, max(silent_in_s, LOOK_S)))
+    over = "the expected time is over" if view.left_s <= 0 else f"no word from {', '.join(ask)}"
+    reason = f"{over}: asking {', '.join(ask)}"
+    return Verdict(state=view.state, wait_s=EXTENSION_S, ask=ask, reason=reason)
+
+
+def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
+    """Robots have been asked: all answered that they are at work, or some are still silent.
+
+    Paused meanwhile, nothing is concluded from either: the question is asked anew later.
+    """
+    if view.state is MissionState.PAUSED:
+        later_s = max(view.enquire_at_s, view.now_s + EXTENSION_S)
+        return Verdict(state=view.state, wait_s=EXTENSION_S, enquire_at_s=later_s)
+    owing = [script.robot for script in open_scripts if _owes_an_answer(script, over=view.left_s <= 0)]
+    if not owing:
+        return _going_on(view, open_scripts)
+    if (view.asked_for_s or 0.0) < patience_s:
+        reason = f"waiting for {', '.join(owing)} to answer"
+        return Verdict(state=view.state, wait_s=patience_s, reason=reason)
+    return Verdict(
+        state=MissionState.UNKNOWN,
+        wait_s=patience_s,
+        reason=f"no answer from {', '.join(owing)}",
+        failure=FailureCategory.UNREACHABLE,
+    )
+
+
+def _owes_an_answer(script: ScriptView, *, over: bool) -> bool:
+    """One that has not agreed to its script yet has time to, until it is silent or the expected time is over."""
+    return script.open_question or (script.delivery == "pending" and (over or script.is_silent))
+
+
+def _going_on(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
+    """All that were asked have answered. What is left of the expected time is left, and some is given at least."""
+    extension_s = max(EXTENSION_S, view.estimate_s / 2) if view.left_s <= 0 else view.left_s
+    begun = any(script.state is not None for script in view.scripts)
+    return Verdict(
+        state=MissionState.RUNNING if begun else MissionState.DISPATCHING,
+        wait_s=extension_s,
+        reason=f"still at work: {', '.join(script.robot for script in open_scripts)}",
+        enquire_at_s=view.now_s + extension_s,
+    )

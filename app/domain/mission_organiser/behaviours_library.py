@@ -1,0 +1,149 @@
+"""The behaviours library (MACTA §4, fig. 4): packet tags, indexed by the symbolic goals they achieve."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Annotated
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from app.domain.errors import MactaError
+from app.domain.mission_organiser.template import Substitution, Template, matches
+from planner import Fact, KnowledgeBase, PlanNetAction
+from robots.yaml_text import read_yaml
+
+
+class LibraryError(MactaError):
+    """Raised when a behaviours library does not fit; names the packet and the slot."""
+
+    code = "behaviours-library"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class PacketFile(_Part):
+    """A packet's entry as written."""
+
+    tag: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$")]
+    agent: Annotated[str, Field(pattern=r"^\?[a-z][a-z0-9_]*$")]
+    requires: tuple[str, ...]
+    achieves: tuple[str, ...] = Field(min_length=1)
+
+    @field_validator("requires", "achieves")
+    @classmethod
+    def _templates(cls, texts: tuple[str, ...]) -> tuple[str, ...]:
+        for text in texts:
+            Template.parse(text)
+        return texts
+
+
+class LibraryFile(_Part):
+    packets: tuple[PacketFile, ...] = Field(min_length=1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """A packet: what it requires of the plan and what it achieves; `agent` is the robot's own variable."""
+
+    tag: str
+    agent: str
+    requires: tuple[Template, ...]
+    achieves: tuple[Template, ...]
+
+    def fits(self, action: PlanNetAction, agent: str, linking_goals: Sequence[Fact]) -> Substitution | None:
+        """How the packet becomes `agent`'s part in the action; None if it does not.
+
+        Every linking goal must be one that it achieves, every requirement a pre-condition of the action.
+        """
+        start = {f"?{name}": value for name, value in action.arguments.items()} | {self.agent: agent}
+        for found in matches(self.requires, action.preconditions, start):
+            widened = self._achieving(linking_goals, found)
+            if widened is not None:
+                return widened
+        return None
+
+    def _achieving(self, goals: Sequence[Fact], known: Substitution) -> Substitution | None:
+        if not goals:
+            return known
+        first, *rest = goals
+        for template in self.achieves:
+            found = template.matched(first, known)
+            widened = None if found is None else self._achieving(rest, found)
+            if widened is not None:
+                return widened
+        return None
+
+
+class Library:
+    """The packets, and an index from the predicates of the goals that they achieve."""
+
+    def __init__(self, entries: Sequence[Entry]) -> None:
+        self.entries = tuple(entries)
+        index: dict[str, list[Entry]] = defaultdict(list)
+        for entry in self.entries:
+            for predicate in dict.fromkeys(template.predicate for template in entry.achieves):
+                index[predicate].append(entry)
+        self.index: Mapping[str, tuple[Entry, ...]] = {name: tuple(found) for name, found in index.items()}
+
+    def achieving(self, goals: Sequence[Fact]) -> tuple[Entry, ...]:
+        """The packets that are indexed under every one of the goals' predicates."""
+        if not goals:
+            return ()
+        return tuple(
+            entry
+            for entry in self.index.get(goals[0].predicate, ())
+            if all(entry in self.index.get(goal.predicate, ()) for goal in goals[1:])
+        )
+
+
+def load_library(knowledge_base: KnowledgeBase, path: str | Path | None = None) -> Library:
+    """Read and check a behaviours library; the one that ships with Macta if no path is given.
+
+    :raises LibraryError: naming the file, the packet, the slot and the choices.
+    """
+    source = resources.files("app.domain.mission_organiser") / "library.yaml" if path is None else Path(path)
+    origin = "behaviours library" if path is None else str(path)
+    try:
+        file = LibraryFile.model_validate(read_yaml(source.read_text()))
+    except (OSError, yaml.YAMLError) as error:
+        raise LibraryError(f"{origin} cannot be read: {error}") from error
+    except ValidationError as error:
+        slots = [f"  {'.'.join(map(str, e['loc'])) or 'library'}: {e['msg']}" for e in error.errors()]
+        raise LibraryError("\n".join([f"{origin} is not valid:", *slots])) from error
+    entries = [_entry(packet) for packet in file.packets]
+    for entry in entries:
+        _check(entry, knowledge_base, origin)
+    return Library(entries)
+
+
+def _entry(packet: PacketFile) -> Entry:
+    return Entry(
+        tag=packet.tag,
+        agent=packet.agent,
+        requires=tuple(map(Template.parse, packet.requires)),
+        achieves=tuple(map(Template.parse, packet.achieves)),
+    )
+
+
+def _check(entry: Entry, knowledge_base: KnowledgeBase, origin: str) -> None:
+    """The library speaks of the knowledge base's predicates and of its own variables only."""
+    for slot, templates in (("requires", entry.requires), ("achieves", entry.achieves)):
+        for template in templates:
+            where = f"{origin}: {entry.tag}.{slot}: {template}"
+            predicate = knowledge_base.predicates.get(template.predicate)
+            if predicate is None:
+                choices = ", ".join(sorted(knowledge_base.predicates))
+                raise LibraryError(f"{where}: unknown predicate {template.predicate!r}; choices: {choices}")
+            if len(template.terms) != len(predicate.arguments):
+                raise LibraryError(f"{where}: {template.predicate} takes ({', '.join(predicate.arguments)})")
+            for term in template.terms:
+                if not term.startswith("?") and term not in knowledge_base.constants:
+                    choices = ", ".join(sorted(knowledge_base.constants))
+                    raise LibraryError(f"{where}: unknown name {term!r}; choices: {choices}")
+    if all(entry.agent not in template.terms for template in (*entry.requires, *entry.achieves)):
+        raise LibraryError(f"{origin}: {entry.tag}.agent: {entry.agent} is in none of its templates")

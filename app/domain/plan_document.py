@@ -1,0 +1,255 @@
+"""A plan as the API and `macta plan --json` show it: facts in rel/ref form, seconds from the plan's start."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.domain.states import PlanState
+from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
+from planner import (
+    CausalLink,
+    Fact,
+    Keeping,
+    KnowledgeBase,
+    Ordering,
+    OrderingReason,
+    PlanNet,
+    PlanNetAction,
+    PlanningResult,
+)
+from planner.repair import Course
+from robots.wire import SymbolicFact
+
+Facts = tuple[SymbolicFact, ...]
+
+
+class PlanPart(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class ActionBody(PlanPart):
+    """A ground plan-net action (table 3) with its time window."""
+
+    id: str
+    tag: str
+    arguments: dict[str, str]
+    agents: tuple[str, ...]
+    preconditions: Facts
+    deletes: Facts
+    intended_effects: Facts
+    other_effects: Facts
+    duration_s: float
+    earliest_start_s: float
+    latest_start_s: float
+    earliest_end_s: float
+    slack_s: float
+    critical: bool = Field(default=False, description="it cannot start later without the plan ending later")
+    distance_m: float = Field(default=0.0, description="what its robots drive together")
+    energy_j: float = Field(default=0.0, description="what its robots use together")
+    under_way: bool = Field(default=False, description="it runs already when the plan starts")
+    description: str
+
+
+FACT_SLOTS = ("preconditions", "deletes", "intended_effects", "other_effects")
+"""The fields of an action that hold facts; the others are the same in a plan-net and in its body."""
+
+
+class CausalLinkBody(PlanPart):
+    """`producer` brings about what `consumer` needs; `initial` and `goal` are the two ends of the plan."""
+
+    producer: str
+    fact: SymbolicFact
+    consumer: str
+
+
+class OrderingBody(PlanPart):
+    """`before` ends before `after` starts."""
+
+    before: str
+    after: str
+    reason: OrderingReason
+    kept_by: Keeping | None = Field(
+        default=None, description="what keeps it while the robots carry the plan out alone"
+    )
+
+
+class LateGoalBody(PlanPart):
+    """A goal that the plan reaches after its deadline."""
+
+    goal: SymbolicFact
+    late_s: float
+
+
+class DifferenceBody(PlanPart):
+    """What became of another plan's actions, by their ids there and here."""
+
+    kept: dict[str, str] = Field(description="old id → new id: the same robots do the same in the same order")
+    reassigned: dict[str, str] = Field(description="old id → new id: others do it")
+    dropped: tuple[str, ...] = Field(description="old ids")
+    added: tuple[str, ...]
+    shifted: dict[str, float] = Field(description="new id → seconds later, negative: earlier")
+    later_s: float = Field(description="by so much the plan ends later")
+    elapsed_s: float = Field(
+        default=0.0, description="where this plan's start lies on the other one's time axis"
+    )
+    words: tuple[str, ...]
+
+
+class RepairsBody(PlanPart):
+    """The plan that this one takes the place of, how it was repaired, and what is different."""
+
+    plan_id: str
+    course: Course
+    difference: DifferenceBody
+
+
+class PlanBody(PlanPart):
+    """A plan-net and the decision on it. `objects` gives the type of every name the facts speak of."""
+
+    id: str = ""
+    goal_id: str | None = None
+    world: str = ""
+    state: PlanState = PlanState.PROPOSED
+    reason: str = ""
+    goals: Facts
+    actions: tuple[ActionBody, ...]
+    causal_links: tuple[CausalLinkBody, ...]
+    orderings: tuple[OrderingBody, ...]
+    robots: tuple[str, ...]
+    recruitment: dict[str, str]
+    objects: dict[str, str]
+    makespan_s: float
+    distance_m: float = Field(default=0.0, description="driven by all robots together")
+    energy_j: float = Field(default=0.0, description="used by all robots together")
+    critical_path: tuple[str, ...] = Field(
+        default=(), description="a longest chain of actions: what the makespan is made of"
+    )
+    late: tuple[LateGoalBody, ...] = ()
+    clearances: int = Field(default=0, description="orderings for which a robot waits until it is cleared")
+    label: str = Field(default="", description="what it is best at among the goal's alternatives")
+    comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
+    repairs: RepairsBody | None = Field(default=None, description="if the world had overtaken a plan before")
+    overtaken: tuple[str, ...] = Field(
+        default=(),
+        description="of a single plan that is proposed: what it rests on and is not so any more, and what is instead; "
+        "approving has it repaired",
+    )
+    engine: str = ""
+    planning_s: float = 0.0
+    lower_bound_s: float | None = None
+    world_version: int | None = Field(default=None, description="of the facts the plan was made from")
+    created_at: str | None = None
+    decided_at: str | None = None
+    decided_by: str | None = None
+    comment: str | None = None
+
+    @classmethod
+    def of_plan_net(cls, net: PlanNet, knowledge_base: KnowledgeBase, **particulars: object) -> Self:
+        """The body of a plan-net; `particulars` are the fields that it does not hold (id, world …)."""
+        form = _Form(knowledge_base)
+        return cls.model_validate(
+            {
+                "goals": form.all(net.goals),
+                "actions": [form.action(action) for action in net.actions],
+                "causal_links": [
+                    CausalLinkBody(producer=link.producer, fact=form.one(link.fact), consumer=link.consumer)
+                    for link in net.causal_links
+                ],
+                "orderings": [
+                    OrderingBody(before=o.before, after=o.after, reason=o.reason, kept_by=o.kept_by)
+                    for o in net.orderings
+                ],
+                "robots": net.robots,
+                "recruitment": dict(net.recruitment),
+                "objects": types_in(_facts_of(net), knowledge_base),
+                "makespan_s": net.makespan_s,
+                "distance_m": net.distance_m,
+                "energy_j": net.energy_j,
+                "critical_path": net.critical_path,
+                "clearances": net.clearances,
+                "late": [LateGoalBody(goal=form.one(goal), late_s=s) for goal, s in net.late.items()],
+                **particulars,
+            }
+        )
+
+    @classmethod
+    def of_result(cls, result: PlanningResult, knowledge_base: KnowledgeBase, **particulars: object) -> Self:
+        """The body of an engine's solution.
+
+        :raises ValueError: if the result is not a solution.
+        """
+        if result.plan_net is None:
+            raise ValueError(f"no plan in a result that is {result.status}: {result.reason}")
+        return cls.of_plan_net(
+            result.plan_net,
+            knowledge_base,
+            engine=result.engine,
+            planning_s=result.planning_s,
+            lower_bound_s=result.lower_bound_s,
+            **particulars,
+        )
+
+    def to_plan_net(self, knowledge_base: KnowledgeBase) -> PlanNet:
+        """The plan-net this is the body of, exactly.
+
+        :raises planner.KnowledgeBaseError: if the knowledge base does not know its facts.
+        """
+        back = _Back(knowledge_base, self.objects)
+        return PlanNet(
+            goals=back.all(self.goals),
+            actions=tuple(back.action(action) for action in self.actions),
+            causal_links=tuple(
+                CausalLink(producer=link.producer, fact=back.one(link.fact), consumer=link.consumer)
+                for link in self.causal_links
+            ),
+            orderings=tuple(
+                Ordering(before=o.before, after=o.after, reason=o.reason, kept_by=o.kept_by)
+                for o in self.orderings
+            ),
+            recruitment=dict(self.recruitment),
+            late={back.one(late.goal): late.late_s for late in self.late},
+        )
+
+
+def _facts_of(net: PlanNet) -> Iterable[Fact]:
+    yield from net.goals
+    for action in net.actions:
+        yield from (*action.preconditions, *action.deletes, *action.effects)
+    for link in net.causal_links:
+        yield link.fact
+
+
+class _Form:
+    """Planner's form to rel/ref form."""
+
+    def __init__(self, knowledge_base: KnowledgeBase) -> None:
+        self._knowledge_base = knowledge_base
+
+    def one(self, fact: Fact) -> SymbolicFact:
+        return symbolic(fact, self._knowledge_base)
+
+    def all(self, facts: Iterable[Fact]) -> Facts:
+        return symbolic_all(facts, self._knowledge_base)
+
+    def action(self, action: PlanNetAction) -> ActionBody:
+        slots = {name: getattr(action, name) for name in ActionBody.model_fields}
+        return ActionBody.model_validate(slots | {slot: self.all(slots[slot]) for slot in FACT_SLOTS})
+
+
+class _Back:
+    """Rel/ref form to planner's form."""
+
+    def __init__(self, knowledge_base: KnowledgeBase, objects: Mapping[str, str]) -> None:
+        self._knowledge_base, self._objects = knowledge_base, objects
+
+    def one(self, fact: SymbolicFact) -> Fact:
+        return planner_fact(fact, self._knowledge_base, self._objects)
+
+    def all(self, facts: Facts) -> tuple[Fact, ...]:
+        return tuple(self.one(fact) for fact in facts)
+
+    def action(self, action: ActionBody) -> PlanNetAction:
+        slots: dict[str, Any] = {field.name: getattr(action, field.name) for field in fields(PlanNetAction)}
+        return PlanNetAction(**slots | {slot: self.all(slots[slot]) for slot in FACT_SLOTS})

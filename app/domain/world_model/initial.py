@@ -1,0 +1,76 @@
+"""The initial facts of a world, from its world file (MACTA §4, fig. 4: the world model)."""
+
+from collections.abc import Iterator
+from math import dist
+
+from app.domain.world_model.beliefs import (
+    CAN,
+    EMPTY,
+    GRIPPER,
+    IN,
+    IN_AREA,
+    NEAR,
+    OBJECT_POSITION,
+    OWN_SPOT,
+    REACHES,
+    ROBOT_ATTRIBUTE,
+    ROBOT_POSITION,
+    VACANT,
+    Facts,
+    revised,
+    spot_of,
+)
+from app.domain.world_model.berths import with_berths
+from app.domain.world_model.problem import objects_of
+from app.domain.world_model.vocabulary import planner_fact
+from planner import Fact, KnowledgeBase
+from robots.wire import SymbolicFact
+from robots.world import RobotSpec, WorldFile
+
+HOME_RADIUS_M = 1.5
+"""A robot that starts no farther from its home's beacon is believed to be near home (our choice)."""
+
+
+def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
+    """The facts that hold at the start, in the planner's form.
+
+    The file's extra facts win over what the layout says of the same robot or object.
+
+    :raises planner.KnowledgeBaseError: if an extra fact is not of the vocabulary.
+    :raises Invalid: if it does not tell which of a location's berths it is about.
+    """
+    layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
+    if any(sample.length_m for sample in world.samples):
+        # Only who releases a long object to another robot backs off to its own spot.
+        layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
+    layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
+    layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.lying.items()}
+    objects = objects_of(world)
+    stated = [(fact.predicate, fact.args, True) for fact in world.facts]
+    extra = [
+        planner_fact(SymbolicFact(predicate=predicate, args=tuple(args)), knowledge_base, objects)
+        for predicate, args, _ in with_berths(stated, world, frozenset(layout))
+    ]
+    return revised(frozenset(layout), extra)
+
+
+def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
+    """Where the robots that start away from any home stand: location → (x, y) in metres."""
+    return {
+        spot_of(robot.name): robot.start[:2] for robot in world.robots if not _starts_at_home(world, robot)
+    }
+
+
+def _of_robot(world: WorldFile, robot: RobotSpec) -> Iterator[Fact]:
+    place = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
+    yield Fact(ROBOT_POSITION, (robot.name, NEAR, place))
+    yield Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, EMPTY))
+    yield Fact(IN_AREA, (robot.name, world.area_of(robot).name))
+    for location in world.reach_of(robot):
+        yield Fact(REACHES, (robot.name, location.name))
+    for tag in robot.repertoire:
+        yield Fact(CAN, (robot.name, tag))
+
+
+def _starts_at_home(world: WorldFile, robot: RobotSpec) -> bool:
+    return robot.home is not None and dist(robot.start[:2], world.location(robot.home).at) <= HOME_RADIUS_M

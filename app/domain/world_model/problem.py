@@ -1,0 +1,87 @@
+"""The planning problem that the world model poses: objects, facts and the numbers durations are made of."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from math import dist
+
+from app.domain.world_model.beliefs import OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
+from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
+from planner import Fact, PlanningProblem
+from robots.world import WorldFile
+
+ROBOT, LOCATION, AREA = "robot", "location", "area"
+OBJECT, LONG_OBJECT = "object", "long_object"
+Point = tuple[float, float]
+
+
+def objects_of(world: WorldFile) -> dict[str, str]:
+    """Every object of the world and its type; each robot's open-floor spot is a location."""
+    named = {place.name: LOCATION for place in world.places}
+    named |= {sample.name: LONG_OBJECT if sample.length_m else OBJECT for sample in world.samples}
+    for robot in world.robots:
+        named |= {robot.name: ROBOT, spot_of(robot.name): LOCATION, world.area_of(robot).name: AREA}
+    return named
+
+
+def planning_problem(
+    world: WorldFile,
+    facts: Facts,
+    goals: Sequence[Fact],
+    *,
+    spots: Mapping[str, Point] | None = None,
+    reserved: Reservation = NOTHING_RESERVED,
+) -> PlanningProblem:
+    """What is to be planned, from what is believed.
+
+    :param spots: where open-floor locations are, (x, y) in metres; a robot's start where it is not told.
+    :param reserved: what running missions still need and the plan must leave alone.
+    """
+    free = frozenset(fact for fact in facts if not is_withheld(fact, reserved))
+    functions: dict[tuple[str, tuple[str, ...]], float] = {
+        ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
+    }
+    functions |= _distances(
+        _points(world, spots or {}), _ways(facts)
+    )  # a robot may drive off a reserved place
+    objects = objects_of(world)
+    unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
+    return PlanningProblem(
+        objects={name: kind for name, kind in objects.items() if name not in unused},
+        facts=free,
+        goals=tuple(goals),
+        functions=functions,
+    )
+
+
+def _points(world: WorldFile, spots: Mapping[str, Point]) -> dict[str, Point]:
+    """Where everything is that a robot drives to or from; a robot's spot is its start where it is not told."""
+    starts = {spot_of(robot.name): robot.start[:2] for robot in world.robots}
+    return {place.name: place.at for place in world.places} | starts | dict(spots)
+
+
+def _ways(facts: Facts) -> Mapping[str, set[str]]:
+    """For each place those that some robot drives to from there: what it reaches, and where it stands or backs off."""
+    driven: dict[str, set[str]] = defaultdict(set)
+    for fact in facts:
+        if fact.predicate in (REACHES, OWN_SPOT):
+            driven[fact.args[0]].add(fact.args[1])
+        elif fact.predicate == ROBOT_POSITION and fact.args[2] == spot_of(fact.args[0]):
+            driven[fact.args[0]].add(fact.args[2])
+    ways: dict[str, set[str]] = defaultdict(set)
+    for places in driven.values():
+        for place in places:
+            ways[place] |= places
+    return ways
+
+
+def _distances(
+    points: Mapping[str, Point], ways: Mapping[str, set[str]]
+) -> dict[tuple[str, tuple[str, ...]], float]:
+    """The straight distances in metres, both ways."""
+    distances: dict[tuple[str, tuple[str, ...]], float] = {}
+    for one in sorted(ways.keys() & points.keys()):
+        for other in sorted(ways[one] & points.keys()):
+            if one < other:
+                distance_m = round(dist(points[one], points[other]), 3)
+                distances["distance_m", (one, other)] = distances["distance_m", (other, one)] = distance_m
+    return distances

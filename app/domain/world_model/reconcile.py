@@ -1,0 +1,143 @@
+"""What to believe when a script ended before its time: what the robot perceives, not what it had begun."""
+
+from collections.abc import Collection, Sequence
+
+from app.domain.world_model.beliefs import (
+    BROUGHT,
+    EMPTY,
+    GRIPPER,
+    NEAR,
+    OBJECT_POSITION,
+    ROBOT_ATTRIBUTE,
+    ROBOT_POSITION,
+    TRANSPORTED,
+    VACANT,
+    Change,
+    Facts,
+    occupants,
+    place_of,
+    revised,
+    robots_in,
+    spot_of,
+    storing,
+)
+from app.domain.world_model.problem import OBJECT
+from app.domain.world_model.vocabulary import planner_fact, symbolic, types_in
+from planner import Fact, KnowledgeBase, KnowledgeBaseError
+from robots.wire import SymbolicFact
+
+
+def reconciled(
+    facts: Facts, robot: str, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
+) -> Change:
+    """How the facts change by what `robot` perceives after it failed or was stopped.
+
+    A robot that names no place it is at stands on the open floor, at its own spot. An object that it was
+    believed to hold and does not is lost unless it is perceived where it lies. `transported` of the robot is
+    given up, for its next transport starts from where it stands; but for what it still holds where it has brought it.
+
+    Our choices: a robot that says nothing of its gripper holds what it was believed to hold; what it says of
+    another robot is not taken, for that robot knows better; with an empty gripper, at a place counts as near
+    it, for only what holds something drives off from there (knowledge base).
+    """
+    known, misfits = _understood(facts, perceived, knowledge_base)
+    robots, places = robots_in(facts), storing(facts)
+    # NOTE: a robot does not know which of the places that it sees nothing at could hold something.
+    known = [fact for fact in known if fact.predicate != VACANT or fact.args[0] in places]
+    news = [fact for fact in known if not _of_another(fact, robot, robots)]
+    # What it dropped may be perceived where it lies, so the empty gripper comes first.
+    news.sort(key=lambda fact: fact.predicate == OBJECT_POSITION)
+    stands = [f for f in news if f.predicate == ROBOT_POSITION]
+    if (joint := _joint_place(facts, robot, news)) is not None:
+        news = [Fact(ROBOT_POSITION, (robot, NEAR, joint)), *(f for f in news if f not in stands)]
+    elif not stands:
+        news.insert(0, Fact(ROBOT_POSITION, (robot, NEAR, spot_of(robot))))
+    elif Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news:
+        news.append(Fact(ROBOT_POSITION, (robot, NEAR, stands[-1].args[2])))
+    brought = _brought(facts, robot, news)
+    news += [Fact(ROBOT_POSITION, (robot, NEAR, fact.args[5])) for fact in brought]
+    gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot} - brought
+    after = revised(facts, news, gone)
+    lost = [
+        f"{item} is lost: {robot} does not hold it any more"
+        for item in occupants(robot, facts)
+        if place_of(item, after) is None
+    ]
+    missing = [
+        f"{f.args[0]} is lost: it is no longer in {f.args[2]}"
+        for f in sorted(facts)
+        if f.predicate == OBJECT_POSITION and f.args[2] != robot and place_of(f.args[0], after) is None
+    ]
+    return Change(add=after - facts, remove=facts - after, notes=(*lost, *missing, *misfits))
+
+
+def _brought(facts: Facts, robot: str, news: Sequence[Fact]) -> frozenset[Fact]:
+    """What the robot has brought to where it stands and still holds, ready to be put down. It may have driven up to the
+    place already, to put it down: what holds something counts as near it then, and may try again.
+    """
+    stands = {f.args[2] for f in news if f.predicate == ROBOT_POSITION}
+    emptied = Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news
+    return frozenset(
+        f
+        for f in facts
+        if f.predicate == TRANSPORTED
+        and f.args[1] == robot
+        and f.args[5] in stands
+        and f.args[0] in occupants(robot, facts)
+        and not emptied
+    )
+
+
+def _joint_place(facts: Facts, robot: str, news: Sequence[Fact]) -> str | None:
+    """Where two robots stand that hold an object between them; None if this one does not.
+
+    Our choice: in one place, from which both may carry the object on, however each of them stands to a beacon: where
+    they have brought it, else on the open floor, at the spot of the partner that stands there already, else at its own.
+    """
+    held = () if Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news else occupants(robot, facts)
+    partners = sorted(_holders_of(held, facts) - {robot})
+    if not partners:
+        return None
+    brought = next((f.args[1] for f in facts if f.predicate == BROUGHT and f.args[0] in held), None)
+    there = (p for p in partners if Fact(ROBOT_POSITION, (p, NEAR, spot_of(p))) in facts)
+    return brought or spot_of(next(there, robot))
+
+
+def _holders_of(items: Collection[str], facts: Facts) -> frozenset[str]:
+    """The robots that have one of these in their jaws."""
+    robots = robots_in(facts)
+    return frozenset(
+        f.args[2]
+        for f in facts
+        if f.predicate == OBJECT_POSITION and f.args[0] in items and f.args[2] in robots
+    )
+
+
+def _of_another(fact: Fact, robot: str, robots: frozenset[str]) -> bool:
+    """True if the fact is about where another robot is, its attributes, or what it holds."""
+    match fact.predicate, fact.args:
+        case (("robot_position" | "robot_attribute"), (other, *_)):
+            return other != robot
+        case "object_position", (_, _, ref):
+            return ref in robots and ref != robot
+        case _:
+            return False
+
+
+def _understood(
+    facts: Facts, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
+) -> tuple[list[Fact], list[str]]:
+    """The percepts in the planner's form, and in words those that are not of the vocabulary."""
+    objects = types_in(facts, knowledge_base)
+    understood, misfits = [], []
+    for percept in perceived:
+        # NOTE: a lost sample is in no fact any more; the robot that finds it names it again.
+        unknown = {name: OBJECT for name in percept.args[:1] if name not in objects}
+        try:
+            fact = planner_fact(percept, knowledge_base, {**objects, **unknown})
+        except KnowledgeBaseError as error:
+            misfits.append(f"not understood: {percept} ({error})")
+            continue
+        if symbolic(fact, knowledge_base) == percept:
+            understood.append(fact)
+    return understood, misfits

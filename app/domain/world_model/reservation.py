@@ -1,0 +1,111 @@
+"""What is reserved: the robots, places and samples that a mission still needs, and what a new plan would take.
+
+Two missions that share none of these cannot disturb each other, whatever their delays.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from app.domain.world_model.beliefs import CLEAR, OBJECT_POSITION, ROBOT_POSITION, TRANSPORTED, robots_in
+from planner import Fact, PlanNet, PlanNetAction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reservation:
+    """Robots, locations and samples that something else uses."""
+
+    robots: frozenset[str] = frozenset()
+    locations: frozenset[str] = frozenset()
+    samples: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> frozenset[str]:
+        return self.robots | self.locations | self.samples
+
+    def shared(self, other: "Reservation") -> tuple[str, ...]:
+        """What both reserve, in alphabetical order."""
+        return tuple(sorted(self.names & other.names))
+
+    def overlaps(self, other: "Reservation") -> bool:
+        return bool(self.names & other.names)
+
+
+NOTHING_RESERVED = Reservation()
+
+
+def all_of(reservations: Iterable[Reservation]) -> Reservation:
+    """Everything that one of them reserves."""
+    every = list(reservations)
+    return Reservation(
+        robots=frozenset().union(*(one.robots for one in every)),
+        locations=frozenset().union(*(one.locations for one in every)),
+        samples=frozenset().union(*(one.samples for one in every)),
+    )
+
+
+def needed_by(action: PlanNetAction) -> Reservation:
+    """Everything an action names until it has ended, the place that it leaves included."""
+    named = named_in((*action.preconditions, *action.deletes, *action.effects))
+    return all_of([named, Reservation(robots=frozenset(action.agents))])
+
+
+def taken_by(plan_net: PlanNet) -> Reservation:
+    """What a plan-net takes for itself once it starts.
+
+    Not the places that its robots only leave: a robot that stands where another mission is still at work
+    does no harm by going away.
+    """
+    return all_of(_taken_by(action) for action in plan_net.actions)
+
+
+def _taken_by(action: PlanNetAction) -> Reservation:
+    facts = [f for f in (*action.preconditions, *action.deletes) if f.predicate != ROBOT_POSITION]
+    facts += [f for f in action.effects if f.predicate != CLEAR]
+    samples = [f for f in facts if f.predicate == TRANSPORTED]  # it names where the robot comes from
+    named = named_in(f for f in facts if f.predicate != TRANSPORTED)
+    return all_of([named, _samples_of(samples), Reservation(robots=frozenset(action.agents))])
+
+
+def named_in(facts: Iterable[Fact]) -> Reservation:
+    """The robots, locations and samples that facts speak of."""
+    known = list(facts)
+    robots = robots_in(known)
+    locations = frozenset(place for fact in known for place in _locations(fact)) - robots
+    named = Reservation(robots=robots, locations=locations)
+    return all_of([named, _samples_of(known)])
+
+
+def _samples_of(facts: Iterable[Fact]) -> Reservation:
+    kinds = {OBJECT_POSITION, TRANSPORTED}
+    return Reservation(samples=frozenset(f.args[0] for f in facts if f.predicate in kinds))
+
+
+def _locations(fact: Fact) -> Sequence[str]:
+    match fact.predicate, fact.args:
+        case (("robot_position" | "object_position"), (_, _, ref)):
+            return (ref,)
+        case (("vacant" | "clear"), (location, *_)):
+            return (location,)
+        case "transported", (_, _, _, ref1, _, ref2):
+            return (ref1, ref2)
+        case _:
+            return ()
+
+
+def is_withheld(fact: Fact, reserved: Reservation) -> bool:
+    """True if a plan that leaves the reserved things alone must not rest on the fact.
+
+    Without these facts no plan moves a reserved robot or sample, goes to a reserved place or uses what lies
+    there; robots that stand at one may leave it.
+    """
+    match fact.predicate, fact.args:
+        case (("can" | "in_area"), (robot, _)):
+            return robot in reserved.robots
+        case (("clear" | "vacant"), (location, *_)):
+            return location in reserved.locations
+        case "reaches", (_, location):
+            return location in reserved.locations
+        case "object_position", (sample, _, ref):
+            return sample in reserved.samples or ref in reserved.locations or ref in reserved.robots
+        case _:
+            return False

@@ -1,0 +1,97 @@
+"""Late news: what a report says of something that newer is known of is not believed any more.
+
+News is held against what is known of the same thing: where a robot is, what an attribute of it is, where an object is,
+what lies in a place. `vacant` and `clear` follow from these.
+"""
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+
+from app.domain.world_model.beliefs import (
+    CLEAR,
+    OBJECT_POSITION,
+    ROBOT_ATTRIBUTE,
+    ROBOT_POSITION,
+    TRANSPORTED,
+    VACANT,
+    Change,
+    Facts,
+    revised,
+)
+from planner import Fact
+
+Subject = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dated:
+    """A fact that is believed, who said so and when (world's clock)."""
+
+    fact: Fact
+    source: str
+    at_s: float
+
+
+def subjects_of(fact: Fact) -> frozenset[Subject]:
+    """The things that the fact tells of."""
+    match fact.predicate, fact.args:
+        case "object_position", (item, _, ref):
+            return frozenset({(OBJECT_POSITION, item), ("place", ref)})
+        case (("robot_position" | "transported" | "robot_attribute" | "brought" | "holds_alone"), _):
+            return frozenset({_subject(fact)})
+        case _:
+            return frozenset()
+
+
+def in_place_of(fact: Fact, believed: Iterable[Dated]) -> list[Dated]:
+    """What is believed of the things that the fact, which is not, tells of."""
+    match fact.predicate, fact.args:
+        case "vacant", (place,):
+            return [one for one in believed if ("place", place) in subjects_of(one.fact)]
+        case "clear", (place, *_):
+            return [
+                one for one in believed if one.fact.predicate == ROBOT_POSITION and one.fact.args[2] == place
+            ]
+        case _:
+            about = subjects_of(fact)
+            return [one for one in believed if not about.isdisjoint(subjects_of(one.fact))]
+
+
+def _subject(fact: Fact) -> Subject:
+    match fact.predicate, fact.args:
+        case "transported", (_, robot, *_):
+            return (TRANSPORTED, robot)
+        case "robot_attribute", (robot, attribute, _):
+            return (ROBOT_ATTRIBUTE, robot, attribute)
+        case "brought", (item, *_):
+            return (OBJECT_POSITION, item)
+        case "holds_alone", (_, item):
+            return (OBJECT_POSITION, item)
+        case _, (robot, *_):
+            return (ROBOT_POSITION, robot)
+    raise AssertionError(f"{fact} tells of nothing")
+
+
+def known_since(known: Iterable[Dated], at_s: float, *, but: Collection[str] = ()) -> frozenset[Subject]:
+    """What something newer is known of.
+
+    :param but: sources whose word does not count as newer.
+    """
+    newer = (one.fact for one in known if one.at_s > at_s and one.source not in but)
+    return frozenset(subject for fact in newer for subject in subjects_of(fact))
+
+
+def timely(facts: Facts, change: Change, newer: Collection[Subject]) -> Change:
+    """The change without what it says of things that something newer is known of."""
+    said = [f for f in sorted(change.add) if f.predicate not in (CLEAR, VACANT)]
+    gone = [f for f in sorted(change.remove) if f.predicate not in (CLEAR, VACANT)]
+    late = {f for f in (*said, *gone) if not subjects_of(f).isdisjoint(newer)}
+    # Whether a gripper is full follows from what is in it.
+    places = {f.args[2] for f in late if f.predicate == OBJECT_POSITION}
+    late |= {f for f in (*said, *gone) if f.predicate == ROBOT_ATTRIBUTE and f.args[0] in places}
+    kept = [f for f in said if f not in late]
+    kept_gone = [f for f in gone if f not in late]
+    if (kept, kept_gone) == (said, gone):
+        return change
+    after = revised(facts, kept, kept_gone)
+    return Change(add=after - facts, remove=facts - after, notes=change.notes)

@@ -1,0 +1,83 @@
+"""The organising of a mission's plan: scripts into the record, from where the agent models deliver them."""
+
+from collections.abc import Mapping, Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.mission_organiser import Library, OrganiserFailure, organise
+from app.domain.states import MissionState
+from app.store import MissionRow, ScriptRow
+from robots.wire import BehaviourScript
+
+
+class Dispatching:
+    """Turns the plan that a mission is to carry out now into scripts."""
+
+    def __init__(
+        self, core: Core, *, library: Library, repertoires: Mapping[str, Mapping[str, Sequence[str]]]
+    ) -> None:
+        """:param repertoires: by world and robot, the packet tags the robot can carry out."""
+        self._core, self._library, self._repertoires = core, library, repertoires
+
+    def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
+        """True if the scripts of the mission's plan are there."""
+        here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
+        return session.scalars(select(ScriptRow.id).where(*here)).first() is not None
+
+    def dispatch(self, session: Session, mission: MissionRow, now_s: float, *, answer_s: float) -> str:
+        """Have the scripts delivered, if they are not there yet; answers why they cannot be made, empty if they can.
+
+        :param now_s: the world's clock.
+        :param answer_s: world seconds that an answer from a robot may take by its radio.
+        """
+        if self.is_dispatched(session, mission):
+            return ""
+        net = self._core.plan_nets.of(session, mission.plan_id)
+        organised = organise(
+            net,
+            self._library,
+            self._repertoires[mission.world],
+            mission.id,
+            self._core.knowledge_base,
+            answer_s=answer_s,
+            script_ids=lambda robot: script_id(mission, robot),
+        )
+        if isinstance(organised, OrganiserFailure):
+            return organised.reason
+        for script in organised.scripts:
+            newest = script.model_copy(update={"revision": mission.revision})
+            session.add(_script_row(newest, mission.plan_id))
+        if mission.state == MissionState.PAUSED:
+            mission.resume_to = MissionState.DISPATCHING
+        else:
+            mission.state = MissionState.DISPATCHING
+        if mission.revision > 1:
+            mission.revised_at_s = now_s
+            begun_s = now_s if mission.started_at_s is None else mission.started_at_s
+            mission.estimate_s = max(now_s - begun_s + net.makespan_s, mission.original_estimate_s)
+        mission.reason, mission.stopped_for, mission.failure, mission.asked_at = "", "", None, None
+        mission.enquire_at_s = now_s + net.makespan_s + mission.margin_s
+        robots = [script.robot for script in organised.scripts]
+        data = {"plan": mission.plan_id, "revision": mission.revision, "robots": robots}
+        self._core.events.append(session, "mission.dispatching", mission.id, **data)
+        return ""
+
+
+def script_id(mission: MissionRow, robot: str) -> str:
+    """The scripts of each of a mission's plans have names of their own."""
+    return f"{mission.id}-{robot}" + (f"-{mission.revision}" if mission.revision > 1 else "")
+
+
+def _script_row(script: BehaviourScript, plan_id: str) -> ScriptRow:
+    return ScriptRow(
+        id=script.id,
+        mission_id=script.mission_id,
+        plan_id=plan_id,
+        robot=script.robot,
+        body=script.model_dump(mode="json"),
+        delivery="pending",
+        packets={},
+        perceived=[],
+    )

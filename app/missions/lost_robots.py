@@ -1,0 +1,149 @@
+"""Lost robots: an operator gives them up, and they come back when they are heard again, or found.
+
+What a lost robot was to do is not waited for any more. It is told to stop whenever it is heard, also after its mission
+has ended, and counts again once it has said what became of its script.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.agents.robot_board import RobotBoard
+from app.core import Core
+from app.domain.errors import Conflict
+from app.domain.states import ENDED, Connection, MissionState
+from app.store import LostRobotRow, MissionRow, ScriptRow
+from app.store.lost_robots import lost_rows
+from app.store.mission_record import UNENDED
+from app.store.script_orders import give
+from robots.clock import Clock
+from robots.wire import ControlVerb
+
+CONTACT = "contact"
+"""Who found a robot that was heard again."""
+
+
+class LostRobots:
+    """Gives robots up and takes them back."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        clocks: Mapping[str, Clock],
+        board: RobotBoard,
+        released: Callable[[Session, str], None],
+    ) -> None:
+        """:param released: called in the transaction with the world in which a robot may be recruited again."""
+        self._core, self._database, self._events = core, core.database, core.events
+        self._clocks, self._board, self._released = clocks, board, released
+
+    def declare_lost(self, world: str, robot: str, *, actor: str, comment: str) -> None:
+        """Do without the robot from now on. Its missions are recovered without it; to say it again changes nothing."""
+        with self._database.write() as session:
+            if session.get(LostRobotRow, (world, robot), with_for_update=True) is not None:
+                return
+            row = LostRobotRow(
+                world=world,
+                robot=robot,
+                silent=not self._in_contact(world, robot) or _is_unanswering(session, world, robot),
+                since_s=self._clocks[world].now_s(),
+                declared_by=actor,
+                comment=comment,
+            )
+            session.add(row)
+            data = {"world": world, "actor": actor, "comment": comment, "silent": row.silent}
+            self._events.append(session, "robot.declared_lost", robot, **data)
+            for script in _open_scripts(session, world, robot):
+                self._abandon(session, script)
+
+    def declare_found(self, world: str, robot: str, *, actor: str, comment: str) -> None:
+        """Count on the robot again.
+
+        :raises Conflict: if it is not lost, or has not said yet what became of a script that it was given.
+        """
+        with self._database.write() as session:
+            row = session.get(LostRobotRow, (world, robot), with_for_update=True)
+            if row is None:
+                raise Conflict(f"{robot} is not lost", code="not-lost")
+            if owed := _owed(session, world, robot):
+                detail = (
+                    f"{robot} has not said yet what became of {', '.join(owed)}; it counts again once it has"
+                )
+                raise Conflict(detail, code="script-unresolved")
+            self._take_back(session, row, actor, comment)
+
+    def welcome(self, world: str) -> None:
+        """Count on those again that were silent, are heard, and have said what became of their scripts."""
+        with self._database.read() as session:
+            candidates = [row.robot for row in lost_rows(session, world) if self._is_back(session, row)]
+        for robot in candidates:
+            with self._database.write() as session:
+                row = session.get(LostRobotRow, (world, robot), with_for_update=True)
+                if row is not None and self._is_back(session, row):
+                    self._take_back(session, row, CONTACT, "")
+
+    def _is_back(self, session: Session, row: LostRobotRow) -> bool:
+        heard = row.silent and self._in_contact(row.world, row.robot)
+        return heard and not _owed(session, row.world, row.robot)
+
+    def _in_contact(self, world: str, robot: str) -> bool:
+        view = self._board.views(world).get(robot)
+        return view is not None and view.connection(time.time()) is Connection.ONLINE
+
+    def _take_back(self, session: Session, row: LostRobotRow, actor: str, comment: str) -> None:
+        session.delete(row)
+        data = {"world": row.world, "actor": actor, "comment": comment}
+        self._events.append(session, "robot.found", row.robot, **data)
+        session.flush()
+        self._released(session, row.world)
+
+    def _abandon(self, session: Session, script: ScriptRow) -> None:
+        mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
+        script.abandoned, script.question, script.clearance = True, None, None
+        if not script.stopping:
+            give(script, ControlVerb.CANCEL)
+        self._events.append(session, "script.abandoned", script.id, robot=script.robot)
+        self._core.workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
+
+
+def _is_unanswering(session: Session, world: str, robot: str) -> bool:
+    """True if a mission is `unknown` for want of the robot's answer, though its last word is not long ago."""
+    return any(
+        script.question is not None
+        and session.get_one(MissionRow, script.mission_id).state == MissionState.UNKNOWN
+        for script in _open_scripts(session, world, robot)
+    )
+
+
+def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRow]:
+    """What the robot was given and has not ended, in missions that run."""
+    query = (
+        select(ScriptRow)
+        .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
+        .where(
+            MissionRow.world == world,
+            MissionRow.state.not_in(ENDED),
+            ScriptRow.robot == robot,
+            ScriptRow.plan_id == MissionRow.plan_id,
+            *UNENDED,
+        )
+    )
+    return session.scalars(query).all()
+
+
+def _owed(session: Session, world: str, robot: str) -> Sequence[str]:
+    """The abandoned scripts of which the robot has not said what became of them."""
+    query = (
+        select(ScriptRow.id)
+        .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
+        .where(
+            MissionRow.world == world,
+            ScriptRow.robot == robot,
+            ScriptRow.abandoned,
+            *UNENDED,
+        )
+    )
+    return session.scalars(query).all()

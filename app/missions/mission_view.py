@@ -1,0 +1,123 @@
+"""A mission as its record shows it to the monitor's rules."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from threading import Lock
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.broken_links import cut
+from app.domain.mission_monitor import EXTENSION_S, MissionView, ScriptView
+from app.domain.recovery_rules import Policy, Step
+from app.domain.states import MissionState
+from app.domain.world_model.vocabulary import symbolic
+from app.planning.mission_progress import begun, done, no_way
+from app.store import MissionRow, ScriptRow
+from planner import Fact
+from robots.wire import FailureCategory, PacketState, ScriptState
+
+REMEMBERED = 2000
+"""Of so many missions it is remembered what they count on."""
+
+Known = tuple[tuple[str, ...], tuple[str, ...]]
+
+
+class MissionViews:
+    """Reads missions; what they count on is held against the facts only when either has changed."""
+
+    def __init__(self, core: Core, *, silent_in_s: Callable[[str], float]) -> None:
+        """:param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains."""
+        self._core, self._silent_in_s, self._lock = core, silent_in_s, Lock()
+        self._known: dict[str, tuple[object, Known]] = {}
+
+    def of(
+        self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow], now_s: float
+    ) -> MissionView:
+        """:param scripts: all of the mission's, of every plan it had."""
+        current = [script for script in scripts if script.plan_id == mission.plan_id]
+        missed, lacking = self._beliefs(session, mission, current)
+        return MissionView(
+            state=MissionState(mission.state),
+            now_s=now_s,
+            enquire_at_s=mission.enquire_at_s if mission.enquire_at_s is not None else now_s + EXTENSION_S,
+            estimate_s=mission.original_estimate_s,
+            asked_for_s=None if mission.asked_at is None else time.time() - mission.asked_at,
+            cancel_requested=mission.cancel_requested,
+            scripts=[_script(script, silent_in_s=self._silent_in_s(script.robot)) for script in current],
+            missed=missed,
+            cut=lacking,
+            policy=Policy(mission.recovery),
+            step=None if mission.recovery_step is None else Step(mission.recovery_step),
+            tries_left=mission.tries_left,
+            no_way=no_way(mission),
+            done_before=any(
+                script.state == ScriptState.FINISHED for script in scripts if script not in current
+            ),
+            reason=mission.reason,
+            stopped_for=mission.stopped_for,
+            deadline_s=mission.deadline_s,
+        )
+
+    def forget(self, mission_id: str) -> None:
+        with self._lock:
+            self._known.pop(mission_id, None)
+
+    def _beliefs(self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow]) -> Known:
+        """The goals that are not believed true, and what the plan counts on that is not, in words."""
+        begun_, done_ = begun(scripts), done(scripts)
+        key = (self._core.facts.version(session, mission.world), mission.plan_id, begun_, done_)
+        with self._lock:
+            before, known = self._known.get(mission.id, (None, ((), ())))
+        if before == key:
+            return known
+        net = self._core.plan_nets.of(session, mission.plan_id)
+        facts = self._core.facts.facts(session, mission.world)
+        links = cut(net, facts, begun=begun_, done=done_)
+        missed = tuple(self._said(goal) for goal in net.goals if goal not in facts)
+        known = (missed, tuple(dict.fromkeys(self._said(link.fact) for link in links)))
+        with self._lock:
+            if len(self._known) >= REMEMBERED:
+                self._known.clear()
+            self._known[mission.id] = (key, known)
+        return known
+
+    def _said(self, fact: Fact) -> str:
+        return str(symbolic(fact, self._core.knowledge_base))
+
+
+def scripts_of_all_plans(session: Session, mission_id: str) -> Sequence[ScriptRow]:
+    query = select(ScriptRow).where(ScriptRow.mission_id == mission_id).order_by(ScriptRow.id)
+    return session.scalars(query).all()
+
+
+def _failed(script: ScriptRow) -> tuple[Mapping[str, Any], Mapping[str, Any]] | None:
+    """The packet that failed, as far as it was reported, and what is known of it."""
+    packets = {packet["id"]: packet for packet in script.body["packets"]}
+    failed = (name for name, known in script.packets.items() if known["state"] == PacketState.FAILED)
+    name = next(failed, None)
+    return None if name is None else (packets[name], script.packets[name])
+
+
+def _waited(packet: Mapping[str, Any], known: Mapping[str, Any]) -> bool:
+    """True if it never began, for want of what another robot was to do."""
+    return "started_at_s" not in known and bool(packet.get("awaits") or packet.get("after"))
+
+
+def _script(script: ScriptRow, *, silent_in_s: float) -> ScriptView:
+    failed = _failed(script)
+    return ScriptView(
+        robot=script.robot,
+        delivery=script.delivery,
+        state=None if script.state is None else ScriptState(script.state),
+        open_question=script.question is not None,
+        stopping=script.stopping,
+        category=None if script.category is None else FailureCategory(script.category),
+        detail=script.detail,
+        abandoned=script.abandoned,
+        failed_at=failed[0]["tag"] if failed else "",
+        waited=failed is not None and _waited(*failed),
+        silent_in_s=silent_in_s,
+    )

@@ -1,0 +1,236 @@
+"""Where goals come in: understood, checked against the world, recorded and sent to the planner in one transaction."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.errors import Busy, Conflict, Invalid, unrecorded
+from app.domain.goal_language.check import GoalIssue, blocking, check_goals
+from app.domain.goal_language.completion import completions, replacements
+from app.domain.goal_language.grammar import Clarification, parse_goal
+from app.domain.ids import new_id
+from app.domain.recovery_rules import policy_for
+from app.domain.states import GoalState, PlanState
+from app.domain.world_model import Facts
+from app.planning.limits import PlanningLimits, PlanningWish
+from app.planning.proposals import close_plans
+from app.store import GoalRow
+from app.store.goal_record import goal_to_change
+from app.store.paging import page
+from robots.clock import Clock
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+OPEN = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED, GoalState.COMMITTED)
+CANCELLED = "cancelled"
+"""The outcome of a goal that was cancelled before it was carried out."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalRequest:
+    """What an operator asked for: `text` or `goal`, not both; `deadline_s` from now, in the world's clock; `recovery`
+    as `Policy` has it, None leaves it to `auto_approve`.
+    """
+
+    world: str | None
+    text: str | None = None
+    goal: Sequence[SymbolicFact] | None = None
+    priority: int = 0
+    deadline_s: float | None = None
+    auto_approve: bool = False
+    recovery: str | None = None
+    planning: PlanningWish = field(default_factory=PlanningWish)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checked:
+    """What a sentence would be taken for: the goals, or what stands against them, and how it could go on."""
+
+    goals: Sequence[SymbolicFact] = ()
+    issue: Clarification | GoalIssue | None = None
+    completions: Sequence[str] = ()
+
+
+class GoalDesk:
+    """Takes goals and answers what became of them."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        world: Callable[[str | None], WorldFile],
+        clocks: Mapping[str, Clock],
+        limits: PlanningLimits,
+        open_goals: int,
+        enqueue: Callable[[Session, GoalRow], None],
+    ) -> None:
+        """
+        :param world: the running world of a name, or the only one; raises NotFound.
+        :param open_goals: so many goals may be open at a time.
+        :param enqueue: has a goal planned if the transaction commits.
+        """
+        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._knowledge_base = core.knowledge_base
+        self._world, self._clocks, self._limits, self._enqueue = world, clocks, limits, enqueue
+        self._open_goals = open_goals
+
+    def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
+        """Record a goal and have it planned. The same idempotency key answers the same goal again.
+
+        :raises Invalid: if it is not understood or can never be achieved, naming the thing and the choices.
+        :raises Conflict: if the world stands against it now, likewise; nothing is recorded then.
+        :raises Busy: if too many goals are open.
+        """
+        world = self._world(request.world)
+        self._limits.check(request.planning)
+        goal_id = new_id("goal") if key is None else f"goal-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
+        with self._database.write() as session:
+            self._database.lock(session, goal_id)  # the same key, at the same time, in another process
+            known = session.get(GoalRow, goal_id)
+            if known is not None:
+                return _same(known, request, world)
+            self._refuse_too_many(session)
+            facts = self._facts.facts(session, world.name)
+            goals = list(request.goal or _understood(request.text or "", world, facts))
+            _refuse(blocking(check_goals(goals, world, facts, self._knowledge_base)))
+            row = GoalRow(
+                id=goal_id,
+                world=world.name,
+                text=request.text or " and ".join(str(goal) for goal in goals),
+                goal=[goal.model_dump(mode="json") for goal in goals],
+                priority=request.priority,
+                deadline_s=request.deadline_s,
+                deadline_at_s=_after(self._clocks[world.name], request.deadline_s),
+                auto_approve=request.auto_approve,
+                recovery=_policy(request),
+                limits=request.planning.to_json(),
+                state=GoalState.SUBMITTED,
+                reason="",
+                attempts=0,
+                created_by=actor,
+            )
+            session.add(row)
+            session.flush()
+            self._events.append(session, "goal.submitted", row.id, actor=actor, text=row.text)
+            self._enqueue(session, row)
+            return row
+
+    def check(self, name: str | None, text: str) -> Checked:
+        """What `submit` would say of a sentence as things are. Nothing is recorded."""
+        world = self._world(name)
+        with self._database.read() as session:
+            facts = self._facts.facts(session, world.name)
+        parsed = parse_goal(text, world, facts)
+        if isinstance(parsed, Clarification):
+            return Checked(issue=parsed, completions=completions(text, parsed, world, facts))
+        issue = next(iter(blocking(check_goals(parsed, world, facts, self._knowledge_base))), None)
+        return Checked(goals=parsed, issue=issue, completions=replacements(text, issue) if issue else ())
+
+    def _refuse_too_many(self, session: Session) -> None:
+        count = session.scalar(select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(OPEN))) or 0
+        if count >= self._open_goals:
+            raise Busy(
+                f"{count} goals are open, as many as may be (MACTA_OPEN_GOALS); cancel some, decide on their plans, or "
+                "ask again when missions have ended",
+                code="too-many-goals",
+            )
+
+    def get(self, goal_id: str) -> GoalRow:
+        with self._database.read() as session:
+            row = session.get(GoalRow, goal_id)
+        if row is None:
+            raise unrecorded("goal", goal_id)
+        return row
+
+    def stop(self, goal_id: str, *, actor: str) -> GoalRow:
+        """Have the planning end and its best plan so far taken. Once planned, there is nothing to stop.
+
+        :raises Conflict: if planning has not begun.
+        """
+        with self._database.write() as session:
+            goal = goal_to_change(session, goal_id)
+            if goal.state == GoalState.SUBMITTED:
+                raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
+            if goal.state == GoalState.PLANNING and not goal.stop_requested:
+                goal.stop_requested = True
+                self._events.append(session, "goal.stop_requested", goal.id, actor=actor)
+            return goal
+
+    def cancel(self, goal_id: str, *, actor: str, comment: str = "") -> GoalRow:
+        """Withdraw a goal that is not carried out yet. Its planning ends, a plan that is proposed expires.
+
+        :raises Conflict: if a mission carries it out, or it has ended otherwise.
+        """
+        with self._database.write() as session:
+            goal = goal_to_change(session, goal_id)
+            if goal.outcome == CANCELLED:
+                return goal
+            _refuse_begun(goal)
+            goal.state, goal.outcome, goal.planning = GoalState.WITHDRAWN, CANCELLED, None
+            goal.reason = f"cancelled: {comment}" if comment else "cancelled"
+            close_plans(session, self._events, goal, PlanState.EXPIRED, "its goal was cancelled")
+            self._events.append(session, "goal.withdrawn", goal.id, actor=actor, reason=goal.reason)
+            return goal
+
+    def newest(
+        self,
+        *,
+        world: str | None = None,
+        state: str | None = None,
+        limit: int = 100,
+        after: str | None = None,
+    ) -> tuple[Sequence[GoalRow], str | None]:
+        with self._database.read() as session:
+            return page(session, GoalRow, limit=limit, after=after, world=world, state=state)
+
+
+def _refuse_begun(goal: GoalRow) -> None:
+    if goal.state == GoalState.COMMITTED:
+        raise Conflict(
+            f"goal {goal.id} is being carried out; cancel mission {goal.mission_id}", code="goal-committed"
+        )
+    if goal.state not in (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED):
+        raise Conflict(f"goal {goal.id} is {goal.state}, it cannot be cancelled", code="goal-ended")
+
+
+def _understood(text: str, world: WorldFile, facts: Facts) -> Sequence[SymbolicFact]:
+    parsed = parse_goal(text, world, facts)
+    if isinstance(parsed, Clarification):
+        raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
+    return parsed
+
+
+def _after(clock: Clock, span_s: float | None) -> float | None:
+    return None if span_s is None else clock.now_s() + span_s
+
+
+def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
+    """The goal that an idempotency key was used for, if the request is the same."""
+    goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
+    same_wish = row.text == request.text if request.text is not None else row.goal == goal
+    same_terms = (row.priority, row.deadline_s, row.auto_approve, row.recovery, row.limits) == (
+        request.priority,
+        request.deadline_s,
+        request.auto_approve,
+        _policy(request),
+        request.planning.to_json(),
+    )
+    if row.world != world.name or not same_wish or not same_terms:
+        raise Conflict("this idempotency key was used for another goal", code="idempotency-key-reused")
+    return row
+
+
+def _policy(request: GoalRequest) -> str:
+    return policy_for(request.recovery, auto_approve=request.auto_approve).value
+
+
+def _refuse(issues: Sequence[GoalIssue]) -> None:
+    if not issues:
+        return
+    detail = "; ".join(issue.detail for issue in issues)
+    error = Conflict if all(issue.kind == "conflict" for issue in issues) else Invalid
+    raise error(detail, code=issues[0].code, choices=issues[0].choices)

@@ -1,0 +1,98 @@
+"""Plans as they enter the record: proposed to operators, and closed when they are not open to decision any more."""
+
+from collections.abc import Mapping, Sequence
+from math import ceil
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.ids import new_id
+from app.domain.plan_document import PlanBody, RepairsBody
+from app.domain.states import PlanState
+from app.planning.problem_builder import Posed
+from app.store import GoalRow, PlanRow
+from app.store.durations import key_of
+from app.store.event_log import EventLog
+from planner import GOAL, PlanningResult
+from robots.clock import Clock
+
+
+class Proposing:
+    """Proposes plans for goals."""
+
+    def __init__(self, core: Core, *, clocks: Mapping[str, Clock]) -> None:
+        self._events, self._knowledge_base, self._clocks = core.events, core.knowledge_base, clocks
+
+    def propose(
+        self,
+        session: Session,
+        goal: GoalRow,
+        result: PlanningResult,
+        posed: Posed,
+        repairs: RepairsBody | None = None,
+    ) -> PlanRow:
+        """Record a solution as a proposed plan of the goal.
+
+        :param repairs: the plan that it takes the place of, if there is one.
+        :raises ValueError: if the result is no solution.
+        """
+        plan_id = new_id("plan")
+        body = PlanBody.of_result(
+            result,
+            self._knowledge_base,
+            id=plan_id,
+            goal_id=goal.id,
+            world=goal.world,
+            state=PlanState.PROPOSED,
+            world_version=posed.world_version,
+            repairs=repairs,
+        )
+        plan = PlanRow(
+            id=plan_id,
+            goal_id=goal.id,
+            world=goal.world,
+            state=PlanState.PROPOSED,
+            reason=self._lateness(goal, body),
+            body=body.model_dump(mode="json"),
+            world_version=posed.world_version,
+            duration_factors={key_of(kind): factor for kind, factor in posed.factors.items()},
+        )
+        session.add(plan)
+        self._events.append(
+            session,
+            "plan.proposed",
+            plan_id,
+            goal=goal.id,
+            makespan_s=body.makespan_s,
+            robots=list(body.robots),
+        )
+        return plan
+
+    def _lateness(self, goal: GoalRow, plan: PlanBody) -> str:
+        """By how much the plan misses the goal's deadline if it starts now, in words; empty if it keeps it."""
+        if goal.deadline_at_s is None:
+            return ""
+        ends_s = {action.id: action.earliest_end_s for action in plan.actions}
+        true_s = max(
+            (ends_s.get(x.producer, 0.0) for x in plan.causal_links if x.consumer == GOAL), default=0.0
+        )
+        late_s = ceil(self._clocks[goal.world].now_s() + true_s - goal.deadline_at_s)
+        return f"ends {late_s} s after the deadline" if late_s > 0 else ""
+
+
+def open_plans(session: Session, goal_id: str) -> Sequence[PlanRow]:
+    """The goal's plans that are open to decision, oldest first."""
+    query = select(PlanRow).where(PlanRow.goal_id == goal_id, PlanRow.state == PlanState.PROPOSED)
+    return session.scalars(query.order_by(PlanRow.created_at, PlanRow.id)).all()
+
+
+def close_plans(
+    session: Session, events: EventLog, goal: GoalRow, state: PlanState, reason: str, *, but: str = ""
+) -> None:
+    """Take the goal's open plans from decision, but for one; the search for more of them ends."""
+    goal.alternatives = None
+    for plan in open_plans(session, goal.id):
+        if plan.id != but:
+            plan.state, plan.reason = state, reason
+            events.append(session, f"plan.{state.value}", plan.id, goal=goal.id, reason=reason)

@@ -1,0 +1,148 @@
+"""Where recordings lie: a folder a mission, a file a life of the process that made it. The oldest give way."""
+
+import shutil
+import struct
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.reader import NonSeekingReader
+from mcap.records import Channel, Message, Schema
+from mcap.writer import Writer
+
+from app.domain.errors import NotFound
+from app.recordings.mcap_writer import Tape
+from app.settings import Settings
+
+Entry = tuple[Schema | None, Channel, Message]
+WHOLE = "whole.mcap"
+CUT_OFF = (McapError, EOFError, struct.error)
+"""What reading past the end of a file comes to that its process could not finish."""
+PART = "part-"
+MEASURED_EACH = 100
+"""So many times while as much is written as they may take altogether, recordings are measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """A mission's recording: how much it takes and when it was last written to (epoch seconds)."""
+
+    mission_id: str
+    size_bytes: int
+    written_at: float
+
+
+class Shelf:
+    """The recordings in a folder, which take no more than so much."""
+
+    def __init__(self, folder: Path, *, budget_bytes: int) -> None:
+        self._folder, self._budget_bytes = folder, budget_bytes
+        self._unmeasured_bytes = budget_bytes
+
+    @classmethod
+    def of(cls, settings: Settings) -> "Shelf":
+        """In the data folder, as the settings say."""
+        return cls(settings.data / "recordings", budget_bytes=settings.recordings_mb * 1_000_000)
+
+    @property
+    def takes_nothing(self) -> bool:
+        return self._budget_bytes == 0
+
+    @property
+    def is_to_be_tidied(self) -> bool:
+        """True once so much has been written that there may be too much; measuring every folder takes its time."""
+        return self._unmeasured_bytes * MEASURED_EACH >= self._budget_bytes
+
+    def begin(self, mission_id: str) -> Tape:
+        """The mission's next part."""
+        folder = self._folder / mission_id
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        return Tape(folder / f"{PART}{len(self._parts(mission_id)):04d}.mcap", wrote=self._wrote)
+
+    def _wrote(self, size_bytes: int) -> None:
+        self._unmeasured_bytes += size_bytes
+
+    def has(self, mission_id: str) -> bool:
+        return bool(self._parts(mission_id))
+
+    def recordings(self) -> list[Recording]:
+        """The newest first."""
+        found = [self._measured(folder) for folder in self._folder.glob("*/")]
+        return sorted((one for one in found if one), key=lambda one: one.written_at, reverse=True)
+
+    def entries(self, mission_id: str) -> Iterator[Entry]:
+        """Everything that was recorded, in the order it was; an end that was cut off is left out.
+
+        :raises NotFound: if there is no recording of the mission.
+        """
+        parts = self._parts(mission_id)
+        if not parts:
+            why = "none was made, or it has given way to newer ones"
+            raise NotFound(f"no recording of mission {mission_id!r}: {why}", code="no-recording")
+        return chain.from_iterable(_entries(part) for part in parts)
+
+    def whole(self, mission_id: str) -> Path:
+        """The recording as one finished file, as far as it goes.
+
+        :raises NotFound: if there is no recording of the mission.
+        """
+        entries = self.entries(mission_id)
+        path = self._folder / mission_id / WHOLE
+        fresh = path.with_suffix(".new")
+        with fresh.open("wb") as stream:
+            writer = Writer(stream)
+            writer.start(profile="", library="macta")
+            _copy(entries, writer)
+            writer.finish()  # type: ignore[no-untyped-call]
+            self._wrote(stream.tell())
+        return fresh.replace(path)
+
+    def make_room(self, *, spare: frozenset[str] = frozenset()) -> list[str]:
+        """Delete the oldest recordings that are too many, but for those to `spare`; answers whose they were."""
+        gone, taken = [], 0
+        self._unmeasured_bytes = 0
+        for recording in self.recordings():
+            taken += recording.size_bytes
+            if taken > self._budget_bytes and recording.mission_id not in spare:
+                shutil.rmtree(self._folder / recording.mission_id, ignore_errors=True)
+                gone.append(recording.mission_id)
+        return gone
+
+    def _parts(self, mission_id: str) -> list[Path]:
+        # An id comes from outside: it names a folder of ours, or none.
+        if not mission_id or Path(mission_id).name != mission_id:
+            return []
+        return sorted((self._folder / mission_id).glob(f"{PART}*.mcap"))
+
+    def _measured(self, folder: Path) -> Recording | None:
+        sizes, times = [], []
+        with suppress(FileNotFoundError):  # it is being deleted
+            for path in folder.iterdir():
+                known = path.stat()
+                sizes.append(known.st_size)
+                times.append(known.st_mtime)
+        if not times:
+            return None
+        return Recording(mission_id=folder.name, size_bytes=sum(sizes), written_at=max(times))
+
+
+def _entries(part: Path) -> Iterator[Entry]:
+    with part.open("rb") as stream, suppress(*CUT_OFF):
+        yield from NonSeekingReader(stream).iter_messages(log_time_order=False)
+
+
+def _copy(entries: Iterator[Entry], writer: Writer) -> None:
+    channels: dict[str, int] = {}
+    for schema, channel, message in entries:
+        if channel.topic not in channels:
+            kind = 0 if schema is None else writer.register_schema(schema.name, schema.encoding, schema.data)
+            channels[channel.topic] = writer.register_channel(channel.topic, channel.message_encoding, kind)
+        writer.add_message(
+            channels[channel.topic],
+            log_time=message.log_time,
+            data=message.data,
+            publish_time=message.publish_time,
+        )

@@ -1,0 +1,57 @@
+"""The event log: what happened, in order, for streams and for the audit record."""
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.store import Database, EventRow, write_last
+
+
+class EventLog:
+    """Appends inside the caller's transaction and tells waiting streams once it has committed."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._changed = threading.Condition()
+        self._generation = 0
+        database.committed.append(self._notify)
+
+    def append(self, session: Session, type_: str, subject: str, **data: Any) -> None:
+        """Record that `type_` (past tense, e.g. `plan.approved`) happened to `subject`."""
+        write_last(session, EventRow(type=type_, subject=subject, data=data))
+
+    def since(self, seq: int, limit: int = 500) -> Sequence[EventRow]:
+        """The events after `seq`, oldest first."""
+        with self._database.read() as session:
+            query = select(EventRow).where(EventRow.seq > seq).order_by(EventRow.seq).limit(limit)
+            return session.scalars(query).all()
+
+    def last(self) -> int:
+        """The newest event's sequence number; 0 before the first."""
+        with self._database.read() as session:
+            query = select(EventRow.seq).order_by(EventRow.seq.desc()).limit(1)
+            return session.scalar(query) or 0
+
+    def has_forgotten(self, seq: int) -> bool:
+        """True if something after `seq` is not kept any more."""
+        with self._database.read() as session:
+            oldest = session.scalar(select(EventRow.seq).order_by(EventRow.seq).limit(1))
+        return oldest is not None and seq + 1 < oldest
+
+    @property
+    def generation(self) -> int:
+        return self._generation
+
+    def wait(self, generation: int, timeout_s: float) -> int:
+        """Block until something was committed after `generation`; answers the generation then."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._generation != generation, timeout_s)
+            return self._generation
+
+    def _notify(self) -> None:
+        with self._changed:
+            self._generation += 1
+            self._changed.notify_all()

@@ -1,0 +1,128 @@
+"""The world model's facts in the record: each with its source and time, each change counted in the world's version."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
+from app.domain.world_model.timeliness import Dated, subjects_of
+from app.store import FactRow, WorldRow
+from app.store.doubts import note_unknown, unknowns
+from app.store.event_log import EventLog
+from planner import Fact
+
+
+class FactStore:
+    """Reads and changes facts inside the caller's transaction."""
+
+    def __init__(self, events: EventLog) -> None:
+        self._events = events
+
+    def facts(self, session: Session, world: str) -> frozenset[Fact]:
+        return frozenset(Fact(row.predicate, tuple(row.args)) for row in self.rows(session, world))
+
+    def rows(self, session: Session, world: str) -> Sequence[FactRow]:
+        return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
+
+    def believed(self, session: Session, world: str) -> list[Dated]:
+        """Every fact with its source and time."""
+        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
+
+    def dated(self, session: Session, world: str) -> Sequence[Dated]:
+        """Every fact with its source and time; also the last word on what has no place by now."""
+        doubts = [
+            _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
+            for row in unknowns(session, world)
+        ]
+        return [*self.believed(session, world), *doubts]
+
+    def version(self, session: Session, world: str) -> int:
+        return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
+
+    def lock(self, session: Session, world: str) -> WorldRow:
+        """The world's row, for this transaction alone to its end."""
+        query = select(WorldRow).where(WorldRow.id == world).with_for_update()
+        return session.scalars(query.execution_options(populate_existing=True)).one()
+
+    def change(
+        self,
+        session: Session,
+        world: str,
+        *,
+        add: Iterable[Fact] = (),
+        remove: Iterable[Fact] = (),
+        source: str,
+        at_s: float,
+        corrects: bool = False,
+    ) -> int:
+        """Make facts true and false; what is both removed and added is true. Answers the world's version after it.
+
+        :param corrects: what is removed was believed wrongly, rather than come to its end: it stays visible.
+        """
+        row = self.lock(session, world)
+        added, removed = set(add), set(remove)
+        known = {fact.atom: fact for fact in self.rows(session, world)}
+        gone = [known[str(fact)] for fact in removed - added if str(fact) in known]
+        new = [fact for fact in sorted(added) if str(fact) not in known]
+        before = [_belief(old) for old in gone if corrects and not _is_passing(old, source)]
+        for old in gone:
+            session.delete(old)
+            del known[old.atom]
+        for fact in new:
+            known[str(fact)] = _row(world, fact, source, at_s, before)
+            session.add(known[str(fact)])
+        note_unknown(session, world, gone=gone, left=known.values(), source=source, at_s=at_s)
+        if gone or new:
+            row.version += 1
+            self._events.append(
+                session,
+                "world.facts_changed",
+                world,
+                version=row.version,
+                source=source,
+                added=[str(fact) for fact in new],
+                removed=[old.atom for old in gone],
+            )
+        if before:
+            data = {"source": source, "at_s": at_s, "believed": before}
+            self._events.append(session, "world.contradicted", world, **data)
+        return row.version
+
+
+def source_of(robot: str) -> str:
+    """Who said a fact that a robot reported."""
+    return f"report of {robot}"
+
+
+def _is_passing(old: FactRow, source: str) -> bool:
+    """True of what follows from other facts, and of where a robot stood that says itself where it stands now."""
+    if old.predicate == ROBOT_POSITION:
+        return source == source_of(old.args[0])
+    return old.predicate in (VACANT, CLEAR)
+
+
+def _belief(row: FactRow) -> dict[str, Any]:
+    return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
+
+
+def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> Dated:
+    return Dated(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
+
+
+def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict[str, Any]]) -> FactRow:
+    """:param before: what was believed wrongly; the fact stands for what is of the same thing."""
+    about = subjects_of(fact)
+    contradicted = [
+        one for one in before if not about.isdisjoint(subjects_of(Fact(one["predicate"], tuple(one["args"]))))
+    ]
+    return FactRow(
+        world=world,
+        atom=str(fact),
+        predicate=fact.predicate,
+        args=list(fact.args),
+        source=source,
+        at_s=at_s,
+        instead_of=contradicted,
+    )

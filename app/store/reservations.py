@@ -1,0 +1,101 @@
+"""What running missions still need: their robots, places and samples are not to be planned with."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.domain.states import ENDED
+from app.domain.world_model import Reservation, all_of, named_in, needed_by
+from app.store import MissionRow, ScriptRow
+from app.store.plan_nets import PlanNets
+from robots.wire import PacketState, ScriptState
+
+REMEMBERED = 200
+"""So many plans' needs are kept in memory."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Held:
+    """A running mission and what it still needs."""
+
+    mission_id: str
+    reservation: Reservation
+
+    def __str__(self) -> str:
+        return f"mission {self.mission_id}, which uses {', '.join(sorted(self.reservation.names))}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Needs:
+    """What a plan needs: its goals until the mission's end, each action's things until all its robots are done."""
+
+    goals: Reservation
+    actions: Mapping[str, tuple[tuple[str, ...], Reservation]]
+
+    def left(self, idle: Collection[str], done: Collection[tuple[str, str]]) -> Reservation:
+        """What is still needed.
+
+        :param idle: the robots whose scripts have finished.
+        :param done: action and robot, where the robot has done its part of the action.
+        """
+        open_ = (
+            needs
+            for action, (robots, needs) in self.actions.items()
+            if any(robot not in idle and (action, robot) not in done for robot in robots)
+        )
+        return all_of([self.goals, *open_])
+
+
+class Holdings:
+    """Reads from the record what missions still need; robots' reports make it less and less.
+
+    What a robot that failed or was stopped was to do is still needed: the mission is recovered with it, or ends.
+    """
+
+    def __init__(self, plan_nets: PlanNets) -> None:
+        self._plan_nets = plan_nets
+        self._needs: dict[str, _Needs] = {}
+
+    def of_world(self, session: Session, world: str) -> Sequence[Held]:
+        """The running missions of a world that still need something, oldest first."""
+        query = (
+            select(MissionRow)
+            .where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+            .order_by(MissionRow.created_at, MissionRow.id)
+        )
+        missions = session.scalars(query).all()
+        return [Held(mission_id=m.id, reservation=self.of_mission(session, m)) for m in missions]
+
+    def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
+        """What a running mission still needs."""
+        columns = (ScriptRow.robot, ScriptRow.state, ScriptRow.packets)
+        query = select(*columns).where(
+            ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id
+        )
+        scripts = session.execute(query).all()
+        idle = {robot for robot, state, _ in scripts if state == ScriptState.FINISHED}
+        done = {
+            (packet, robot)
+            for robot, _, packets in scripts
+            for packet, known in packets.items()
+            if known["state"] == PacketState.FINISHED
+        }
+        return self._of_plan(session, mission.plan_id).left(idle, done)
+
+    def _of_plan(self, session: Session, plan_id: str) -> _Needs:
+        if plan_id not in self._needs:
+            if len(self._needs) >= REMEMBERED:
+                self._needs.clear()
+            net = self._plan_nets.of(session, plan_id)
+            self._needs[plan_id] = _Needs(
+                goals=named_in(net.goals),
+                actions={action.id: (action.agents, needed_by(action)) for action in net.actions},
+            )
+        return self._needs[plan_id]
+
+
+def all_reserved(held: Iterable[Held]) -> Reservation:
+    """Everything that some running mission still needs."""
+    return all_of(one.reservation for one in held)

@@ -1,0 +1,20 @@
+"""Missions are looked at again when something may have changed what they count on."""
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.domain.states import ENDED
+from app.store import MissionRow
+from app.workflows import Workflows
+
+
+def wake_missions(session: Session, workflows: Workflows, world: str, key: str, *, but: str = "") -> None:
+    """Wake the running missions of a world, once per key, if the caller's transaction commits.
+
+    :param but: the mission that is woken anyway.
+    """
+    query = select(MissionRow.workflow).where(
+        MissionRow.world == world, MissionRow.state.not_in(ENDED), MissionRow.id != but
+    )
+    for workflow in session.scalars(query):
+        workflows.wake(session, workflow, f"{workflow}:{key}")

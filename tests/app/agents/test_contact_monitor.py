@@ -1,0 +1,136 @@
+"""When a robot's silence is more than its radio explains."""
+
+import pytest
+
+from app.agents.contact_monitor import Hearing
+from app.agents.robot_board import SILENT_AFTER_S, RobotBoard
+from robots.clock import ManualClock
+from robots.mqtt import ConnectionState
+from robots.world import Contact, LinkSpec, Outage, WorldFile
+from robots.world.radio import QUIET_S
+from tests.robots.world.test_file import small
+
+ORBIT = LinkSpec(contacts=(Contact(start_s=5.0, for_s=10.0, every_s=120.0),))
+
+
+class Room:
+    """A world with robots `left` and `right`, whose time goes `rate` times as fast as the wall clock."""
+
+    def __init__(self, link: LinkSpec, *, rate: float = 1.0) -> None:
+        file = WorldFile.model_validate(small(link=link.model_dump()))
+        self.clock = ManualClock()
+        clocks, worlds = {file.name: self.clock}, {file.name: file}
+        self.board = RobotBoard.of(worlds, clocks=clocks, low_battery=0.0)
+        self.rate, self._heard_at, self._stood = rate, 0.0, 0.0
+        self.hearing = Hearing(self.board, clocks=clocks, worlds=worlds, wall=self._wall)
+
+    def _wall(self) -> float:
+        """NOTE: the board's own time is the machine's; here it counts from the last word on."""
+        heard_at = self.board.view("left").heard_at or 0.0
+        return heard_at + self._stood + (self.clock.now_s() - self._heard_at) / self.rate
+
+    def wall_passes(self, seconds: float) -> None:
+        """While the world's clock stands."""
+        self._stood += seconds
+
+    def restart(self) -> None:
+        """Its time begins anew."""
+        self.clock._now_s = self._heard_at = 0.0
+
+    def hear(self) -> None:
+        self.board.heard("left")
+        self._heard_at = self.clock.now_s()
+
+    def silent_at(self, till_s: float) -> float | None:
+        """The first tenth of a second in which the silence is too long, if there is one."""
+        while self.clock.now_s() < till_s:
+            if self.hearing.silent_in_s("left") == 0:
+                return round(self.clock.now_s(), 1)
+            self.clock.advance(0.1)
+        return None
+
+
+def test_in_contact_a_robot_counts_as_silent_after_what_loss_and_patience_explain() -> None:
+    link = LinkSpec(loss=0.5)
+    room = Room(link)
+    room.clock.advance(7.0)
+    room.hear()
+    assert room.silent_at(100.0) == pytest.approx(7.0 + link.quiet_s, abs=0.11)
+
+
+def test_one_that_was_never_heard_is_given_as_long_from_the_beginning() -> None:
+    assert Room(LinkSpec()).silent_at(100.0) == pytest.approx(LinkSpec().quiet_s, abs=0.11)
+
+
+def test_between_windows_of_contact_nobody_is_silent_and_at_the_end_of_one_that_passed_without_a_word() -> (
+    None
+):
+    room = Room(ORBIT)
+    room.clock.advance(14.9)
+    room.hear()
+    assert room.silent_at(400.0) == pytest.approx(135.0, abs=0.11)
+
+
+def test_a_word_in_each_window_is_enough() -> None:
+    room = Room(ORBIT)
+    for window in range(5):
+        assert room.silent_at(5.0 + 120.0 * window + 9.0) is None
+        room.hear()
+
+
+def test_what_was_heard_of_another_run_of_the_world_does_not_count() -> None:
+    room = Room(LinkSpec())
+    room.clock.advance(500.0)
+    room.hear()
+    room.restart()
+    assert room.silent_at(100.0) == pytest.approx(LinkSpec().quiet_s, abs=0.11)
+
+
+def test_outages_explain_nothing_for_nobody_counts_on_them() -> None:
+    room = Room(LinkSpec(outages=(Outage(start_s=0, end_s=1000),)))
+    assert room.silent_at(100.0) == pytest.approx(LinkSpec().quiet_s, abs=0.11)
+
+
+def test_however_fast_the_world_runs_a_robot_is_given_some_seconds_of_the_wall_clock() -> None:
+    room = Room(LinkSpec(), rate=50.0)
+    assert room.silent_at(1000.0) == pytest.approx(50.0 * SILENT_AFTER_S, abs=0.11)
+
+
+@pytest.mark.parametrize(
+    ("state", "silent"),
+    [
+        (ConnectionState.ONLINE, False),
+        (ConnectionState.OFFLINE, True),
+        (ConnectionState.CONNECTION_BROKEN, True),
+    ],
+)
+def test_one_that_is_said_to_be_gone_is_silent_in_time_though_the_worlds_clock_stands(
+    state: ConnectionState, silent: bool
+) -> None:
+    room = Room(ORBIT)
+    room.hear()
+    room.board.connected("left", state, now=False)
+    assert room.hearing.silent_in_s("left") > 0
+    room.wall_passes(QUIET_S)
+    assert (room.hearing.silent_in_s("left") == 0) is silent
+
+
+def test_how_long_it_may_still_be_is_never_more_than_it_takes() -> None:
+    """It is looked again after that time: later than the silence began to be too long would be too late."""
+    for link in (LinkSpec(), LinkSpec(loss=0.9), ORBIT):
+        room = Room(link)
+        silent_s = room.silent_at(1000.0)
+        assert silent_s is not None
+        again = Room(link)
+        while again.clock.now_s() < silent_s:
+            assert again.clock.now_s() + again.hearing.silent_in_s("left") <= silent_s + 0.11
+            again.clock.advance(1.0)
+
+
+def test_when_contact_is_expected_next_is_known() -> None:
+    room = Room(ORBIT)
+    seen = []
+    for step_s in (0.0, 5.0, 9.0, 2.0, 100.0, 9.0):
+        room.clock.advance(step_s)
+        seen.append(room.hearing.next_contact_s("left"))
+    assert seen == pytest.approx([5.0, 0.0, 0.0, 109.0, 9.0, 0.0])

@@ -1,0 +1,106 @@
+"""The rules of recovery: what has befallen a mission, who is left out, what an operator decides on."""
+
+from dataclasses import replace
+
+import pytest
+
+from app.domain.recovery_rules import (
+    LeftOut,
+    Measure,
+    Policy,
+    Trouble,
+    category_of,
+    left_out,
+    measure_of,
+    needs_decision,
+    policy_for,
+)
+from planner.repair import Course
+from robots.wire import FailureCategory
+from tests.app.sample_store import Store
+
+STORE = Store()
+ROBOT, WORLD, LOST = (
+    FailureCategory.ROBOT,
+    FailureCategory.WORLD_CHANGED,
+    FailureCategory.UNREACHABLE,
+)
+
+
+def trouble(
+    robot: str = "yard_1", category: FailureCategory = ROBOT, *, tag: str = "DOCK", fit: bool = True
+) -> Trouble:
+    return Trouble(robot=robot, category=category, detail="the gripper does not close", tag=tag, fit=fit)
+
+
+@pytest.mark.parametrize(
+    ("wish", "auto_approve", "policy"),
+    [
+        (None, True, Policy.AUTO),
+        (None, False, Policy.ASK),
+        ("ask", True, Policy.ASK),
+        ("never", True, Policy.NEVER),
+        ("auto", False, Policy.AUTO),
+    ],
+)
+def test_who_wanted_to_see_the_plan_sees_its_repairs_unless_told_otherwise(
+    wish: str | None, auto_approve: bool, policy: Policy
+) -> None:
+    assert policy_for(wish, auto_approve=auto_approve) is policy
+
+
+def test_what_a_robot_fails_at_is_tried_again_once_and_then_left_out() -> None:
+    assert left_out([trouble("yard_1"), trouble("store_2"), trouble("yard_1", tag="NAVIGATE")]) == LeftOut()
+    twice = left_out([trouble("yard_1"), trouble("store_2"), trouble("yard_1")])
+    assert twice == LeftOut(packets=frozenset({("yard_1", "DOCK")}))
+    assert twice.words == ("DOCK by yard_1",)
+
+
+def test_a_robot_that_waits_in_vain_for_another_has_not_failed_itself() -> None:
+    waited = replace(trouble("store_2"), waited=True)
+    assert left_out([waited, waited, trouble("yard_1")]) == LeftOut()
+    assert Trouble.from_json(waited.to_json()) == waited
+
+
+def test_a_robot_of_which_nobody_knows_what_it_fails_at_is_left_out_altogether() -> None:
+    assert left_out([trouble(tag=""), trouble(tag="")]) == LeftOut(robots=frozenset({"yard_1"}))
+
+
+def test_a_robot_that_refuses_or_is_lost_is_left_out_at_once() -> None:
+    assert left_out([trouble("yard_1", fit=False), trouble("store_2")]).robots == {"yard_1"}
+
+
+def test_a_packet_that_is_left_out_cannot_be_planned_others_of_its_robot_can() -> None:
+    facts = STORE.facts
+    kept = LeftOut(packets=frozenset({("yard_1", "DOCK")})).withhold(facts)
+    assert facts - kept == {STORE.fact("can(yard_1, DOCK)")}
+
+
+def test_only_what_a_plan_is_carried_out_with_concerns_it() -> None:
+    net = STORE.store_sample_1()
+    assert LeftOut(packets=frozenset({("yard_1", "DOCK")})).concerns(net)
+    assert LeftOut(robots=frozenset({"store_2"})).concerns(net)
+    assert not LeftOut(packets=frozenset({("yard_2", "DOCK")}), robots=frozenset({"store_1"})).concerns(net)
+
+
+def test_silence_is_what_a_mission_failed_of_even_if_another_robot_failed_too() -> None:
+    assert category_of([trouble(category=ROBOT), trouble("yard_2", LOST)]) is LOST
+    assert category_of([trouble(category=WORLD), trouble("yard_2", ROBOT)]) is WORLD
+
+
+def test_without_a_robots_trouble_it_is_the_world_that_has_changed() -> None:
+    assert category_of([]) is WORLD
+
+
+def test_the_rest_of_an_approved_plan_needs_no_new_decision_a_change_of_it_does() -> None:
+    assert measure_of(Course.KEPT, without=False) is Measure.RETRY
+    assert not needs_decision(Policy.ASK, Measure.RETRY)
+    for course, without in ((Course.MENDED, False), (Course.ANEW, False), (Course.KEPT, True)):
+        measure = measure_of(course, without=without)
+        assert needs_decision(Policy.ASK, measure)
+        assert not needs_decision(Policy.AUTO, measure)
+
+
+def test_a_trouble_comes_back_from_the_record_as_it_was() -> None:
+    one = trouble(category=LOST, fit=False)
+    assert Trouble.from_json(one.to_json()) == one

@@ -1,0 +1,97 @@
+"""What missions keep for themselves, and what a new plan leaves alone."""
+
+from app.domain.world_model import (
+    Reservation,
+    all_of,
+    initial_facts,
+    named_in,
+    needed_by,
+    planning_problem,
+    revised,
+    taken_by,
+)
+from planner import Fact, FastDownwardEngine, PlanningRequest
+from tests.app.sample_store import Store
+
+STORE = Store()
+ERRAND = Reservation(
+    robots=frozenset({"yard_1", "store_2"}),
+    locations=frozenset({"door_1", "interchange_2", "bay_7"}),
+    samples=frozenset({"sample_1"}),
+)
+HOMES = Reservation(locations=frozenset({"home_yard_1", "home_store_2"}))
+
+
+def test_a_plan_needs_everything_that_its_actions_name() -> None:
+    net = STORE.store_sample_1()
+    assert all_of(needed_by(action) for action in net.actions) == all_of([ERRAND, HOMES])
+
+
+def test_a_plan_takes_what_it_needs_but_for_the_places_that_robots_only_leave() -> None:
+    assert taken_by(STORE.store_sample_1()) == ERRAND
+
+
+def test_a_robot_that_carries_a_sample_away_takes_the_sample_but_not_the_place_it_stood_at() -> None:
+    held = [
+        STORE.fact("in(sample_1, yard_1)"),
+        Fact("robot_attribute", ("yard_1", "gripper", "full")),
+        STORE.fact("near(yard_1, interchange_1)"),
+    ]
+    leg = {"object": "sample_1", "robots": "yard_1", "rel1": "near", "ref1": "interchange_1"}
+    leg |= {"rel2": "near", "ref2": "door_2"}
+    net = STORE.plan(
+        [("TRANSPORT", {**leg, "area": "yard"}), ("RELEASE2", leg)],
+        "in(sample_1, door_2)",
+        facts=revised(STORE.facts, held),
+    )
+    assert taken_by(net) == Reservation(
+        robots=frozenset({"yard_1"}), locations=frozenset({"door_2"}), samples=frozenset({"sample_1"})
+    )
+
+
+def test_goals_name_what_a_mission_keeps_to_its_end() -> None:
+    goals = [STORE.fact("in(sample_1, bay_7)"), STORE.fact("near(yard_1, door_1)")]
+    assert named_in(goals) == Reservation(
+        robots=frozenset({"yard_1"}),
+        locations=frozenset({"bay_7", "door_1"}),
+        samples=frozenset({"sample_1"}),
+    )
+
+
+def test_reservations_overlap_in_what_both_use() -> None:
+    other = Reservation(robots=frozenset({"store_2"}), locations=frozenset({"bay_7", "bay_8"}))
+    assert ERRAND.overlaps(other)
+    assert ERRAND.shared(other) == ("bay_7", "store_2")
+    assert not ERRAND.overlaps(Reservation(robots=frozenset({"yard_2"})))
+
+
+def test_reserved_robots_can_do_nothing_and_reserved_places_and_samples_are_left_alone() -> None:
+    reserved = Reservation(
+        robots=frozenset({"yard_1"}), locations=frozenset({"bay_2"}), samples=frozenset({"sample_1"})
+    )
+    problem = planning_problem(STORE.world, STORE.facts, [], reserved=reserved)
+    left_out = STORE.facts - problem.facts
+    assert {f.predicate for f in left_out} == {"can", "in_area", "clear", "reaches", "object_position"}
+    assert {f.args[0] for f in left_out if f.predicate == "can"} == {"yard_1"}
+    assert {f.args[1] for f in left_out if f.predicate == "reaches"} == {"bay_2"}
+    # sample_2 lies in bay_2.
+    assert {f.args[0] for f in left_out if f.predicate == "object_position"} == {"sample_1", "sample_2"}
+
+
+def test_a_plan_beside_a_mission_takes_nothing_that_the_mission_needs() -> None:
+    """A robot that stands at a reserved place leaves it; nothing else there is touched."""
+    facts = revised(
+        initial_facts(STORE.world, STORE.base),
+        [STORE.fact("near(yard_1, interchange_2)"), STORE.fact("in(sample_2, interchange_2)")],
+    )
+    reserved = Reservation(
+        robots=frozenset({"store_2"}),
+        locations=frozenset({"interchange_2", "bay_7"}),
+        samples=frozenset({"sample_2"}),
+    )
+    goals = [STORE.fact("in(sample_1, door_2)"), STORE.fact("near(yard_1, door_1)")]
+    problem = planning_problem(STORE.world, facts, goals, reserved=reserved)
+    net = FastDownwardEngine(STORE.base).plan(problem, PlanningRequest(time_limit_s=30)).plan_net
+    assert net is not None
+    assert any("interchange_2" in action.arguments.values() for action in net.actions)
+    assert not taken_by(net).overlaps(reserved)

@@ -1,0 +1,197 @@
+"""A fleet comes and goes by itself: its world goes on with the run that the record knows, and else begins afresh."""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from app.composition import RunningWorld, Service
+from app.planning.pool.pool import PlanningWorker
+from app.settings import Settings
+from app.store import WorldRow
+from robots.mqtt import Broker, FleetLink, ServiceLink
+from robots.wire import Message, Performative, Telemetry
+from robots.world import WorldFile
+from tests.app.conftest import TOKEN
+from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
+from tests.waiting import until
+
+pytestmark = needs_mosquitto
+
+
+@pytest.fixture(scope="module")
+def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Mosquitto]:
+    with mosquitto(tmp_path_factory.mktemp("broker")) as broker:
+        yield broker
+
+
+@pytest.fixture
+def link(broker: Mosquitto, world_file: WorldFile) -> Iterator[ServiceLink]:
+    link = ServiceLink(world_file.name, [r.name for r in world_file.robots], Broker.at(broker.url))
+    yield link
+    link.close()
+
+
+@pytest.fixture
+def service(
+    tmp_path: Path, world_file: WorldFile, worker: PlanningWorker, link: ServiceLink
+) -> Iterator[Service]:
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=None, answer_patience_s=0.6)
+    world = RunningWorld(file=world_file, link=link, clock=link.clock, run=None, fleet=link)
+    with Service(settings, [world], worker=worker) as service:
+        yield service
+
+
+@pytest.fixture
+def fleet(broker: Mosquitto, world_file: WorldFile) -> Iterator[Callable[[str], FleetLink]]:
+    """Starts a fleet that drives a run, and ends the one before."""
+    running: list[FleetLink] = []
+
+    def start(run: str) -> FleetLink:
+        for link in running:
+            link.close()
+        link = FleetLink(world_file.name, [r.name for r in world_file.robots], Broker.at(broker.url), run=run)
+        running.append(link)
+        link.start()
+        return link
+
+    yield start
+    for link in running:
+        link.close()
+
+
+def recorded_run(service: Service) -> str | None:
+    with service.database.read() as session:
+        return session.get_one(WorldRow, "sample_store").run
+
+
+def connections(api: TestClient) -> set[str]:
+    return {robot["connection"] for robot in api.get("/v1/robots").json()["items"]}
+
+
+def samples(api: TestClient) -> dict[str, str]:
+    facts = api.get("/v1/worlds/sample_store/facts").json()["items"]
+    return {fact["args"][0]: fact["args"][1] for fact in facts if fact["predicate"] == "in"}
+
+
+def correct(api: TestClient) -> None:
+    """Something becomes known that the world file does not say."""
+    body = {"facts": [{"predicate": "in", "args": ["sample_1", "bay_12"]}]}
+    assert api.put("/v1/worlds/sample_store/facts", json=body).status_code == 200
+    assert samples(api)["sample_1"] == "bay_12"
+
+
+def test_goals_are_planned_before_the_fleet_is_there_and_its_first_run_is_taken_up(
+    service: Service,
+    api: TestClient,
+    follow: Callable[..., dict[str, Any]],
+    fleet: Callable[[str], FleetLink],
+) -> None:
+    assert connections(api) == {"offline"}
+    assert api.get("/readyz").status_code == 200
+    goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()
+    assert follow(f"/v1/goals/{goal['id']}", "planned", "unsolvable")["state"] == "planned"
+    fleet("run-1")
+    until(lambda: recorded_run(service) == "run-1")
+    until(lambda: connections(api) == {"online"})
+    assert api.get(f"/v1/goals/{goal['id']}").json()["state"] == "planned"
+
+
+def test_a_fleet_that_comes_back_with_the_run_that_is_known_finds_the_facts_as_they_were(
+    service: Service, api: TestClient, fleet: Callable[[str], FleetLink], link: ServiceLink
+) -> None:
+    fleet("run-2")
+    until(lambda: link.taken_up == recorded_run(service) == "run-2")
+    correct(api)
+    fleet("run-2")
+    until(lambda: connections(api) == {"online"})
+    assert samples(api)["sample_1"] == "bay_12"
+
+
+def test_with_another_run_the_world_begins_afresh_and_its_missions_have_failed(
+    service: Service,
+    api: TestClient,
+    follow: Callable[..., dict[str, Any]],
+    fleet: Callable[[str], FleetLink],
+    link: ServiceLink,
+) -> None:
+    first = fleet("run-3")
+    until(lambda: link.taken_up == "run-3")
+    goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
+    committed = follow(f"/v1/goals/{goal['id']}", "committed")
+    mission = f"/v1/missions/{committed['mission_id']}"
+    follow(mission, "dispatching")
+    orders: list[Message] = []
+    until(lambda: orders.extend(first.receive(0.05)) or orders)
+    correct(api)
+
+    second = fleet("run-4")
+    until(lambda: recorded_run(service) == "run-4")
+    ended = follow(mission, "failed")
+    assert ended["failure"] == "world_changed"
+    assert "started afresh" in ended["reason"]
+    assert samples(api)["sample_1"] == "door_1"
+    until(lambda: link.taken_up == "run-4")
+    assert [m for m in second.receive(0.5) if m.body.kind == "script_request"] == []
+
+
+def test_robots_get_their_scripts_when_they_return_hours_later_though_the_broker_has_lost_all_it_kept(
+    service: Service,
+    broker: Mosquitto,
+    api: TestClient,
+    follow: Callable[..., dict[str, Any]],
+    fleet: Callable[[str], FleetLink],
+    link: ServiceLink,
+) -> None:
+    before = fleet("run-7")
+    until(lambda: link.taken_up == "run-7")
+    before.close()
+    goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
+    committed = follow(f"/v1/goals/{goal['id']}", "committed")
+    scripts = f"/v1/missions/{committed['mission_id']}/scripts"
+    until(lambda: len(api.get(scripts).json()["items"]) == 2)
+    time.sleep(2.0)  # they are sent again and again meanwhile, to nobody
+    broker.kill()
+    time.sleep(1.0)
+    broker.start()
+
+    returned = fleet("run-7")
+    until(lambda: returned.connected)
+    until(lambda: returned.proclaim(3 * 3600.0, 1.0) or service.clocks["sample_store"].now_s() >= 3 * 3600)
+    orders: list[Message] = []
+    until(lambda: orders.extend(returned.receive(0.05)) or len({m.receiver for m in orders}) == 2)
+    assert {m.body.kind for m in orders} <= {"script_request", "status_query"}
+    assert len(orders) <= 4, "the newest sending of each, not all that were sent in between"
+
+
+def test_robots_of_a_fleet_that_breaks_down_are_shown_as_broken_until_they_come_again(
+    api: TestClient, service: Service, fleet: Callable[[str], FleetLink]
+) -> None:
+    link = fleet("run-5")
+    until(lambda: connections(api) == {"online"})
+    for session in link._robots.values():
+        session.retired = True
+        sock = session.client.socket()
+        assert sock is not None
+        sock.shutdown(2)
+    until(lambda: connections(api) == {"connection_broken"})
+    fleet("run-5")
+    until(lambda: connections(api) == {"online"})
+
+
+def test_telemetry_reaches_the_board_and_the_clock_follows_the_fleet(
+    api: TestClient, service: Service, fleet: Callable[[str], FleetLink], link: ServiceLink
+) -> None:
+    there = fleet("run-6")
+    until(lambda: link.taken_up == "run-6" and there.connected)
+    said = Telemetry(at_s=70.0, x_m=1.5, y_m=2.5, heading_rad=0.5, battery=0.75)
+    there.send(
+        Message(
+            performative=Performative.INFORM, sender="yard_1", receiver="service", sent_at_s=70, body=said
+        )
+    )
+    until(lambda: api.get("/v1/robots/yard_1").json()["battery"] == 0.75)
+    until(lambda: there.proclaim(500.0, 1.0) or service.clocks["sample_store"].now_s() >= 500.0)

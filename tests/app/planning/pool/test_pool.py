@@ -1,0 +1,261 @@
+"""The planning processes: warm, watched, ended at any time, replaced when they die."""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from app.domain.errors import Unavailable
+from app.planning.pool.pool import PlanningWorker, WorkerClosed
+from app.planning.pool.process import END_S, POLL_S, Watch
+from planner import PlanningRequest, PlanningStatus, Progress
+from tests.app.planning.fake_engine import make_fake_engine, make_no_engine, problem
+from tests.waiting import until
+
+REQUEST = PlanningRequest(time_limit_s=120)
+PATIENCE_S = 60.0
+
+
+class Watching(Watch):
+    """Sees progress; stops or cancels once told to."""
+
+    def __init__(self) -> None:
+        self.seen: list[Progress] = []
+        self.stop, self.cancel = threading.Event(), threading.Event()
+
+    def progress(self, progress: Progress) -> None:
+        self.seen.append(progress)
+
+    def should_stop(self) -> bool:
+        return self.stop.is_set()
+
+    def is_cancelled(self) -> bool:
+        return self.cancel.is_set()
+
+
+def gone(pid: int) -> bool:
+    """True once the process has ended (a killed one may be nobody's for a moment)."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+@pytest.fixture(scope="module")
+def worker() -> Iterator[PlanningWorker]:
+    worker = PlanningWorker(make_fake_engine, processes=2)
+    worker.warm_up().result(timeout=PATIENCE_S)
+    yield worker
+    worker.close()
+
+
+@pytest.fixture(scope="module")
+def threads() -> Iterator[ThreadPoolExecutor]:
+    with ThreadPoolExecutor(4) as threads:
+        yield threads
+
+
+def test_progress_is_told_and_the_best_plan_taken_once_it_is_to_stop(
+    worker: PlanningWorker, threads: ThreadPoolExecutor
+) -> None:
+    watch = Watching()
+    planning = threads.submit(worker.plan, problem("improve"), REQUEST, watch)
+    until(lambda: len(watch.seen) >= 2)
+    watch.stop.set()
+    assert planning.result(PATIENCE_S).status is PlanningStatus.SOLVED
+    spans = [progress.makespan_s or 0.0 for progress in watch.seen]
+    assert spans == sorted(spans, reverse=True)
+    # More often improved than told: the newest is told, at a bounded rate.
+    assert spans[0] - spans[-1] > len(spans)
+
+
+def test_a_stop_is_not_meant_for_the_next_problem(worker: PlanningWorker) -> None:
+    class StopAtOnce(Watch):
+        def should_stop(self) -> bool:
+            return True
+
+    for _ in range(3):
+        assert worker.plan(problem("answer"), REQUEST, StopAtOnce()).plan_net is not None
+    watch = Watching()
+    threading.Timer(0.5, watch.stop.set).start()
+    worker.plan(problem("improve"), REQUEST, watch)
+    assert watch.seen
+
+
+def test_cancelling_ends_the_work_and_all_it_started(
+    worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
+) -> None:
+    watch, file = Watching(), tmp_path / "pid"
+    planning = threads.submit(worker.plan, problem("run_a_child", str(file)), REQUEST, watch)
+    until(file.is_file)
+    watch.cancel.set()
+    assert "cancelled" in planning.result(PATIENCE_S).reason
+    until(lambda: gone(int(file.read_text())))
+    assert worker.plan(problem("answer"), REQUEST).plan_net is not None
+
+
+def test_cancelling_an_engine_that_never_returns_takes_less_than_a_second(
+    worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
+) -> None:
+    watch, file = Watching(), tmp_path / "pid"
+    planning = threads.submit(worker.plan, problem("hang_deaf", str(file)), REQUEST, watch)
+    until(file.is_file)
+    assert POLL_S + END_S < 1.0  # what it may take by design; the machine's load comes on top
+    watch.cancel.set()
+    assert "cancelled" in planning.result(PATIENCE_S).reason
+    until(lambda: gone(int(file.read_text())))
+
+
+@pytest.mark.parametrize("deed", ["eat", "have_a_child_eat"])
+def test_an_engine_that_takes_too_much_memory_is_ended_with_that_reason(deed: str) -> None:
+    greedy = PlanningWorker(make_fake_engine, memory_mb=200)
+    greedy.warm_up().result(timeout=PATIENCE_S)
+    (before,) = greedy.pids
+    result = greedy.plan(problem(deed), REQUEST)
+    assert result.status is PlanningStatus.OUT_OF_MEMORY
+    assert "more than 200 MB" in result.reason
+    assert gone(before)
+    assert greedy.plan(problem("answer"), REQUEST).plan_net is not None
+    greedy.close()
+
+
+def test_a_long_problem_blocks_no_short_one(worker: PlanningWorker, threads: ThreadPoolExecutor) -> None:
+    watch = Watching()
+    until(lambda: len(worker.pids) == 2)
+    planning = threads.submit(worker.plan, problem("improve"), REQUEST, watch)
+    until(lambda: bool(watch.seen))
+    assert worker.plan(problem("answer"), REQUEST).plan_net is not None
+    assert not planning.done()
+    watch.stop.set()
+    planning.result(PATIENCE_S)
+
+
+def test_whoever_waits_for_a_turn_may_cancel(worker: PlanningWorker, threads: ThreadPoolExecutor) -> None:
+    busy, waiting = [Watching(), Watching()], Watching()
+    planning = [threads.submit(worker.plan, problem("improve"), REQUEST, watch) for watch in busy]
+    until(lambda: all(watch.seen for watch in busy))
+    third = threads.submit(worker.plan, problem("answer"), REQUEST, waiting)
+    waiting.cancel.set()
+    assert "cancelled" in third.result(PATIENCE_S).reason
+    for watch in busy:
+        watch.stop.set()
+    for one in planning:
+        one.result(PATIENCE_S)
+
+
+def test_an_engine_that_hangs_is_given_up(worker: PlanningWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.planning.pool.process.GRACE_S", 0.2)
+    result = worker.plan(problem("hang"), PlanningRequest(time_limit_s=0.2))
+    assert result.status is PlanningStatus.TIMED_OUT
+
+
+def test_a_problem_whose_process_dies_is_tried_again(worker: PlanningWorker, tmp_path: Path) -> None:
+    result = worker.plan(problem("die_once", str(tmp_path / "died")), REQUEST)
+    assert result.status is PlanningStatus.SOLVED
+
+
+def test_processes_that_die_with_nothing_to_do_cost_no_problem_its_plan(
+    worker: PlanningWorker, tmp_path: Path
+) -> None:
+    until(lambda: worker._free.qsize() == 2)
+    idle = worker.pids
+    for pid in idle:
+        os.kill(pid, signal.SIGKILL)
+    until(lambda: all(gone(pid) for pid in idle))
+    result = worker.plan(problem("die_once", str(tmp_path / "died")), REQUEST)
+    assert result.status is PlanningStatus.SOLVED
+    until(lambda: not set(worker.pids) & set(idle))
+
+
+def test_processes_that_die_before_they_take_a_problem_up_cost_it_no_attempt(
+    worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
+) -> None:
+    until(lambda: worker._free.qsize() == 2)
+    idle = worker.pids
+    for pid in idle:
+        os.kill(pid, signal.SIGSTOP)
+    planning = threads.submit(worker.plan, problem("die_once", str(tmp_path / "died")), REQUEST)
+    until(lambda: worker._free.qsize() == 1)
+    for pid in idle:
+        os.kill(pid, signal.SIGKILL)
+    assert planning.result(PATIENCE_S).status is PlanningStatus.SOLVED
+
+
+def test_a_problem_that_kills_every_process_fails_with_the_reason(worker: PlanningWorker) -> None:
+    result = worker.plan(problem("die"), REQUEST)
+    assert result.status is PlanningStatus.FAILED
+    assert "exit code 7" in result.reason
+
+
+def test_a_defect_is_a_result(worker: PlanningWorker) -> None:
+    result = worker.plan(problem("slip"), REQUEST)
+    assert result.status is PlanningStatus.FAILED
+    assert "a slip" in result.reason
+
+
+def test_a_worker_that_is_closed_says_so_to_whoever_waits(threads: ThreadPoolExecutor) -> None:
+    worker, watch = PlanningWorker(make_fake_engine), Watching()
+    planning = threads.submit(worker.plan, problem("improve"), REQUEST, watch)
+    until(lambda: bool(watch.seen))
+    pids = worker.pids
+    worker.close()
+    with pytest.raises(WorkerClosed):
+        planning.result(PATIENCE_S)
+    until(lambda: all(map(gone, pids)))
+    with pytest.raises(WorkerClosed):
+        worker.plan(problem("answer"), REQUEST)
+
+
+def test_an_engine_that_cannot_be_made_is_said_at_once(capfd: pytest.CaptureFixture[str]) -> None:
+    worker = PlanningWorker(make_no_engine)
+    with pytest.raises(Unavailable, match="does not start"):
+        worker.warm_up().result(timeout=PATIENCE_S)
+    worker.close()
+    assert "no engine here" in capfd.readouterr().err
+
+
+def test_a_process_that_is_killed_as_it_begins_is_replaced() -> None:
+    worker = PlanningWorker(make_fake_engine, processes=1)
+    ready = worker.warm_up()
+    (pid,) = worker.pids
+    os.kill(pid, signal.SIGKILL)
+    assert ready.result(timeout=PATIENCE_S)
+    assert pid not in worker.pids
+    assert worker.plan(problem("answer"), REQUEST).status is not PlanningStatus.FAILED
+    worker.close()
+
+
+def test_the_service_process_may_die_and_its_planning_processes_end(tmp_path: Path) -> None:
+    """What a killed service leaves behind ends by itself, native engines too."""
+    import subprocess
+    import sys
+
+    script = (
+        "import sys\n"
+        "from app.planning.pool.pool import PlanningWorker\n"
+        "from planner import PlanningRequest\n"
+        "from tests.app.planning.fake_engine import make_fake_engine, problem\n"
+        "if __name__ == '__main__':\n"
+        "    worker = PlanningWorker(make_fake_engine)\n"
+        "    worker.warm_up().result(60)\n"
+        "    print(worker.pids[0], flush=True)\n"
+        "    worker.plan(problem('run_a_child', sys.argv[1]), PlanningRequest(time_limit_s=120))\n"
+    )
+    (tmp_path / "serving.py").write_text(script)
+    file = tmp_path / "pid"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    with subprocess.Popen(
+        [sys.executable, str(tmp_path / "serving.py"), str(file)],
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as service:
+        assert service.stdout is not None
+        planning_pid = int(service.stdout.readline())
+        until(file.is_file)
+        service.kill()
+    until(lambda: gone(planning_pid) and gone(int(file.read_text())))
