@@ -7,50 +7,56 @@ from threading import Event
 
 from fastapi import FastAPI
 
-from app.agents import AgentModels, Hearing, Questions, RobotBoard
+from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.running_world import RunningWorld
 from app.agents.teleoperation import Teleoperation
-from app.agents.tuning import TuningDesk
-from app.agents.world_service import WorldDesk
-from app.api.app import build_api
+from app.agents.tuning import TuningService
+from app.agents.world_service import WorldService
+from app.api.app import Services, build_api
 from app.api.recordings import as_the_api_has_it
 from app.core import Core
 from app.domain.mission_organiser import Margin, load_library
-from app.missions.dispatch import Dispatching
-from app.missions.fleet_run import Meeting
-from app.missions.life import WORKFLOW as MISSION_LIFE
+from app.missions.dispatch import ScriptDispatcher
+from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
-from app.missions.mission_service import MissionDesk
-from app.missions.recovery import WORKFLOW as RECOVER_MISSION
-from app.missions.recovery import Recovering
-from app.missions.reports import ReportBook
+from app.missions.mission_service import MissionService
+from app.missions.recovery import MissionRecovery
+from app.missions.reports import MissionReports
 from app.missions.world_start import begin_world, part_from_others
-from app.planning.alternatives import WORKFLOW as FIND_ALTERNATIVES
-from app.planning.alternatives import Choices
-from app.planning.approval import AUTOMATIC, RECOVERY, PlanDesk
-from app.planning.explanations import Explaining
-from app.planning.export import Exporting
-from app.planning.goal_planning import WORKFLOW as PLAN_GOAL
+from app.planning.alternatives import Alternatives
+from app.planning.approval import PlanApproval
+from app.planning.explanations import Explanations
+from app.planning.export import PlanExport
 from app.planning.goal_planning import Planning
-from app.planning.goal_service import GoalDesk
+from app.planning.goal_service import GoalService
 from app.planning.limits import PlanningLimits
 from app.planning.pool.engine import make_engine
 from app.planning.pool.pool import PlanningWorker
-from app.planning.problem_builder import Posing
-from app.planning.proposals import Proposing
-from app.planning.waiting_goals import WORKFLOW as PLAN_WAITING
+from app.planning.problem_builder import ProblemBuilder
+from app.planning.proposals import Proposals
+from app.planning.requests import PlanningRequests
 from app.planning.waiting_goals import WaitingGoals
-from app.recordings import Recorder, Shelf
+from app.recordings import Recorder, RecordingStore
 from app.settings import Settings, lock_folder
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
-from app.store.reservations import Holdings
-from app.workflows import MISSIONS, QUEUES, Queue, Workflows
-from app.workflows.leases import Presence
+from app.store.reservations import Reservations
+from app.workflows import (
+    FIND_ALTERNATIVES,
+    MISSION_LIFE,
+    MISSIONS,
+    PLAN_GOAL,
+    PLAN_WAITING,
+    QUEUES,
+    RECOVER_MISSION,
+    Queue,
+    Workflows,
+)
+from app.workflows.leases import ExecutorRegistry
 from app.workflows.notifications import Listening
 from app.workflows.retention import Retention
 from planner import load_knowledge_base
@@ -102,10 +108,10 @@ class Service:
             workflows=workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
-            holdings=Holdings(plan_nets),
+            holdings=Reservations(plan_nets),
         )
         self._listening = Listening(self.database, workflows.topics)
-        self.presence = Presence(
+        self.presence = ExecutorRegistry(
             self.database,
             workflows,
             serves=[queue.name for queue in served],
@@ -113,7 +119,7 @@ class Service:
         )
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
-        self.hearing = Hearing(self.board, clocks=self.clocks, worlds=self._files)
+        self.hearing = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
         self.questions = Questions(patience_s=settings.answer_patience_s)
         self._own_worker = worker is None
         self._worker = worker or PlanningWorker(
@@ -121,7 +127,7 @@ class Service:
         )
         self._wire_desks()
         self._retention = Retention.of(self.database, self._core.workflows, settings)
-        self.shelf = Shelf.of(settings)
+        self.shelf = RecordingStore.of(settings)
         self._recorder = Recorder(
             self._core,
             shelf=self.shelf,
@@ -134,7 +140,28 @@ class Service:
 
     @cached_property
     def api(self) -> FastAPI:
-        return build_api(self, viewer=self._viewer, static=WEB)
+        services = Services(
+            token=self.token,
+            settings=self.settings,
+            stopping=self.stopping,
+            events=self.events,
+            clocks=self.clocks,
+            board=self.board,
+            goals=self.goals,
+            alternatives=self.choices,
+            plans=self.plans,
+            explanations=self.explaining,
+            export=self.exporting,
+            missions=self.missions,
+            worlds=self.worlds,
+            questions=self.questions,
+            tunings=self.tunings,
+            lost_robots=self.lost,
+            teleoperation=self.teleoperation,
+            recordings=self.shelf,
+            executors=self.presence,
+        )
+        return build_api(services, viewer=self._viewer, static=WEB)
 
     def start(self) -> None:
         """Begin: the worlds that go on or start afresh, the workflows that were left, the links to the robots."""
@@ -199,51 +226,52 @@ class Service:
     def _wire_desks(self) -> None:
         core, settings = self._core, self.settings
         limits = PlanningLimits.of(settings)
-        self.worlds = WorldDesk(
+        self.worlds = WorldService(
             core, worlds=self._files, clocks=self.clocks, board=self.board, hearing=self.hearing
         )
         self.teleoperation = Teleoperation(self.worlds, {n: w.pace for n, w in self._worlds.items()})
-        self.tunings = TuningDesk(core, worlds=self._files)
-        self.missions = MissionDesk(core)
-        self.plans = PlanDesk(
+        self.tunings = TuningService(core, worlds=self._files)
+        self.missions = MissionService(core)
+        requests = PlanningRequests(core, clocks=self.clocks)
+        self.plans = PlanApproval(
             core,
             margin=Margin(
                 relative=settings.margin_relative,
                 absolute_s=settings.margin_s,
                 answers_s={name: file.answer_s for name, file in self._files.items()},
             ),
-            # Desk and planning need each other: a stale plan is repaired, an automatic one approved.
-            replan=lambda session, goal, reason: self._planning.enqueue(session, goal, reason),  # noqa: PLW0108
-            recover=lambda session, goal, reason: self._recovering.plan_again(session, goal, reason),  # noqa: PLW0108
+            requests=requests,
         )
-        self._wire_planning(limits)
-        self.goals = GoalDesk(
+        self._wire_planning(limits, requests)
+        self.goals = GoalService(
             core,
             world=self.worlds.world,
             clocks=self.clocks,
             limits=limits,
             open_goals=settings.open_goals,
-            enqueue=self._planning.enqueue,
+            requests=requests,
         )
-        self.lost = LostRobots(core, clocks=self.clocks, board=self.board, released=self._waiting.release)
-        self._reports = ReportBook(core, released=self._waiting.release)
+        self.lost = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting)
+        self._reports = MissionReports(core, waiting=self._waiting)
         repertoires = {n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()}
         self._life = MissionLife(
             core,
-            dispatching=Dispatching(core, library=load_library(core.knowledge_base), repertoires=repertoires),
+            dispatching=ScriptDispatcher(
+                core, library=load_library(core.knowledge_base), repertoires=repertoires
+            ),
             times={n: WorldTime.of(w) for n, w in self._worlds.items()},
             patience_s=settings.answer_patience_s,
-            recover=self._recovering.take,
-            freed=self._waiting.release,
+            recovery=self._recovering,
+            waiting=self._waiting,
             silent_in_s=self.hearing.silent_in_s,
         )
 
-    def _wire_planning(self, limits: PlanningLimits) -> None:
+    def _wire_planning(self, limits: PlanningLimits, requests: PlanningRequests) -> None:
         core, worker = self._core, self._worker
-        posing = Posing(
+        posing = ProblemBuilder(
             core, worlds=self._files, clocks=self.clocks, points=self.board.points, resting=self.board.resting
         )
-        proposing = Proposing(core, clocks=self.clocks)
+        proposing = Proposals(core, clocks=self.clocks)
         self._waiting = WaitingGoals(core)
         self.board.rested.append(self._waiting.rested)
         self._planning = Planning(
@@ -253,20 +281,21 @@ class Service:
             waiting=self._waiting,
             worker=worker,
             limits=limits,
-            approve=partial(self.plans.approve_or_expire, actor=AUTOMATIC, comment=""),
+            approval=self.plans,
         )
-        self._recovering = Recovering(
+        self._recovering = MissionRecovery(
             core,
             posing=posing,
             proposing=proposing,
             worker=worker,
             limits=limits,
             clocks=self.clocks,
-            approve=partial(self.plans.approve_or_expire, actor=RECOVERY, comment=""),
+            requests=requests,
+            approval=self.plans,
         )
-        self.choices = Choices(core, posing=posing, proposing=proposing, worker=worker, limits=limits)
-        self.explaining = Explaining(core, posing=posing, worker=worker, limits=limits)
-        self.exporting = Exporting(core, posing=posing)
+        self.choices = Alternatives(core, posing=posing, proposing=proposing, worker=worker, limits=limits)
+        self.explaining = Explanations(core, posing=posing, worker=worker, limits=limits)
+        self.exporting = PlanExport(core, posing=posing)
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         return AgentModels(
@@ -290,8 +319,8 @@ class Service:
         rested = partial(self._waiting.look, world.file.name)
         if world.fleet is None:
             return rested
-        speaks, release = partial(self.presence.speaks_for, world.file.name), self._waiting.release
-        meeting = Meeting(self._core, world.file, world.fleet, released=release, speaks=speaks)
+        speaks = partial(self.presence.speaks_for, world.file.name)
+        meeting = FleetRun(self._core, world.file, world.fleet, waiting=self._waiting, speaks=speaks)
 
         def see() -> None:
             meeting.look()

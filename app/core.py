@@ -6,7 +6,7 @@ from app.store import Database
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.plan_nets import PlanNets
-from app.store.reservations import Holdings
+from app.store.reservations import Reservations
 from app.workflows import Workflows
 from planner import KnowledgeBase
 
@@ -19,4 +19,4 @@ class Core:
     workflows: Workflows
     knowledge_base: KnowledgeBase
     plan_nets: PlanNets
-    holdings: Holdings
+    holdings: Reservations

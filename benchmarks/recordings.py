@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from time import process_time
 
 from app.agents import RobotBoard
-from app.recordings import Shelf
+from app.recordings import RecordingStore
 from app.recordings.track import Track
 from benchmarks.stack import Whole
 from robots.clock import ManualClock
@@ -59,7 +59,7 @@ def heard(world: WorldFile, seconds: int) -> list[Said]:
 def cost(robots: Sequence[str], ticks: Sequence[Said], missions: int) -> Cost:
     board = RobotBoard(((name, WORLD) for name in robots), clocks={WORLD: ManualClock()})
     with TemporaryDirectory() as folder:
-        shelf = Shelf(Path(folder), budget_bytes=10**12)
+        shelf = RecordingStore(Path(folder), budget_bytes=10**12)
         teams = [frozenset(robots[TEAM * number : TEAM * (number + 1)]) for number in range(missions)]
         ids = [f"mission-{number}" for number in range(missions)]
         tracks = [
@@ -75,7 +75,7 @@ def cost(robots: Sequence[str], ticks: Sequence[Said], missions: int) -> Cost:
                 track.hear(views)
             spent_s += process_time() - begun
         for track in tracks:
-            track.tape.close()
+            track.writer.close()
         size_kib = sum(one.size_bytes for one in shelf.recordings()) / 1024
     a_minute = MINUTE_S / (len(ticks) / 10)
     return Cost(robots=len(robots), missions=missions, kib=size_kib * a_minute, cpu_s=spent_s * a_minute)

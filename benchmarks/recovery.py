@@ -19,7 +19,7 @@ from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
 from app.workflows import MISSIONS, Workflows, sleep_until_woken, step
-from app.workflows.leases import Presence
+from app.workflows.leases import ExecutorRegistry
 from benchmarks.databases import SERVER, database_on
 
 TICK_S = 0.1
@@ -90,7 +90,7 @@ def execute(url: str, name: str, turns: int) -> None:
             sleep_until_woken(0.0 if turn < turns else TICK_S)
 
     workflows.register("life", life)
-    presence = Presence(database, workflows, serves=[MISSIONS.name], speaks_for=())
+    presence = ExecutorRegistry(database, workflows, serves=[MISSIONS.name], speaks_for=())
     presence.register()
     workflows.launch()
     presence.start()

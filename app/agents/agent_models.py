@@ -8,6 +8,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
 from sqlalchemy import or_, select
 
@@ -15,9 +16,8 @@ from app.agents.pace import LEAST_S, Pace
 from app.agents.questions import Questions
 from app.agents.robot_board import RobotBoard
 from app.agents.teleoperation import Teleoperation
-from app.agents.tuning import TuningDesk
+from app.agents.tuning import TuningService
 from app.domain.states import ENDED, MissionState
-from app.missions.reports import ReportBook
 from app.store import Database, MissionRow, ScriptRow, is_away
 from app.store.script_orders import unanswered
 from app.workflows.background import Background
@@ -47,6 +47,14 @@ LOOK_S = 1.0
 logger = logging.getLogger(__name__)
 
 
+class ReportRecorder(Protocol):
+    """Records what robots report of their scripts, with all its consequences."""
+
+    def record(self, message: Message, world: str) -> bool:
+        """Record a report once; False if it is known already or concerns no known script."""
+        ...
+
+
 class AgentModels:
     """The agent models of one world's robots, on one link, in one thread."""
 
@@ -57,11 +65,11 @@ class AgentModels:
         link: Link,
         clock: Clock,
         database: Database,
-        reports: ReportBook,
+        reports: ReportRecorder,
         board: RobotBoard,
         questions: Questions,
         teleoperation: Teleoperation,
-        tunings: TuningDesk,
+        tunings: TuningService,
         welcome: Callable[[], None],
         world: str,
         speaks: Callable[[], bool] = lambda: True,

@@ -16,7 +16,7 @@ LEAST_S = 1.0
 """World seconds that are left to a robot that was heard not long ago by the wall clock."""
 
 
-class Hearing:
+class ContactMonitor:
     """Of the robots of all worlds. Thread-safe, for it only reads the board."""
 
     def __init__(

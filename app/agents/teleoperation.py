@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
-from app.agents.world_service import RobotReport, WorldDesk
+from app.agents.world_service import RobotReport, WorldService
 from app.domain.errors import Conflict
 from app.domain.states import Connection
 from robots.teleoperation import HELD, MOST_M_S, MOST_RAD_S
@@ -64,7 +64,7 @@ class Teleoperation:
 
     def __init__(
         self,
-        worlds: WorldDesk,
+        worlds: WorldService,
         paces: Mapping[str, Callable[[], float | None]],
         *,
         wall: Callable[[], float] = time.monotonic,

@@ -41,7 +41,7 @@ class TunedRobot:
     decided_at: str | None = None
 
 
-class TuningDesk:
+class TuningService:
     """Reads and sets tunings. The agent models deliver what is pending and hand back what the robots answer."""
 
     def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile]) -> None:

@@ -7,7 +7,8 @@ from typing import Any
 
 from sqlalchemy import or_, select
 
-from app.agents import Hearing, RobotBoard, RobotView
+from app.agents.contact_monitor import ContactMonitor
+from app.agents.robot_board import RobotBoard, RobotView
 from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
@@ -67,7 +68,7 @@ class RobotReport:
     lost: LostRobotRow | None
 
 
-class WorldDesk:
+class WorldService:
     """Reads worlds, facts and robots; takes operators' corrections."""
 
     def __init__(
@@ -77,7 +78,7 @@ class WorldDesk:
         worlds: Mapping[str, WorldFile],
         clocks: Mapping[str, Clock],
         board: RobotBoard,
-        hearing: Hearing,
+        hearing: ContactMonitor,
     ) -> None:
         self._database, self._events, self._facts = core.database, core.events, core.facts
         self._knowledge_base, self._workflows = core.knowledge_base, core.workflows

@@ -1,8 +1,10 @@
 """The application: routes, streams, problems, the console and the door in front of all of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from threading import Event
+from typing import Any
 
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
@@ -10,6 +12,10 @@ from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 from starlette.types import ASGIApp
 
+from app.agents import Questions, RobotBoard
+from app.agents.teleoperation import Teleoperation
+from app.agents.tuning import TuningService
+from app.agents.world_service import WorldService
 from app.api import problems
 from app.api.auth import Door, TokenCheck
 from app.api.bodies import GoalBody, plan_body
@@ -18,23 +24,61 @@ from app.api.goals import goals_router, plans_router
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
 from app.api.page_view_routes import views_router
-from app.api.page_views import Views
+from app.api.page_views import PageViews
 from app.api.recordings import MCAP, recordings_router
 from app.api.replicas import replicas_router
 from app.api.robots import robots_router
 from app.api.streams import streams_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.api.worlds import worlds_router
+from app.missions.lost_robots import LostRobots
+from app.missions.mission_service import MissionService
+from app.planning.alternatives import Alternatives
+from app.planning.approval import PlanApproval
+from app.planning.explanations import Explanations
+from app.planning.export import PlanExport
+from app.planning.goal_service import GoalService
+from app.recordings import RecordingStore
+from app.settings import Settings
+from app.store.event_log import EventLog
 from app.workflows import PLANNING
-
-if TYPE_CHECKING:
-    from app.composition import Service
+from app.workflows.leases import ExecutorRegistry
+from robots.clock import Clock
 
 MAX_BODY_BYTES = 1_000_000
 WORTH_PACKING_BYTES, PACKED_AT = 2000, 4
 
 
-def build_api(service: "Service", *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Services:
+    """What the routes call, as the composition root wires it.
+
+    :param token: the administrator's token.
+    :param stopping: set when the process is about to end; open streams then end by themselves.
+    """
+
+    token: str
+    settings: Settings
+    stopping: Event
+    events: EventLog
+    clocks: Mapping[str, Clock]
+    board: RobotBoard
+    goals: GoalService
+    alternatives: Alternatives
+    plans: PlanApproval
+    explanations: Explanations
+    export: PlanExport
+    missions: MissionService
+    worlds: WorldService
+    questions: Questions
+    tunings: TuningService
+    lost_robots: LostRobots
+    teleoperation: Teleoperation
+    recordings: RecordingStore
+    executors: ExecutorRegistry
+
+
+def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
     check = TokenCheck(service.token)
     api = FastAPI(
         title="Macta",
@@ -45,11 +89,11 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
         redoc_url=None,
     )
     problems.install(api)
-    api.include_router(goals_router(service.goals, service.choices))
-    api.include_router(plans_router(service.plans, service.explaining, service.exporting))
+    api.include_router(goals_router(service.goals, service.alternatives))
+    api.include_router(plans_router(service.plans, service.explanations, service.export))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
-    api.include_router(robots_router(service.worlds, service.questions, service.tunings, service.lost))
+    api.include_router(robots_router(service.worlds, service.questions, service.tunings, service.lost_robots))
     api.include_router(driving_router(service.teleoperation))
     api.include_router(
         streams_router(
@@ -61,11 +105,11 @@ def build_api(service: "Service", *, viewer: Callable[[], str | None], static: P
             most=service.settings.open_streams,
         )
     )
-    api.include_router(recordings_router(service.shelf, static))
-    api.include_router(replicas_router(service.presence))
+    api.include_router(recordings_router(service.recordings, static))
+    api.include_router(replicas_router(service.executors))
     api.include_router(view_router(viewer))
     api.include_router(viewer_router(viewer, check.admits, most=service.settings.open_streams))
-    api.include_router(views_router(Views(), most=service.settings.open_streams))
+    api.include_router(views_router(PageViews(), most=service.settings.open_streams))
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
     # Operators are far away, over links that are slow. Recordings are packed already, streams go out as they come.
@@ -83,7 +127,7 @@ def _door(check: TokenCheck) -> Callable[[ASGIApp], Door]:
     return lambda app: Door(app, check)
 
 
-def _add_health(api: FastAPI, service: "Service") -> None:
+def _add_health(api: FastAPI, service: Services) -> None:
     @api.get("/healthz", tags=["health"])
     def healthz() -> dict[str, str]:
         """The process is alive."""
@@ -93,7 +137,7 @@ def _add_health(api: FastAPI, service: "Service") -> None:
     def readyz() -> JSONResponse:
         """The record can be read and no world's link is broken."""
         try:
-            plans = any(PLANNING.name in one.serves for one in service.presence.executors() if one.alive)
+            plans = any(PLANNING.name in one.serves for one in service.executors.executors() if one.alive)
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
         broken = [world for world in sorted(service.clocks) if _out_of_reach(service, world)]
@@ -106,11 +150,11 @@ def _add_health(api: FastAPI, service: "Service") -> None:
         return JSONResponse({"status": "ready"})
 
 
-def _out_of_reach(service: "Service", world: str) -> bool:
+def _out_of_reach(service: Services, world: str) -> bool:
     return any(view.broken for view in service.board.views(world).values())
 
 
-def _snapshot(service: "Service") -> list[tuple[str, str, dict[str, Any]]]:
+def _snapshot(service: Services) -> list[tuple[str, str, dict[str, Any]]]:
     """The newest hundred of everything, oldest first, for a client that begins."""
     goals, _ = service.goals.newest(limit=100)
     plans, _ = service.plans.newest(limit=100, state="proposed")

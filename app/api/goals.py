@@ -19,11 +19,11 @@ from app.api.bodies import (
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.domain.plan_document import PlanBody
 from app.domain.states import GoalState, PlanState
-from app.planning.alternatives import Choices
-from app.planning.approval import PlanDesk
-from app.planning.explanations import Explaining
-from app.planning.export import Exporting, PddlBody
-from app.planning.goal_service import GoalDesk, GoalRequest
+from app.planning.alternatives import Alternatives
+from app.planning.approval import PlanApproval
+from app.planning.explanations import Explanations
+from app.planning.export import PddlBody, PlanExport
+from app.planning.goal_service import GoalRequest, GoalService
 from app.planning.limits import PlanningWish
 from planner.pddl import Form
 
@@ -40,7 +40,7 @@ class Decided(PlanBody):
     mission_id: str | None = None
 
 
-def goals_router(goals: GoalDesk, choices: Choices) -> APIRouter:
+def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/goals", status_code=202)
@@ -92,7 +92,7 @@ def goals_router(goals: GoalDesk, choices: Choices) -> APIRouter:
     return router
 
 
-def plans_router(plans: PlanDesk, explaining: Explaining, exporting: Exporting) -> APIRouter:
+def plans_router(plans: PlanApproval, explaining: Explanations, exporting: PlanExport) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/plans")

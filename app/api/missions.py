@@ -8,12 +8,12 @@ from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR, Limit
 from app.api.mission_bodies import MissionBody, ScriptBody
 from app.domain.states import MissionState
-from app.missions.mission_service import Mission, MissionDesk
+from app.missions.mission_service import Mission, MissionService
 from app.store import ScriptRow
 from robots.wire import BehaviourScript
 
 
-def missions_router(missions: MissionDesk) -> APIRouter:
+def missions_router(missions: MissionService) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["missions"])
 
     @router.get("/missions")

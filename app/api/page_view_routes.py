@@ -14,7 +14,7 @@ from fastapi import APIRouter, WebSocket
 from pydantic import BaseModel, ValidationError
 from starlette.websockets import WebSocketDisconnect
 
-from app.api.page_views import Follower, Page, Pick, Shown, Views
+from app.api.page_views import Follower, Page, PageViews, Pick, Shown
 from app.api.streams import Count
 from app.api.viewer_proxy import POLICY_VIOLATION, TRY_AGAIN_LATER, ViewId
 
@@ -35,7 +35,7 @@ class Changed(BaseModel):
     shown: Shown | None
 
 
-def views_router(views: Views, *, most: int) -> APIRouter:
+def views_router(views: PageViews, *, most: int) -> APIRouter:
     """:param most: so many sockets may be open at a time."""
     router, open_ = APIRouter(prefix="/v1"), Count()
 
@@ -78,7 +78,7 @@ async def _either(socket: WebSocket, *directions: Coroutine[Any, Any, None]) -> 
             pass  # it left, perhaps while it was being told
 
 
-async def _take_shown(socket: WebSocket, views: Views, view_id: str, page: Page) -> None:
+async def _take_shown(socket: WebSocket, views: PageViews, view_id: str, page: Page) -> None:
     while True:
         views.show(view_id, page, Shown.model_validate_json(await _frame(socket)))
 
@@ -88,7 +88,7 @@ async def _hand_picks(socket: WebSocket, page: Page) -> None:
         await socket.send_text((await page.picks.get()).model_dump_json())
 
 
-async def _take_picks(socket: WebSocket, views: Views) -> None:
+async def _take_picks(socket: WebSocket, views: PageViews) -> None:
     while True:
         picked = Picked.model_validate_json(await _frame(socket))
         views.pick(picked.id, picked.pick)

@@ -59,7 +59,7 @@ class Page:
 class Follower:
     """Somebody who draws what the pages show: hears of those that changed, the newest of each only."""
 
-    def __init__(self, views: "Views") -> None:
+    def __init__(self, views: "PageViews") -> None:
         self._views = views
         self._changed = asyncio.Event()
         self._ids = set(views.ids)
@@ -77,7 +77,7 @@ class Follower:
         return {view_id: self._views.shown(view_id) for view_id in ids}
 
 
-class Views:
+class PageViews:
     """The open pages by the id that each has given itself, and who follows them."""
 
     def __init__(self) -> None:

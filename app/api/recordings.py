@@ -8,11 +8,11 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse, HTMLResponse
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.agents.world_service import WorldDesk
+from app.agents.world_service import WorldService
 from app.api.bodies import GoalBody, Page, plan_body
 from app.api.mission_bodies import MissionBody
-from app.planning.approval import PlanDesk
-from app.recordings import Shelf, replay_of
+from app.planning.approval import PlanApproval
+from app.recordings import RecordingStore, replay_of
 from app.recordings.page import replay_page
 from app.recordings.recorder import Shown
 
@@ -51,7 +51,7 @@ class ReplayBody(BaseModel):
     events: list[dict[str, Any]] = Field(description="from the statement of its goal on")
 
 
-def recordings_router(shelf: Shelf, static: Path) -> APIRouter:
+def recordings_router(shelf: RecordingStore, static: Path) -> APIRouter:
     """:param static: the folder of the console's files, which a replay as one file is made of."""
     router = APIRouter(prefix="/v1", tags=["recordings"])
 
@@ -82,7 +82,7 @@ def recordings_router(shelf: Shelf, static: Path) -> APIRouter:
     return router
 
 
-def as_the_api_has_it(worlds: WorldDesk, plans: PlanDesk) -> Shown:
+def as_the_api_has_it(worlds: WorldService, plans: PlanApproval) -> Shown:
     """What is recorded is what the API would have answered at that moment."""
 
     def facts(name: str) -> list[dict[str, Any]]:

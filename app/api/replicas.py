@@ -6,7 +6,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel
 
 from app.api.bodies import Page
-from app.workflows.leases import Presence
+from app.workflows.leases import ExecutorRegistry
 
 
 class ExecutorBody(BaseModel):
@@ -22,7 +22,7 @@ class ExecutorBody(BaseModel):
     alive: bool
 
 
-def replicas_router(presence: Presence) -> APIRouter:
+def replicas_router(presence: ExecutorRegistry) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["health"])
 
     @router.get("/executors")

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents import Questions
-from app.agents.tuning import TunedRobot, TuningDesk
-from app.agents.world_service import RobotReport, WorldDesk
+from app.agents.tuning import TunedRobot, TuningService
+from app.agents.world_service import RobotReport, WorldService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
 from app.api.goals import ACTOR
 from app.api.versions import IfMatch, version_of
@@ -46,7 +46,7 @@ class TuningBody(BaseModel):
 
 
 def robots_router(
-    worlds: WorldDesk, questions: Questions, tunings: TuningDesk, lost: LostRobots
+    worlds: WorldService, questions: Questions, tunings: TuningService, lost: LostRobots
 ) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)

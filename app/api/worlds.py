@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from fastapi import APIRouter, Response
 
-from app.agents.world_service import WorldDesk
+from app.agents.world_service import WorldService
 from app.api.bodies import (
     BelievedBody,
     CorrectFacts,
@@ -28,7 +28,7 @@ from robots.wire import SymbolicFact
 TAGS: list[str | Enum] = ["worlds and robots"]
 
 
-def worlds_router(worlds: WorldDesk) -> APIRouter:
+def worlds_router(worlds: WorldService) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/worlds")
@@ -82,7 +82,7 @@ def worlds_router(worlds: WorldDesk) -> APIRouter:
 
 
 def _facts(
-    worlds: WorldDesk, world_id: str, response: Response, dropped: Sequence[SymbolicFact] = ()
+    worlds: WorldService, world_id: str, response: Response, dropped: Sequence[SymbolicFact] = ()
 ) -> FactsBody:
     rows, version = worlds.facts(world_id)
     response.headers["etag"] = f'"{version}"'
@@ -100,12 +100,12 @@ def _facts(
     return FactsBody(items=items, version=version, dropped=list(dropped))
 
 
-def _believed(worlds: WorldDesk, known: Mapping[str, Any]) -> BelievedBody:
+def _believed(worlds: WorldService, known: Mapping[str, Any]) -> BelievedBody:
     predicate, args = worlds.relation(Fact(known["predicate"], tuple(known["args"])))
     return BelievedBody(predicate=predicate, args=args, source=known["source"], at_s=known["at_s"])
 
 
-def _unknown(worlds: WorldDesk, one: Unknown, samples: Collection[str]) -> UnknownBody:
+def _unknown(worlds: WorldService, one: Unknown, samples: Collection[str]) -> UnknownBody:
     last = None
     if one.last is not None:
         predicate, args = worlds.relation(one.last.fact)

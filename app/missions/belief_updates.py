@@ -21,7 +21,7 @@ from robots.wire import ScriptReport, ScriptState, SymbolicFact
 BROKEN_OFF = (ScriptState.FAILED, ScriptState.CANCELLED)
 
 
-class Believing:
+class BeliefUpdates:
     """Changes the facts inside the caller's transaction; other missions look again at what they count on."""
 
     def __init__(self, core: Core) -> None:

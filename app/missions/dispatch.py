@@ -12,7 +12,7 @@ from app.store import MissionRow, ScriptRow
 from robots.wire import BehaviourScript
 
 
-class Dispatching:
+class ScriptDispatcher:
     """Turns the plan that a mission is to carry out now into scripts."""
 
     def __init__(

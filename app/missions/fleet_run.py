@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from sqlalchemy.orm import Session
-
 from app.core import Core
 from app.missions.world_start import meet_world
+from app.planning.waiting_goals import WaitingGoals
 from app.store import WorldRow
 from robots.world import WorldFile
 
@@ -27,7 +26,7 @@ class Fleet(Protocol):
     def take_up(self, run: str) -> None: ...
 
 
-class Meeting:
+class FleetRun:
     """Brings the record in step with the run that a world's fleet drives, then lets its robots be spoken with."""
 
     def __init__(
@@ -36,15 +35,15 @@ class Meeting:
         world: WorldFile,
         fleet: Fleet,
         *,
-        released: Callable[[Session, str], None],
+        waiting: WaitingGoals,
         speaks: Callable[[], bool] = lambda: True,
     ) -> None:
         """
-        :param released: called with the world when it begins afresh: goals wait to be planned then.
         :param speaks: True while this process, of those that share the record, is the one that keeps it for the world.
         """
         self._core, self._world, self._fleet = core, world, fleet
-        self._released, self._speaks = released, speaks
+        self._waiting = waiting
+        self._speaks = speaks
 
     def look(self) -> None:
         """Meet the fleet if it drives another run than was taken up. To be called again and again, cheap if not."""
@@ -60,7 +59,7 @@ class Meeting:
     def _meet(self, run: str) -> None:
         with self._core.database.write() as session:
             if not meet_world(session, self._core, self._world, run):
-                self._released(session, self._world.name)
+                self._waiting.release(session, self._world.name)
 
     def _is_recorded(self, run: str) -> bool:
         with self._core.database.read() as session:

@@ -15,28 +15,26 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.core import Core
 from app.domain.ids import new_id
-from app.domain.mission_monitor import MissionView, Verdict, cancelled, is_overdue, review
+from app.domain.mission_monitor import Verdict, cancelled, is_overdue, review
 from app.domain.recovery_rules import Step
 from app.domain.states import MissionState
-from app.missions.dispatch import Dispatching
+from app.missions.dispatch import ScriptDispatcher
 from app.missions.ending import end_mission
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
+from app.missions.recovery import MissionRecovery
+from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
 from app.store.mission_record import locked_after_goal
 from app.store.script_orders import give
-from app.workflows import MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
+from app.workflows import MISSION_LIFE, MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
 from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
 
-WORKFLOW = "mission_life"
 TURNS = 25
 """After so many looks at the mission another workflow goes on with it."""
 SETTLED_S = 1.0
 LONGEST_SLEEP_S = 30.0
 SHORTEST_SLEEP_S = 0.1
-
-Recover = Callable[[Session, MissionRow, MissionView, Verdict], None]
-"""Has the recovery of a mission take its next step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,21 +72,22 @@ class MissionLife:
         self,
         core: Core,
         *,
-        dispatching: Dispatching,
+        dispatching: ScriptDispatcher,
         times: Mapping[str, WorldTime],
         patience_s: float,
-        recover: Recover,
-        freed: Callable[[Session, str], None],
+        recovery: MissionRecovery,
+        waiting: WaitingGoals,
         silent_in_s: Callable[[str], float],
     ) -> None:
         """
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
-        :param freed: called in the closing transaction with the world whose robots are free again.
         :param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains.
         """
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
         self._views = MissionViews(core, silent_in_s=silent_in_s)
-        self._dispatching, self._recover, self._freed = dispatching, recover, freed
+        self._dispatching = dispatching
+        self._recovery = recovery
+        self._waiting = waiting
         self._times, self._patience_s = times, patience_s
 
     def run(self, mission_id: str) -> None:
@@ -113,7 +112,7 @@ class MissionLife:
             mission = locked_after_goal(session, mission_id)
             if mission.workflow == workflow and not MissionState(mission.state).ended:
                 mission.workflow = new_id("life")
-                self._workflows.start(session, MISSIONS, WORKFLOW, mission.workflow, mission_id)
+                self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
 
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
@@ -149,7 +148,7 @@ class MissionLife:
                 mission.stopped_for = view.why
             self._act(session, mission, scripts, verdict, view.now_s)
             if verdict.recover is not None:
-                self._recover(session, mission, view, verdict)
+                self._recovery.take(session, mission, view, verdict)
             if verdict.state is MissionState.UNKNOWN or mission.recovery_step not in (None, Step.WAITING):
                 return LONGEST_SLEEP_S  # an answer, a plan or a decision wakes the workflow
             if mission.asked_at is not None:
@@ -220,4 +219,4 @@ class MissionLife:
             failure=verdict.failure,
             now_s=self._times[mission.world].clock.now_s(),
         )
-        self._freed(session, mission.world)
+        self._waiting.release(session, mission.world)

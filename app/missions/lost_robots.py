@@ -5,7 +5,7 @@ has ended, and counts again once it has said what became of its script.
 """
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -14,6 +14,7 @@ from app.agents.robot_board import RobotBoard
 from app.core import Core
 from app.domain.errors import Conflict
 from app.domain.states import ENDED, Connection, MissionState
+from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
 from app.store.lost_robots import lost_rows
 from app.store.mission_record import UNENDED
@@ -34,11 +35,12 @@ class LostRobots:
         *,
         clocks: Mapping[str, Clock],
         board: RobotBoard,
-        released: Callable[[Session, str], None],
+        waiting: WaitingGoals,
     ) -> None:
-        """:param released: called in the transaction with the world in which a robot may be recruited again."""
         self._core, self._database, self._events = core, core.database, core.events
-        self._clocks, self._board, self._released = clocks, board, released
+        self._clocks = clocks
+        self._board = board
+        self._waiting = waiting
 
     def declare_lost(self, world: str, robot: str, *, actor: str, comment: str) -> None:
         """Do without the robot from now on. Its missions are recovered without it; to say it again changes nothing."""
@@ -98,7 +100,7 @@ class LostRobots:
         data = {"world": row.world, "actor": actor, "comment": comment}
         self._events.append(session, "robot.found", row.robot, **data)
         session.flush()
-        self._released(session, row.world)
+        self._waiting.release(session, row.world)
 
     def _abandon(self, session: Session, script: ScriptRow) -> None:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)

@@ -19,7 +19,7 @@ from robots.wire import ControlVerb
 Mission = tuple[MissionRow, list[ScriptRow]]
 
 
-class MissionDesk:
+class MissionService:
     """Reads missions and takes operators' orders on them."""
 
     def __init__(self, core: Core) -> None:

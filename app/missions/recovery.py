@@ -1,6 +1,6 @@
 """A mission's recovery as a durable workflow: its plan repaired, and approved or proposed as the operator wished."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -14,88 +14,66 @@ from app.domain.recovery_rules import LeftOut, Policy, Step, category_of, left_o
 from app.domain.states import MissionState
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from app.missions.recovery_watch import RecoveryWatch
+from app.planning.approval import RECOVERY, PlanApproval
 from app.planning.limits import PlanningLimits, PlanningWish
-from app.planning.mission_progress import begin_attempt, note, progress_of, troubles_of
+from app.planning.mission_progress import note, progress_of, troubles_of
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import WorkFailed
-from app.planning.problem_builder import Posed, Posing
-from app.planning.proposals import Proposing
-from app.planning.repairs import Overtaken, Repairing
-from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
+from app.planning.problem_builder import GoalProblem, ProblemBuilder
+from app.planning.proposals import Proposals
+from app.planning.repairs import RepairWork, ReplacedPlan
+from app.planning.requests import PlanningRequests
+from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.mission_record import locked_after_goal
-from app.workflows import PLANNING, or_give_up, step
+from app.workflows import or_give_up, step
 from planner.repair import Repair
 from robots.clock import Clock
 
-WORKFLOW = "recover_mission"
 LOOK_AGAIN_S = 20.0
 """World seconds after which a plan is sought again that others kept from being made, at least (our choice)."""
-
-Approve = Callable[[Session, PlanRow, GoalRow], object]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Sought:
     """A repair that is sought."""
 
-    posed: Posed
-    old: Overtaken
-    work: Repairing
+    posed: GoalProblem
+    old: ReplacedPlan
+    work: RepairWork
     left_out: LeftOut
 
 
-class Recovering:
+class MissionRecovery:
     """Takes the steps of missions' recovery that the monitor asks for."""
 
     def __init__(
         self,
         core: Core,
         *,
-        posing: Posing,
-        proposing: Proposing,
+        posing: ProblemBuilder,
+        proposing: Proposals,
         worker: PlanningWorker,
         limits: PlanningLimits,
         clocks: Mapping[str, Clock],
-        approve: Approve,
+        requests: PlanningRequests,
+        approval: PlanApproval,
     ) -> None:
-        """:param approve: approves a plan at once; if the world has overtaken it, has another made."""
         self._core, self._database, self._events = core, core.database, core.events
         self._posing, self._proposing, self._worker = posing, proposing, worker
-        self._limits, self._clocks, self._approve = limits, clocks, approve
+        self._limits, self._clocks = limits, clocks
+        self._requests = requests
+        self._approval = approval
 
     def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
-        """The step that the monitor's verdict names."""
-        mission.recovery_step = verdict.recover
+        """Take the step that the monitor's verdict names."""
         if verdict.recover is Step.PLANNING:
-            mission.tries_left -= 1
-            category = category_of(view.troubles)
-            at_s, again = self._clocks[mission.world].now_s(), view.step is Step.WAITING
-            troubles = () if again else view.troubles  # those are counted already
-            begin_attempt(mission, troubles, at_s=at_s, failure=category.value, reason=verdict.reason)
-            self._start(session, mission)
+            # An attempt that waited for others repeats the last one; its troubles are counted already.
+            troubles = () if view.step is Step.WAITING else view.troubles
+            failure = category_of(view.troubles).value
+            self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
         else:
+            mission.recovery_step = verdict.recover
             self._events.append(session, "mission.stuck", mission.id, reason=verdict.reason)
-
-    def plan_again(self, session: Session, goal: GoalRow, reason: str) -> None:
-        """Seek another plan for the goal's mission: the one that was found has been overtaken."""
-        mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
-        note(mission, outcome="overtaken", detail=reason)
-        if mission.tries_left <= 0 and mission.recovery == Policy.AUTO:
-            self._without_plan(session, mission, reason)
-            return
-        mission.tries_left = max(0, mission.tries_left - 1)
-        at_s, failure = self._clocks[mission.world].now_s(), mission.failure or category_of(()).value
-        begin_attempt(mission, (), at_s=at_s, failure=failure, reason=reason)
-        mission.recovery_step = Step.PLANNING
-        self._start(session, mission)
-
-    def _start(self, session: Session, mission: MissionRow) -> None:
-        last = mission.attempts[-1]
-        data = {name: last[name] for name in ("number", "failure", "reason")}
-        self._events.append(session, "mission.recovery_begun", mission.id, **data)
-        self._core.workflows.start(
-            session, PLANNING, WORKFLOW, f"{mission.id}:recovery:{last['number']}", mission.id
-        )
 
     def run(self, mission_id: str) -> None:
         """The workflow."""
@@ -108,7 +86,7 @@ class Recovering:
             mission = locked_after_goal(session, mission_id)
             session.get_one(GoalRow, mission.goal_id).planning = None
             if _is_sought(mission):
-                self._without_plan(session, mission, reason)
+                self._requests.end_without_plan(session, mission, reason)
 
     def _recover(self, mission_id: str) -> None:
         with self._database.write() as session:
@@ -140,7 +118,7 @@ class Recovering:
             elif sought.posed.waits_for and not sought.posed.why_never(self._core.knowledge_base):
                 self._wait(session, mission, sought.posed)
             else:
-                self._without_plan(session, mission, _in_words(reason, sought))
+                self._requests.end_without_plan(session, mission, _in_words(reason, sought))
 
     def _sought(self, session: Session, mission: MissionRow) -> _Sought:
         goal = session.get_one(GoalRow, mission.goal_id)
@@ -150,14 +128,14 @@ class Recovering:
         here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         scripts = session.scalars(select(ScriptRow).where(*here)).all()
         now_s = self._clocks[mission.world].now_s()
-        work = Repairing(
+        work = RepairWork(
             knowledge_base=self._core.knowledge_base,
             plan_net=net,
             problem=replace(posed.problem, facts=without.withhold(posed.problem.facts)),
             request=self._limits.request(PlanningWish.from_json(goal.limits)),
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
         )
-        old = Overtaken(plan_id=mission.plan_id, plan_net=net)
+        old = ReplacedPlan(plan_id=mission.plan_id, plan_net=net)
         return _Sought(posed=posed, old=old, work=work, left_out=without)
 
     def _found(self, session: Session, mission: MissionRow, sought: _Sought, repair: Repair) -> None:
@@ -177,26 +155,16 @@ class Recovering:
             data = {"plan": plan.id, "measure": measure.value, "reason": mission.reason}
             self._events.append(session, "mission.repair_proposed", mission.id, **data)
         else:
-            self._approve(session, plan, goal)
+            self._approval.approve_or_expire(session, plan, goal, actor=RECOVERY, comment="")
 
-    def _wait(self, session: Session, mission: MissionRow, posed: Posed) -> None:
+    def _wait(self, session: Session, mission: MissionRow, posed: GoalProblem) -> None:
         """Others use what a plan would need: look again later, if it may be tried again."""
         waits_for = posed.narrowed(self._core.knowledge_base).waits_for
         now_s = self._clocks[mission.world].now_s()
         mission.recovery_step = Step.WAITING
         mission.enquire_at_s = now_s + max(LOOK_AGAIN_S, mission.original_estimate_s / 2)
         note(mission, outcome="no plan", detail=f"waits for {waits_for}")
-        self._wake(session, mission)
-
-    def _without_plan(self, session: Session, mission: MissionRow, reason: str) -> None:
-        mission.recovery_step = None
-        note(mission, outcome="no plan", detail=reason)
-        self._wake(session, mission)
-
-    def _wake(self, session: Session, mission: MissionRow) -> None:
-        last = mission.attempts[-1]
-        self._events.append(session, "mission.no_repair", mission.id, reason=last["detail"])
-        self._core.workflows.wake(session, mission.workflow, f"{mission.id}:recovered:{last['number']}")
+        self._requests.wake_after_attempt(session, mission)
 
 
 def _is_sought(mission: MissionRow) -> bool:

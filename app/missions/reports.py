@@ -1,14 +1,13 @@
 """The book of robots' reports: each recorded once, with its consequences, in one transaction."""
 
-from collections.abc import Callable
-
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.states import TERMINAL_SCRIPTS, MissionState
-from app.missions.belief_updates import Believing
+from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
 from app.missions.upkeep import note_upkeep
+from app.planning.waiting_goals import WaitingGoals
 from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
 from app.store.script_orders import give, insist, unanswered
@@ -30,15 +29,14 @@ FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptSta
 """How a robot stands that has agreed to an order."""
 
 
-class ReportBook:
+class MissionReports:
     """Records what robots say. A message whose id is known already changes nothing."""
 
-    def __init__(self, core: Core, *, released: Callable[[Session, str], None]) -> None:
-        """:param released: called in the report's transaction with the world in which something is free again."""
+    def __init__(self, core: Core, *, waiting: WaitingGoals) -> None:
         self._core = core
         self._database, self._workflows, self._events = core.database, core.workflows, core.events
-        self._holdings, self._believing = core.holdings, Believing(core)
-        self._released = released
+        self._holdings, self._believing = core.holdings, BeliefUpdates(core)
+        self._waiting = waiting
 
     def record(self, message: Message, world: str) -> bool:
         """Record a robot's answer or report; False if it was recorded before or concerns no known script.
@@ -64,7 +62,7 @@ class ReportBook:
             before = self._holdings.of_mission(session, mission)
             self._consequences(session, message, script, mission)
             if self._holdings.of_mission(session, mission) != before:
-                self._released(session, mission.world)
+                self._waiting.release(session, mission.world)
             if not MissionState(mission.state).ended:  # its workflow is over, and may be forgotten
                 self._workflows.wake(session, mission.workflow, message.id)
             return True

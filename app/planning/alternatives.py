@@ -15,12 +15,12 @@ from app.domain.states import GoalState, PlanState
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import WorkFailed
-from app.planning.problem_builder import Posed, Posing
+from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.progress_watch import GoalWatch
-from app.planning.proposals import Proposing, open_plans
+from app.planning.proposals import Proposals, open_plans
 from app.store import GoalRow, PlanRow
 from app.store.goal_record import goal_to_change
-from app.workflows import PLANNING, or_give_up, step
+from app.workflows import FIND_ALTERNATIVES, PLANNING, or_give_up, step
 from planner import (
     KnowledgeBase,
     Observer,
@@ -32,7 +32,6 @@ from planner import (
 )
 from planner.alternatives import Alternative, alternatives
 
-WORKFLOW = "find_alternatives"
 FIRST = "proposed first"
 """The label of a plan that is best at nothing among the alternatives."""
 
@@ -67,15 +66,15 @@ class _Sought:
         )
 
 
-class Choices:
+class Alternatives:
     """Has alternatives to a proposed plan found, and answers them side by side."""
 
     def __init__(
         self,
         core: Core,
         *,
-        posing: Posing,
-        proposing: Proposing,
+        posing: ProblemBuilder,
+        proposing: Proposals,
         worker: PlanningWorker,
         limits: PlanningLimits,
     ) -> None:
@@ -99,7 +98,7 @@ class Choices:
                 goal.alternatives = {"state": Search.SEEKING.value, "count": count, "reason": ""}
                 goal.stop_requested = False
                 self._events.append(session, "goal.alternatives_sought", goal.id, actor=actor, count=count)
-                self._workflows.start(session, PLANNING, WORKFLOW, new_id("alternatives"), goal.id)
+                self._workflows.start(session, PLANNING, FIND_ALTERNATIVES, new_id("alternatives"), goal.id)
             return goal
 
     def plans(self, goal_id: str) -> Sequence[PlanRow]:
@@ -149,7 +148,7 @@ class Choices:
                 self._take(session, goal, found, posed)
             self._end(session, goal, Search.FOUND if found else Search.FAILED, "" if found else reason)
 
-    def _sought(self, session: Session, goal: GoalRow, posed: Posed) -> _Sought:
+    def _sought(self, session: Session, goal: GoalRow, posed: GoalProblem) -> _Sought:
         plan = session.get_one(PlanRow, goal.plan_id)
         body = PlanBody.model_validate(plan.body)
         return _Sought(
@@ -166,7 +165,9 @@ class Choices:
             ),
         )
 
-    def _take(self, session: Session, goal: GoalRow, found: Iterable[Alternative], posed: Posed) -> None:
+    def _take(
+        self, session: Session, goal: GoalRow, found: Iterable[Alternative], posed: GoalProblem
+    ) -> None:
         """Propose what is new, say of each what it is best at; earlier alternatives not found again are closed."""
         known = {
             row.id: PlanBody.model_validate(row.body).to_plan_net(self._knowledge_base)

@@ -1,6 +1,6 @@
 """Operators' decisions on plans: approve or reject. A plan that the world has overtaken expires instead."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -12,15 +12,15 @@ from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
 from app.domain.states import GoalState, MissionState, PlanState
-from app.missions.life import WORKFLOW as MISSION_LIFE
 from app.planning.proposals import close_plans, open_plans
+from app.planning.requests import PlanningRequests
 from app.planning.revision import revise, turn_down
 from app.planning.staleness import Staleness
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.paging import page
 from app.store.tables import utc_now
-from app.workflows import MISSIONS
+from app.workflows import MISSION_LIFE, MISSIONS
 
 AUTOMATIC = "auto_approve"
 """Who decided on a plan whose goal was submitted with `auto_approve`."""
@@ -28,7 +28,7 @@ RECOVERY = "recovery"
 """Who decided on a repaired plan of a mission that is recovered without asking."""
 
 
-class PlanDesk:
+class PlanApproval:
     """Reads plans and takes decisions on them."""
 
     def __init__(
@@ -36,16 +36,12 @@ class PlanDesk:
         core: Core,
         *,
         margin: Margin,
-        replan: Callable[[Session, GoalRow, str], None],
-        recover: Callable[[Session, GoalRow, str], None],
+        requests: PlanningRequests,
     ) -> None:
-        """
-        :param replan: has a goal planned again, with the reason why.
-        :param recover: has what is left of a goal's mission planned again, likewise.
-        """
         self._database, self._events, self._workflows = core.database, core.events, core.workflows
         self._facts, self._plan_nets, self._staleness = core.facts, core.plan_nets, Staleness(core)
-        self._margin, self._replan, self._recover = margin, replan, recover
+        self._margin = margin
+        self._requests = requests
 
     def get(self, plan_id: str) -> PlanRow:
         with self._database.read() as session:
@@ -102,8 +98,11 @@ class PlanDesk:
         plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
         self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
         close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
-        again = self._replan if goal.mission_id is None else self._recover
-        again(session, goal, f"the plan was overtaken: {stale}")
+        reason = f"the plan was overtaken: {stale}"
+        if goal.mission_id is None:
+            self._requests.plan_goal(session, goal, reason)
+        else:
+            self._requests.recover_again(session, goal, reason)
         return None
 
     def _approve(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:

@@ -9,13 +9,13 @@ from app.domain.errors import unrecorded
 from app.domain.plan_document import PlanBody
 from app.domain.states import PlanState
 from app.domain.world_model import broken
-from app.planning.problem_builder import Posing
+from app.planning.problem_builder import ProblemBuilder
 from app.store import GoalRow, PlanRow
 from planner import PlanNet, PlanningProblem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reposed:
+class CurrentProblem:
     """A plan-net and the problem that its goal poses now.
 
     :param is_current: the plan is open to decision and what it rests on is true. The problem then leaves what other
@@ -37,13 +37,13 @@ def plan_row(session: Session, plan_id: str) -> PlanRow:
     return plan
 
 
-def reposed(session: Session, plan: PlanRow, posing: Posing, core: Core) -> Reposed:
+def current_problem(session: Session, plan: PlanRow, posing: ProblemBuilder, core: Core) -> CurrentProblem:
     """:raises Conflict: if the plan's world does not run."""
     goal = session.get_one(GoalRow, plan.goal_id)
     posed = posing.pose(session, goal)
     net = PlanBody.model_validate(plan.body).to_plan_net(core.knowledge_base)
     is_current = plan.state == PlanState.PROPOSED and not broken(net, core.facts.facts(session, plan.world))
-    return Reposed(
+    return CurrentProblem(
         goal=goal,
         plan_net=net,
         problem=posed.problem if is_current else posed.whole,

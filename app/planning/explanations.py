@@ -10,11 +10,11 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.errors import NotFound
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
-from app.planning.current_problem import plan_row, reposed
+from app.planning.current_problem import current_problem, plan_row
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import Watch, WorkFailed
-from app.planning.problem_builder import Posing
+from app.planning.problem_builder import ProblemBuilder
 from app.store import PlanRow
 from planner import KnowledgeBase, Observer, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
 from planner.explanation import Explanation, explain
@@ -39,14 +39,16 @@ class _Asked:
         return explain(self.plan_net, self.problem, self.knowledge_base, engine, self.request, observer)
 
 
-class Explaining:
+class Explanations:
     """Explains plans, each once.
 
     While a plan is open to decision and what it rests on is true, the explanation says what it costs to do without
     each robot, and is kept with the plan. Later that cannot be told any more, and is left out unless it was kept.
     """
 
-    def __init__(self, core: Core, *, posing: Posing, worker: PlanningWorker, limits: PlanningLimits) -> None:
+    def __init__(
+        self, core: Core, *, posing: ProblemBuilder, worker: PlanningWorker, limits: PlanningLimits
+    ) -> None:
         self._core, self._posing, self._worker, self._limits = core, posing, worker, limits
         self._room = threading.BoundedSemaphore(AT_ONCE)
 
@@ -79,7 +81,7 @@ class Explaining:
 
     def _asked(self, session: Session, plan: PlanRow) -> tuple[_Asked, bool]:
         """What is to be explained, and whether the world is still as the plan takes it to be."""
-        now = reposed(session, plan, self._posing, self._core)
+        now = current_problem(session, plan, self._posing, self._core)
         wish = PlanningWish.from_json({**now.goal.limits, "time_limit_s": PATIENCE_S})
         asked = _Asked(
             plan_net=now.plan_net,

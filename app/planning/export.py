@@ -3,8 +3,8 @@
 from pydantic import BaseModel, Field
 
 from app.core import Core
-from app.planning.current_problem import plan_row, reposed
-from app.planning.problem_builder import Posing
+from app.planning.current_problem import current_problem, plan_row
+from app.planning.problem_builder import ProblemBuilder
 from planner.pddl import Form, Vocabulary, domain_text, problem_text
 
 
@@ -21,10 +21,10 @@ class PddlBody(BaseModel):
     problem: str
 
 
-class Exporting:
+class PlanExport:
     """Writes the problems of plans as PDDL."""
 
-    def __init__(self, core: Core, *, posing: Posing) -> None:
+    def __init__(self, core: Core, *, posing: ProblemBuilder) -> None:
         self._core, self._posing = core, posing
 
     def pddl(self, plan_id: str, form: Form) -> PddlBody:
@@ -32,7 +32,7 @@ class Exporting:
         :raises Conflict: if its world does not run.
         """
         with self._core.database.read() as session:
-            asked = reposed(session, plan_row(session, plan_id), self._posing, self._core)
+            asked = current_problem(session, plan_row(session, plan_id), self._posing, self._core)
         words = Vocabulary(self._core.knowledge_base, form)
         return PddlBody(
             plan_id=plan_id,

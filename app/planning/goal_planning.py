@@ -1,6 +1,5 @@
 """A goal's planning as a durable workflow: plan it, propose the plan, or say why there is none."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -9,22 +8,19 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.plan_document import RepairsBody
 from app.domain.states import GoalState
+from app.planning.approval import AUTOMATIC, PlanApproval
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import Watch, WorkFailed
-from app.planning.problem_builder import Posed, Posing
+from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.progress_watch import GoalWatch
-from app.planning.proposals import Proposing
-from app.planning.repairs import Overtaken, Repairing, overtaken
+from app.planning.proposals import Proposals
+from app.planning.repairs import RepairWork, ReplacedPlan, overtaken
 from app.planning.waiting_goals import WaitingGoals
-from app.store import GoalRow, PlanRow
-from app.workflows import PLANNING, or_give_up, step
+from app.store import GoalRow
+from app.workflows import or_give_up, step
 from planner import PlanningRequest, PlanningResult, PlanningStatus
 from planner.repair import Repair
-
-WORKFLOW = "plan_goal"
-
-Approve = Callable[[Session, PlanRow, GoalRow], object]
 
 
 class Planning:
@@ -34,24 +30,18 @@ class Planning:
         self,
         core: Core,
         *,
-        posing: Posing,
-        proposing: Proposing,
+        posing: ProblemBuilder,
+        proposing: Proposals,
         waiting: WaitingGoals,
         worker: PlanningWorker,
         limits: PlanningLimits,
-        approve: Approve,
+        approval: PlanApproval,
     ) -> None:
-        """:param approve: approves a proposed plan at once, for goals that were submitted so."""
-        self._database, self._events, self._workflows = core.database, core.events, core.workflows
+        self._database, self._events = core.database, core.events
         self._knowledge_base, self._waiting = core.knowledge_base, waiting
         self._posing, self._proposing = posing, proposing
-        self._worker, self._limits, self._approve = worker, limits, approve
-
-    def enqueue(self, session: Session, goal: GoalRow, reason: str = "") -> None:
-        """Have the goal planned (again), if the caller's transaction commits."""
-        goal.attempts += 1
-        goal.state, goal.reason, goal.stop_requested = GoalState.SUBMITTED, reason, False
-        self._workflows.start(session, PLANNING, WORKFLOW, f"{goal.id}:{goal.attempts}", goal.id)
+        self._worker, self._limits = worker, limits
+        self._approval = approval
 
     def run(self, goal_id: str) -> None:
         """The workflow. A step that keeps failing ends the goal, so that it is not planned for ever."""
@@ -97,14 +87,14 @@ class Planning:
             return goal.state
 
     def _solved(
-        self, posed: Posed, old: Overtaken | None, request: PlanningRequest, watch: Watch
+        self, posed: GoalProblem, old: ReplacedPlan | None, request: PlanningRequest, watch: Watch
     ) -> tuple[PlanningResult, RepairsBody | None]:
         """The problem planned, or the overtaken plan repaired, with how the new one differs from it."""
         if posed.refusal:
             return _refusal(posed.refusal), None
         if old is None:
             return self._worker.plan(posed.problem, request, watch), None
-        work = Repairing(
+        work = RepairWork(
             knowledge_base=self._knowledge_base, plan_net=old.plan_net, problem=posed.problem, request=request
         )
         try:
@@ -118,7 +108,7 @@ class Planning:
         session: Session,
         goal: GoalRow,
         result: PlanningResult,
-        posed: Posed,
+        posed: GoalProblem,
         repairs: RepairsBody | None,
     ) -> None:
         if result.plan_net is not None:
@@ -135,14 +125,14 @@ class Planning:
         session: Session,
         goal: GoalRow,
         result: PlanningResult,
-        posed: Posed,
+        posed: GoalProblem,
         repairs: RepairsBody | None,
     ) -> None:
         plan = self._proposing.propose(session, goal, result, posed, repairs)
         goal.state, goal.plan_id, goal.reason = GoalState.PLANNED, plan.id, plan.reason
         if goal.auto_approve:
             session.flush()
-            self._approve(session, plan, goal)
+            self._approval.approve_or_expire(session, plan, goal, actor=AUTOMATIC, comment="")
 
 
 def _turn(goal: GoalRow) -> tuple[int, int]:

@@ -18,6 +18,7 @@ from app.domain.states import GoalState, PlanState
 from app.domain.world_model import Facts
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
+from app.planning.requests import PlanningRequests
 from app.store import GoalRow
 from app.store.goal_record import goal_to_change
 from app.store.paging import page
@@ -55,7 +56,7 @@ class Checked:
     completions: Sequence[str] = ()
 
 
-class GoalDesk:
+class GoalService:
     """Takes goals and answers what became of them."""
 
     def __init__(
@@ -66,16 +67,16 @@ class GoalDesk:
         clocks: Mapping[str, Clock],
         limits: PlanningLimits,
         open_goals: int,
-        enqueue: Callable[[Session, GoalRow], None],
+        requests: PlanningRequests,
     ) -> None:
         """
         :param world: the running world of a name, or the only one; raises NotFound.
         :param open_goals: so many goals may be open at a time.
-        :param enqueue: has a goal planned if the transaction commits.
         """
         self._database, self._events, self._facts = core.database, core.events, core.facts
         self._knowledge_base = core.knowledge_base
-        self._world, self._clocks, self._limits, self._enqueue = world, clocks, limits, enqueue
+        self._world, self._clocks, self._limits = world, clocks, limits
+        self._requests = requests
         self._open_goals = open_goals
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
@@ -116,7 +117,7 @@ class GoalDesk:
             session.add(row)
             session.flush()
             self._events.append(session, "goal.submitted", row.id, actor=actor, text=row.text)
-            self._enqueue(session, row)
+            self._requests.plan_goal(session, row)
             return row
 
     def check(self, name: str | None, text: str) -> Checked:

@@ -18,7 +18,7 @@ from app.planning.berth_aims import with_chosen_berths
 from app.store import GoalRow, WorldRow
 from app.store.durations import learned_durations
 from app.store.lost_robots import lost_in
-from app.store.reservations import Held, all_reserved
+from app.store.reservations import MissionReservation, all_reserved
 from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
 from planner.contradiction import contradicting_goals
 from planner.diagnosis import why_unsolvable
@@ -37,7 +37,7 @@ Resting = Callable[[str], Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Posed:
+class GoalProblem:
     """A goal's planning problem, and what it was posed from.
 
     :param whole: the problem if nothing were reserved and no robot rested.
@@ -49,7 +49,7 @@ class Posed:
     problem: PlanningProblem
     whole: PlanningProblem
     refusal: str
-    held: Sequence[Held]
+    held: Sequence[MissionReservation]
     resting: Mapping[str, str]
     factors: Mapping[Kind, float]
     world_version: int
@@ -68,13 +68,13 @@ class Posed:
             return ""
         return why_unsolvable(knowledge_base, self.whole)
 
-    def without(self, robots: Collection[str]) -> "Posed":
+    def without(self, robots: Collection[str]) -> "GoalProblem":
         """The same, with robots that are not waited for."""
         facts = frozenset(fact for fact in self.whole.facts if not _is_ability(fact, of=robots))
         resting = {robot: why for robot, why in self.resting.items() if robot not in robots}
         return replace(self, whole=replace(self.whole, facts=facts), resting=resting)
 
-    def narrowed(self, knowledge_base: KnowledgeBase) -> "Posed":
+    def narrowed(self, knowledge_base: KnowledgeBase) -> "GoalProblem":
         """Waiting only for those missions and robots of which each alone keeps the goal out of reach; for all of
         them where none does so alone, or where they are too many to look into."""
         if len(self.held) + len(self.resting) > MOST_LOOKED_INTO:
@@ -102,7 +102,7 @@ def _is_ability(fact: Fact, *, of: Collection[str]) -> bool:
     return fact.predicate == CAN and fact.args[0] in of
 
 
-class Posing:
+class ProblemBuilder:
     """Poses planning problems from the record."""
 
     def __init__(
@@ -117,7 +117,7 @@ class Posing:
         self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
         self._worlds, self._clocks, self._points, self._resting = worlds, clocks, points, resting
 
-    def pose(self, session: Session, goal: GoalRow) -> Posed:
+    def pose(self, session: Session, goal: GoalRow) -> GoalProblem:
         """What is to be planned for the goal now; what its own mission holds is at its disposal.
 
         :raises Conflict: if its world does not run.
@@ -140,7 +140,7 @@ class Posing:
         able = frozenset(fact for fact in facts if not _is_ability(fact, of=resting))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
-        return Posed(
+        return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),
             whole=replace(problem, facts=facts),
             refusal="; ".join(issue.detail for issue in issues),

@@ -10,7 +10,7 @@ from app.core import Core
 from app.domain.ids import new_id
 from app.domain.plan_document import PlanBody, RepairsBody
 from app.domain.states import PlanState
-from app.planning.problem_builder import Posed
+from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
 from app.store.event_log import EventLog
@@ -18,7 +18,7 @@ from planner import GOAL, PlanningResult
 from robots.clock import Clock
 
 
-class Proposing:
+class Proposals:
     """Proposes plans for goals."""
 
     def __init__(self, core: Core, *, clocks: Mapping[str, Clock]) -> None:
@@ -29,7 +29,7 @@ class Proposing:
         session: Session,
         goal: GoalRow,
         result: PlanningResult,
-        posed: Posed,
+        posed: GoalProblem,
         repairs: RepairsBody | None = None,
     ) -> PlanRow:
         """Record a solution as a proposed plan of the goal.

@@ -20,7 +20,7 @@ from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Overtaken:
+class ReplacedPlan:
     """A plan of a goal that is to be replaced: it expired, or a mission cannot go on with it."""
 
     plan_id: str
@@ -34,7 +34,7 @@ class Overtaken:
         return RepairsBody(plan_id=self.plan_id, course=repair.course, difference=difference)
 
 
-def overtaken(session: Session, goal: GoalRow, knowledge_base: KnowledgeBase) -> Overtaken | None:
+def overtaken(session: Session, goal: GoalRow, knowledge_base: KnowledgeBase) -> ReplacedPlan | None:
     """The goal's last plan if it has expired; not if the knowledge base does not know its facts any more."""
     plan = session.get(PlanRow, goal.plan_id) if goal.plan_id else None
     if plan is None or plan.state != PlanState.EXPIRED:
@@ -43,11 +43,11 @@ def overtaken(session: Session, goal: GoalRow, knowledge_base: KnowledgeBase) ->
         net = PlanBody.model_validate(plan.body).to_plan_net(knowledge_base)
     except KnowledgeBaseError:
         return None
-    return Overtaken(plan_id=plan.id, plan_net=net)
+    return ReplacedPlan(plan_id=plan.id, plan_net=net)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Repairing:
+class RepairWork:
     """The work of repairing a plan, of which some may be done."""
 
     knowledge_base: KnowledgeBase

@@ -9,9 +9,8 @@ from app.core import Core
 from app.domain.ids import new_id
 from app.domain.states import GoalState
 from app.store import GoalRow, WorldRow
-from app.workflows import WAITING, step
+from app.workflows import PLAN_WAITING, WAITING, step
 
-WORKFLOW = "plan_waiting"
 TURNS = 25
 """After so many goals another workflow goes on with the world's."""
 
@@ -68,7 +67,7 @@ class WaitingGoals:
             self._wake(session, world)
 
     def _wake(self, session: Session, world: str) -> None:
-        self._workflows.start(session, WAITING, WORKFLOW, new_id("waiting"), world)
+        self._workflows.start(session, WAITING, PLAN_WAITING, new_id("waiting"), world)
 
 
 def _locked(session: Session, world: str) -> WorldRow:

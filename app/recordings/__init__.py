@@ -1,7 +1,7 @@
 """Recordings of missions: what was decided, told and done, and where robots were; MCAP files that can be replayed."""
 
 from app.recordings.recorder import Recorder
-from app.recordings.recording_store import Recording, Shelf
+from app.recordings.recording_store import Recording, RecordingStore
 from app.recordings.replay import replay_of
 
-__all__ = ["Recorder", "Recording", "Shelf", "replay_of"]
+__all__ = ["Recorder", "Recording", "RecordingStore", "replay_of"]

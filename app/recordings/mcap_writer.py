@@ -57,7 +57,7 @@ class _Appended:
     def flush(self) -> None: ...
 
 
-class Tape:
+class McapWriter:
     """One file that is being written."""
 
     def __init__(self, path: Path, *, wrote: Callable[[int], None] = lambda size_bytes: None) -> None:

@@ -11,13 +11,13 @@ from app.core import Core
 from app.domain.states import ENDED
 from app.recordings.concordance import Concordance
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
-from app.recordings.recording_store import Shelf
+from app.recordings.recording_store import RecordingStore
 from app.recordings.replay import last_event
 from app.recordings.story import Chapter, Story, names_in, told
 from app.recordings.track import Track
 from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_away
 from app.workflows.background import Background
-from app.workflows.leases import Presence
+from app.workflows.leases import ExecutorRegistry
 from robots.clock import Clock
 
 LOOK_S = 0.5
@@ -48,11 +48,11 @@ class Recorder:
         self,
         core: Core,
         *,
-        shelf: Shelf,
+        shelf: RecordingStore,
         board: RobotBoard,
         clocks: Mapping[str, Clock],
         shown: Shown,
-        presence: Presence,
+        presence: ExecutorRegistry,
     ) -> None:
         """:param presence: says for which worlds this process speaks; others record the rest."""
         self._events, self._story = core.events, Story(core.database)
@@ -80,7 +80,7 @@ class Recorder:
     def _let_go(self) -> None:
         while self._tracks:
             with suppress(OSError):
-                self._tracks.popitem()[1].tape.close()
+                self._tracks.popitem()[1].writer.close()
 
     def _run(self) -> None:
         generation, begun = 0, False
@@ -184,7 +184,7 @@ class Recorder:
         for row in self._story.events(chapter, after=earlier, before=before):
             track.event(told(row), self._concordance.at_s(world, row.time))
         now_s = self._concordance.now_s(world)
-        track.tape.tell(WORLD, self._shown.world(world), now_s)
+        track.writer.tell(WORLD, self._shown.world(world), now_s)
         track.lie(self._shown.samples(world), now_s)
         return track
 
@@ -196,5 +196,5 @@ class Recorder:
 
     def _end(self) -> None:
         for mission_id in [one.mission for one in self._tracks.values() if one.is_over]:
-            self._tracks.pop(mission_id).tape.close()
+            self._tracks.pop(mission_id).writer.close()
             logger.info("recorded %s", mission_id)

@@ -14,7 +14,7 @@ from mcap.records import Channel, Message, Schema
 from mcap.writer import Writer
 
 from app.domain.errors import NotFound
-from app.recordings.mcap_writer import Tape
+from app.recordings.mcap_writer import McapWriter
 from app.settings import Settings
 
 Entry = tuple[Schema | None, Channel, Message]
@@ -35,7 +35,7 @@ class Recording:
     written_at: float
 
 
-class Shelf:
+class RecordingStore:
     """The recordings in a folder, which take no more than so much."""
 
     def __init__(self, folder: Path, *, budget_bytes: int) -> None:
@@ -43,7 +43,7 @@ class Shelf:
         self._unmeasured_bytes = budget_bytes
 
     @classmethod
-    def of(cls, settings: Settings) -> "Shelf":
+    def of(cls, settings: Settings) -> "RecordingStore":
         """In the data folder, as the settings say."""
         return cls(settings.data / "recordings", budget_bytes=settings.recordings_mb * 1_000_000)
 
@@ -56,11 +56,11 @@ class Shelf:
         """True once so much has been written that there may be too much; measuring every folder takes its time."""
         return self._unmeasured_bytes * MEASURED_EACH >= self._budget_bytes
 
-    def begin(self, mission_id: str) -> Tape:
+    def begin(self, mission_id: str) -> McapWriter:
         """The mission's next part."""
         folder = self._folder / mission_id
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        return Tape(folder / f"{PART}{len(self._parts(mission_id)):04d}.mcap", wrote=self._wrote)
+        return McapWriter(folder / f"{PART}{len(self._parts(mission_id)):04d}.mcap", wrote=self._wrote)
 
     def _wrote(self, size_bytes: int) -> None:
         self._unmeasured_bytes += size_bytes

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.agents.robot_board import RobotView
 from app.domain.states import ENDED
-from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, SAMPLES, Tape
+from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, SAMPLES, McapWriter
 from robots.wire import Telemetry
 
 ENDINGS = frozenset(f"mission.{state}" for state in ENDED)
@@ -23,7 +23,7 @@ class Track:
     """
 
     mission: str
-    tape: Tape
+    writer: McapWriter
     world: str
     places: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     names: frozenset[str] = frozenset()
@@ -33,7 +33,7 @@ class Track:
     _heard: dict[str, Telemetry] = field(default_factory=dict)
 
     def event(self, told: dict[str, Any], at_s: float) -> None:
-        self.tape.tell(EVENTS, told, at_s)
+        self.writer.tell(EVENTS, told, at_s)
         self.is_over |= told["subject"] == self.mission and told["type"] in ENDINGS
 
     def stands(self, topic: str, body: Any, at_s: float) -> None:
@@ -41,7 +41,7 @@ class Track:
         key = topic if topic in (MISSION, GOAL) else f"{topic}/{body['id']}"
         if self._last.get(key) != body:
             self._last[key] = body
-            self.tape.tell(topic, body, at_s)
+            self.writer.tell(topic, body, at_s)
 
     def knows(self, topic: str, name: str) -> bool:
         return f"{topic}/{name}" in self._last
@@ -50,8 +50,8 @@ class Track:
         """Where the samples are believed to lie: in a place, or in a robot's gripper."""
         if self._last.get(SAMPLES) != samples:
             self._last[SAMPLES] = samples
-            self.tape.tell(SAMPLES, samples, at_s)
-            self.tape.samples(samples, self.places, at_s)
+            self.writer.tell(SAMPLES, samples, at_s)
+            self.writer.samples(samples, self.places, at_s)
 
     def hear(self, views: Mapping[str, RobotView]) -> None:
         """Where the world's robots are now."""
@@ -61,7 +61,7 @@ class Track:
             if view.world == self.world and view.telemetry and self._is_news(name, view.telemetry)
         }
         self._heard.update(news)
-        self.tape.robots(news, whole=self.robots)
+        self.writer.robots(news, whole=self.robots)
 
     def _is_news(self, name: str, said: Telemetry) -> bool:
         last = self._heard.get(name)

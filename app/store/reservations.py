@@ -17,7 +17,7 @@ REMEMBERED = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Held:
+class MissionReservation:
     """A running mission and what it still needs."""
 
     mission_id: str
@@ -48,7 +48,7 @@ class _Needs:
         return all_of([self.goals, *open_])
 
 
-class Holdings:
+class Reservations:
     """Reads from the record what missions still need; robots' reports make it less and less.
 
     What a robot that failed or was stopped was to do is still needed: the mission is recovered with it, or ends.
@@ -58,7 +58,7 @@ class Holdings:
         self._plan_nets = plan_nets
         self._needs: dict[str, _Needs] = {}
 
-    def of_world(self, session: Session, world: str) -> Sequence[Held]:
+    def of_world(self, session: Session, world: str) -> Sequence[MissionReservation]:
         """The running missions of a world that still need something, oldest first."""
         query = (
             select(MissionRow)
@@ -66,7 +66,9 @@ class Holdings:
             .order_by(MissionRow.created_at, MissionRow.id)
         )
         missions = session.scalars(query).all()
-        return [Held(mission_id=m.id, reservation=self.of_mission(session, m)) for m in missions]
+        return [
+            MissionReservation(mission_id=m.id, reservation=self.of_mission(session, m)) for m in missions
+        ]
 
     def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
         """What a running mission still needs."""
@@ -96,6 +98,6 @@ class Holdings:
         return self._needs[plan_id]
 
 
-def all_reserved(held: Iterable[Held]) -> Reservation:
+def all_reserved(held: Iterable[MissionReservation]) -> Reservation:
     """Everything that some running mission still needs."""
     return all_of(one.reservation for one in held)

@@ -5,13 +5,29 @@ A workflow and a message to it are started inside the transaction that makes the
 """
 
 from app.workflows.engine import Workflows
-from app.workflows.queues import MISSIONS, PLANNING, QUEUES, WAITING, Queue
+from app.workflows.queues import (
+    FIND_ALTERNATIVES,
+    MISSION_LIFE,
+    MISSIONS,
+    PLAN_GOAL,
+    PLAN_WAITING,
+    PLANNING,
+    QUEUES,
+    RECOVER_MISSION,
+    WAITING,
+    Queue,
+)
 from app.workflows.steps import StepFailed, or_give_up, sleep_until_woken, step, this_workflow
 
 __all__ = [
+    "FIND_ALTERNATIVES",
     "MISSIONS",
+    "MISSION_LIFE",
     "PLANNING",
+    "PLAN_GOAL",
+    "PLAN_WAITING",
     "QUEUES",
+    "RECOVER_MISSION",
     "WAITING",
     "Queue",
     "StepFailed",

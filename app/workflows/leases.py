@@ -80,7 +80,7 @@ class Undone(Protocol):
         ...
 
 
-class Presence:
+class ExecutorRegistry:
     """Says that this process lives, holds the worlds it speaks for, and takes over what dead ones left.
 
     On SQLite there is one process: it holds its worlds always, and nothing needs to be said.

@@ -15,3 +15,14 @@ PLANNING = Queue(name="planning", at_once=4)
 WAITING = Queue(name="waiting", at_once=1)
 MISSIONS = Queue(name="missions", at_once=1000)
 QUEUES = (PLANNING, WAITING, MISSIONS)
+
+PLAN_GOAL = "plan_goal"
+"""Workflow: plan one goal."""
+PLAN_WAITING = "plan_waiting"
+"""Workflow: plan the waiting goals of one world, the most urgent first."""
+FIND_ALTERNATIVES = "find_alternatives"
+"""Workflow: look for alternatives to a goal's proposed plan."""
+MISSION_LIFE = "mission_life"
+"""Workflow: organise, dispatch and monitor one mission."""
+RECOVER_MISSION = "recover_mission"
+"""Workflow: plan the repair of one mission."""

@@ -4,7 +4,7 @@ Topics and connection semantics are VDA 5050's, the payloads our wire types. Wha
 is lost, as by radio; robots and service send again what matters, so nothing rests on the broker's memory.
 """
 
-from robots.mqtt.announcement import ConnectionState, Presence, Proclamation
+from robots.mqtt.announcement import ConnectionState, ExecutorRegistry, Proclamation
 from robots.mqtt.broker import Broker, BrokerError
 from robots.mqtt.fleet import FleetLink
 from robots.mqtt.following import FollowingClock
@@ -14,9 +14,9 @@ __all__ = [
     "Broker",
     "BrokerError",
     "ConnectionState",
+    "ExecutorRegistry",
     "FleetLink",
     "FollowingClock",
-    "Presence",
     "Proclamation",
     "ServiceLink",
 ]

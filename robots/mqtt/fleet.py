@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from pydantic import ValidationError
 
-from robots.mqtt.announcement import ConnectionState, Presence, Proclamation
+from robots.mqtt.announcement import ConnectionState, ExecutorRegistry, Proclamation
 from robots.mqtt.broker import Broker
 from robots.mqtt.inbox import Inbox
 from robots.mqtt.reactor import Reactor
@@ -164,7 +164,9 @@ class FleetLink:
 
     def _presence(self, robot: str, state: ConnectionState) -> Parcel:
         topic = robot_topic(self._world, robot, Channel.CONNECTION)
-        return Parcel(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)
+        return Parcel(
+            topic=topic, payload=ExecutorRegistry(state=state).model_dump_json().encode(), retain=True
+        )
 
     def _proclamation(self, state: ConnectionState, qos: int = 1) -> Parcel:
         said = Proclamation(

@@ -14,7 +14,7 @@ from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from app.store import Database
 from app.store.migrate import migrate
-from app.workflows.leases import Presence
+from app.workflows.leases import ExecutorRegistry
 from robots.mqtt import Broker, FleetLink
 from robots.world import WorldFile, load_world
 from sim.snapshot import digest_of
@@ -93,7 +93,7 @@ def test_a_world_is_known_though_the_process_that_speaks_for_it_has_said_nothing
     database = Database(database_url)
     migrate(database)
     names: list[str] = [world.file.name for world in worlds]
-    Presence(database, Noted("another"), serves=[], speaks_for=names).register()
+    ExecutorRegistry(database, Noted("another"), serves=[], speaks_for=names).register()
     settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
     with Service(settings, worlds, worker=worker) as service:
         assert not any(service.presence.speaks_for(name) for name in names)

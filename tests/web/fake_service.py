@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from app.api.page_views import Views
+from app.api.page_views import PageViews
 from app.domain.world_model.layout import layout_of
 from robots.world import load_world
 
@@ -125,7 +125,7 @@ class FakeService:
         """What differs of a robot's link from one that is heard all the time."""
         self.lost: set[str] = set()
         self.view: str | None = None
-        self.views = Views()
+        self.views = PageViews()
         self.refusal = ""
         """What stands against every order on a mission, if anything does."""
         self.stopping = False

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class MissionReservation:
     """The first answer that the page was to get, taken from the service at once."""
 
     page: "Page"
@@ -26,9 +26,9 @@ class Held:
         self.page.wait_for_timeout(300)
 
 
-def hold_first(page: "Page", what: str) -> Held:
+def hold_first(page: "Page", what: str) -> MissionReservation:
     """Hold back the first answer, from now on, to a question of this kind; the later ones pass."""
-    held = Held(page)
+    held = MissionReservation(page)
 
     def take(route: "Route") -> None:
         if held.taken:

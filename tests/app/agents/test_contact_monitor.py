@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.agents.contact_monitor import Hearing
+from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import SILENT_AFTER_S, RobotBoard
 from robots.clock import ManualClock
 from robots.mqtt import ConnectionState
@@ -22,7 +22,7 @@ class Room:
         clocks, worlds = {file.name: self.clock}, {file.name: file}
         self.board = RobotBoard.of(worlds, clocks=clocks, low_battery=0.0)
         self.rate, self._heard_at, self._stood = rate, 0.0, 0.0
-        self.hearing = Hearing(self.board, clocks=clocks, worlds=worlds, wall=self._wall)
+        self.hearing = ContactMonitor(self.board, clocks=clocks, worlds=worlds, wall=self._wall)
 
     def _wall(self) -> float:
         """NOTE: the board's own time is the machine's; here it counts from the last word on."""

@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from app.api.page_view_routes import views_router
-from app.api.page_views import MOST_PICKS, Pick, Shown, Views
+from app.api.page_views import MOST_PICKS, PageViews, Pick, Shown
 from tests.app.serving import served
 from tests.waiting import until
 
@@ -19,12 +19,12 @@ MOST = 3
 
 
 @pytest.fixture
-def views() -> Views:
-    return Views()
+def views() -> PageViews:
+    return PageViews()
 
 
 @pytest.fixture
-def host(views: Views) -> Iterator[str]:
+def host(views: PageViews) -> Iterator[str]:
     app = FastAPI()
     app.include_router(views_router(views, most=MOST))
     with served(app) as address:
@@ -49,7 +49,7 @@ def told(view: ClientConnection) -> dict[str, Any]:
     return {message["id"]: message["shown"] and Shown(**message["shown"]).model_dump(exclude_defaults=True)}
 
 
-def test_what_a_page_shows_is_told_at_first_and_whenever_it_changes(host: str, views: Views) -> None:
+def test_what_a_page_shows_is_told_at_first_and_whenever_it_changes(host: str, views: PageViews) -> None:
     with socket(host, ONE) as page:
         say(page, world="lab", robot="fred")
         until(lambda: views.shown(ONE))
@@ -75,7 +75,7 @@ def test_a_pick_reaches_its_own_page_alone(host: str) -> None:
         assert heard(other) == pick | {"name": "sample_4"}
 
 
-def test_a_page_that_comes_again_takes_the_place_of_its_lost_connection(host: str, views: Views) -> None:
+def test_a_page_that_comes_again_takes_the_place_of_its_lost_connection(host: str, views: PageViews) -> None:
     with socket(host, ONE) as lost, socket(host, ONE) as again:
         say(again, world="lab")
         until(lambda: views.shown(ONE))
@@ -89,7 +89,7 @@ def test_a_page_that_comes_again_takes_the_place_of_its_lost_connection(host: st
     "frame",
     ["nonsense", json.dumps({"world": 3}), '{"replay": {"mission_id": "m", "time_s": NaN}}', "1" * 5000],
 )
-def test_what_is_not_understood_ends_the_connection(host: str, views: Views, frame: str) -> None:
+def test_what_is_not_understood_ends_the_connection(host: str, views: PageViews, frame: str) -> None:
     with socket(host, ONE) as page:
         page.send(frame)
         with pytest.raises(ConnectionClosed) as refusal:
@@ -98,7 +98,7 @@ def test_what_is_not_understood_ends_the_connection(host: str, views: Views, fra
     assert not views.ids
 
 
-def test_picks_that_nobody_takes_and_picks_for_nobody_are_dropped(views: Views) -> None:
+def test_picks_that_nobody_takes_and_picks_for_nobody_are_dropped(views: PageViews) -> None:
     pick = Pick(kind="robot", name="fred")
     views.pick(ONE, pick)
     with views.page(ONE) as page:
@@ -107,7 +107,7 @@ def test_picks_that_nobody_takes_and_picks_for_nobody_are_dropped(views: Views) 
         assert page.picks.qsize() == MOST_PICKS
 
 
-def test_only_so_many_may_be_connected_and_one_that_leaves_makes_room(host: str, views: Views) -> None:
+def test_only_so_many_may_be_connected_and_one_that_leaves_makes_room(host: str, views: PageViews) -> None:
     pages = [socket(host, f"page-number-{number}") for number in range(MOST)]
     until(lambda: len(views.ids) == MOST)
     with socket(host) as refused, pytest.raises(ConnectionClosed) as refusal:

@@ -16,7 +16,7 @@ from app.settings import Settings
 from app.store import Database
 from app.store.migrate import migrate
 from app.workflows import PLANNING
-from app.workflows.leases import Presence
+from app.workflows.leases import ExecutorRegistry
 from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL
 from tests.ports import free_port
@@ -90,7 +90,7 @@ def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pyte
     migrate(database)
     with pytest.raises(Unavailable, match="no living process"):
         worker_alive()
-    Presence(database, Noted("worker"), serves=[PLANNING.name], speaks_for=()).register()
+    ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], speaks_for=()).register()
     assert "plans" in worker_alive()
     database.close()
 

@@ -10,13 +10,13 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.world_model import Reservation
-from app.planning.problem_builder import Posed, Posing
+from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.store import Database, DurationRow, GoalRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
-from app.store.reservations import Held, Holdings
+from app.store.reservations import MissionReservation, Reservations
 from planner import Fact, FastDownwardEngine, PlanningRequest, scale_term
 from robots.clock import ManualClock
 from tests.app.sample_store import Store, said
@@ -38,11 +38,11 @@ class Asker:
             workflows=None,  # type: ignore[arg-type]
             knowledge_base=STORE.base,
             plan_nets=nets,
-            holdings=Holdings(nets),
+            holdings=Reservations(nets),
         )
         clock = ManualClock()
         clock.advance(100.0)
-        self._posing = Posing(
+        self._posing = ProblemBuilder(
             core,
             worlds={"sample_store": STORE.world},
             clocks={"sample_store": clock},
@@ -60,7 +60,7 @@ class Asker:
         self._session.add(row)
         self._session.flush()
 
-    def pose(self, *texts: str, **more: Any) -> Posed:
+    def pose(self, *texts: str, **more: Any) -> GoalProblem:
         goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
         goal = GoalRow(world="sample_store", goal=goals, priority=0, **more)
         posed = self._posing.pose(self._session, goal)
@@ -117,9 +117,12 @@ def test_waiting_is_in_vain_if_nobody_could_do_it_either_when_all_are_free(
     assert "yard_1" in asker.pose("tracked(store_1, yard_1)").why_never(STORE.base)
 
 
-def held(*robots: str) -> list[Held]:
+def held(*robots: str) -> list[MissionReservation]:
     """Missions of a robot each."""
-    return [Held(mission_id=robot, reservation=Reservation(robots=frozenset({robot}))) for robot in robots]
+    return [
+        MissionReservation(mission_id=robot, reservation=Reservation(robots=frozenset({robot})))
+        for robot in robots
+    ]
 
 
 @pytest.mark.parametrize(

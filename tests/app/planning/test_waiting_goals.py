@@ -12,14 +12,14 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.states import GoalState
-from app.planning.waiting_goals import TURNS, WORKFLOW, WaitingGoals, most_urgent
+from app.planning.waiting_goals import TURNS, WaitingGoals, most_urgent
 from app.store import Database, GoalRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
-from app.store.reservations import Holdings
-from app.workflows import Workflows
+from app.store.reservations import Reservations
+from app.workflows import PLAN_WAITING, Workflows
 from planner import load_knowledge_base
 from tests.waiting import until
 
@@ -91,7 +91,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
             session.get_one(GoalRow, goal_id).releases_seen = 1
         planned.put(goal_id)
 
-    workflows.register(WORKFLOW, partial(goals.run, plan=plan))
+    workflows.register(PLAN_WAITING, partial(goals.run, plan=plan))
     workflows.launch()
     names = [f"goal {number:03}" for number in range(2 * TURNS + 1)]
     with database.write() as session:
@@ -115,7 +115,7 @@ def core_of(database: Database, workflows: Workflows) -> Core:
         workflows=workflows,
         knowledge_base=knowledge_base,
         plan_nets=PlanNets(knowledge_base),
-        holdings=Holdings(PlanNets(knowledge_base)),
+        holdings=Reservations(PlanNets(knowledge_base)),
     )
 
 

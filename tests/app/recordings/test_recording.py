@@ -9,7 +9,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from app.agents.robot_board import RobotView
 from app.domain.errors import NotFound
-from app.recordings import Shelf, replay_of
+from app.recordings import RecordingStore, replay_of
 from app.recordings.mcap_writer import CHUNK_BYTES, EVENTS, MISSION, PLAN, WORLD
 from app.recordings.track import Track
 from robots.wire import Telemetry
@@ -22,24 +22,26 @@ def said(at_s: float, x_m: float, **more: object) -> Telemetry:
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> Shelf:
-    return Shelf(tmp_path, budget_bytes=MB)
+def shelf(tmp_path: Path) -> RecordingStore:
+    return RecordingStore(tmp_path, budget_bytes=MB)
 
 
-def record(shelf: Shelf, mission_id: str = "mission-1", *, from_s: float = 0.0, count: int = 50) -> Path:
-    with shelf.begin(mission_id) as tape:
-        tape.tell(WORLD, {"id": "store", "layout": {}}, from_s)
-        tape.tell(PLAN, {"id": "plan-1"}, from_s)
-        tape.tell(MISSION, {"id": mission_id, "state": "running"}, from_s)
+def record(
+    shelf: RecordingStore, mission_id: str = "mission-1", *, from_s: float = 0.0, count: int = 50
+) -> Path:
+    with shelf.begin(mission_id) as writer:
+        writer.tell(WORLD, {"id": "store", "layout": {}}, from_s)
+        writer.tell(PLAN, {"id": "plan-1"}, from_s)
+        writer.tell(MISSION, {"id": mission_id, "state": "running"}, from_s)
         for tick in range(count):
-            tape.robots(
+            writer.robots(
                 {"yard_1": said(from_s + tick / 10, tick / 100, packet_tag="NAVIGATE")}, whole={"yard_1"}
             )
-        tape.tell(EVENTS, {"type": "mission.completed", "subject": mission_id}, from_s + count / 10)
-    return tape.path
+        writer.tell(EVENTS, {"type": "mission.completed", "subject": mission_id}, from_s + count / 10)
+    return writer.path
 
 
-def test_what_was_recorded_is_replayed(shelf: Shelf) -> None:
+def test_what_was_recorded_is_replayed(shelf: RecordingStore) -> None:
     record(shelf)
     replay = replay_of(shelf.entries("mission-1"))
     assert replay.world == {"id": "store", "layout": {}}
@@ -52,7 +54,7 @@ def test_what_was_recorded_is_replayed(shelf: Shelf) -> None:
     assert len(rows) == 25  # every 0.2 s of what came every 0.1 s
 
 
-def test_any_reader_of_the_foxglove_schemas_finds_the_robots(shelf: Shelf) -> None:
+def test_any_reader_of_the_foxglove_schemas_finds_the_robots(shelf: RecordingStore) -> None:
     record(shelf)
     with shelf.whole("mission-1").open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
@@ -70,12 +72,12 @@ def test_any_reader_of_the_foxglove_schemas_finds_the_robots(shelf: Shelf) -> No
     assert (last.rotation.z, last.rotation.w) == pytest.approx((0.9975, 0.0707), abs=1e-3)
 
 
-def test_log_times_never_go_back_and_frames_hang_together(shelf: Shelf) -> None:
-    with shelf.begin("mission-1") as tape:
+def test_log_times_never_go_back_and_frames_hang_together(shelf: RecordingStore) -> None:
+    with shelf.begin("mission-1") as writer:
         for tick in range(20):
-            tape.robots({"yard_1": said(tick / 10, 1.0), "store_1": said(tick / 10, 9.0)}, whole={"yard_1"})
+            writer.robots({"yard_1": said(tick / 10, 1.0), "store_1": said(tick / 10, 9.0)}, whole={"yard_1"})
             holder = "yard_1" if tick < 10 else "bay_1"
-            tape.samples({"sample_1": holder}, {"bay_1": (7.0, 3.0)}, tick / 10)
+            writer.samples({"sample_1": holder}, {"bay_1": (7.0, 3.0)}, tick / 10)
     with shelf.whole("mission-1").open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         topics = ["/tf", "/poses/yard_1"]
@@ -94,9 +96,9 @@ def test_log_times_never_go_back_and_frames_hang_together(shelf: Shelf) -> None:
     assert (samples[-1].parent_frame_id, samples[-1].translation.x) == ("world", 7.0)
 
 
-def test_of_a_robot_that_has_no_part_only_its_moves_are_kept(shelf: Shelf) -> None:
-    with shelf.begin("mission-1") as tape:
-        track = Track("mission-1", tape, "store", robots=frozenset({"yard_1"}))
+def test_of_a_robot_that_has_no_part_only_its_moves_are_kept(shelf: RecordingStore) -> None:
+    with shelf.begin("mission-1") as writer:
+        track = Track("mission-1", writer, "store", robots=frozenset({"yard_1"}))
         for tick in range(50):
             at_s = tick / 10
             moves = at_s < 2.0
@@ -113,7 +115,9 @@ def view(name: str, telemetry: Telemetry | None) -> RobotView:
     return RobotView(name=name, world="store", telemetry=telemetry)
 
 
-def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_part(shelf: Shelf) -> None:
+def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_part(
+    shelf: RecordingStore,
+) -> None:
     path = record(shelf, count=2000)
     whole = len(replay_of(shelf.entries("mission-1")).robots["yard_1"])
     assert whole == 1000
@@ -130,18 +134,20 @@ def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_p
     assert summary.statistics.message_end_time == 305 * 10**9
 
 
-def test_recordings_are_measured_once_so_much_was_written_that_they_may_be_too_much(shelf: Shelf) -> None:
+def test_recordings_are_measured_once_so_much_was_written_that_they_may_be_too_much(
+    shelf: RecordingStore,
+) -> None:
     assert shelf.is_to_be_tidied, "what an earlier process left"
     shelf.make_room()
     assert not shelf.is_to_be_tidied
-    with shelf.begin("mission-1") as tape:
+    with shelf.begin("mission-1") as writer:
         while not shelf.is_to_be_tidied:
-            tape.tell(EVENTS, {"data": os.urandom(1000).hex()}, 0.0)
-        written = tape.path.stat().st_size
+            writer.tell(EVENTS, {"data": os.urandom(1000).hex()}, 0.0)
+        written = writer.path.stat().st_size
     assert MB / 100 <= written < MB / 100 + 3 * CHUNK_BYTES
 
 
-def test_the_oldest_recordings_give_way_but_not_those_that_are_made(shelf: Shelf) -> None:
+def test_the_oldest_recordings_give_way_but_not_those_that_are_made(shelf: RecordingStore) -> None:
     for number in range(4):
         path = record(shelf, f"mission-{number}", count=5)
         os.truncate(path, 400_000)
@@ -151,7 +157,7 @@ def test_the_oldest_recordings_give_way_but_not_those_that_are_made(shelf: Shelf
 
 
 @pytest.mark.parametrize("name", ["mission-9", "..", "../..", "", "a/b"])
-def test_there_is_no_recording_of_what_was_not_recorded(shelf: Shelf, name: str) -> None:
+def test_there_is_no_recording_of_what_was_not_recorded(shelf: RecordingStore, name: str) -> None:
     record(shelf)
     with pytest.raises(NotFound, match="no recording"):
         list(shelf.entries(name))

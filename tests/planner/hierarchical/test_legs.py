@@ -1,7 +1,7 @@
 """How fragments are cut into legs, and how agents get to where they begin."""
 
 from planner import Fact, KnowledgeBase
-from tests.planner.hierarchical.composing import Posed, said
+from tests.planner.hierarchical.composing import GoalProblem, said
 from tests.planner.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -12,8 +12,8 @@ def near(robot: str, place: str) -> Fact:
     return Fact("robot_position", (robot, "near", place))
 
 
-def posed(base: KnowledgeBase, *goals: Fact, store: Store | None = None) -> Posed:
-    return Posed.of(base, (store or Store()).problem(goals or [STORED], {"sample": "door_1"}))
+def posed(base: KnowledgeBase, *goals: Fact, store: Store | None = None) -> GoalProblem:
+    return GoalProblem.of(base, (store or Store()).problem(goals or [STORED], {"sample": "door_1"}))
 
 
 def test_a_fragment_is_cut_where_the_sample_changes_hands(knowledge_base: KnowledgeBase) -> None:

@@ -16,7 +16,7 @@ from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from app.store import Database, ExecutorRow
 from app.store.migrate import migrate
-from app.workflows.leases import DEAD_AFTER_S, Presence
+from app.workflows.leases import DEAD_AFTER_S, ExecutorRegistry
 from robots.world import WorldFile
 from tests.app.conftest import PATIENCE_S, TOKEN
 from tests.app.fake_robots import FakeTeam
@@ -102,7 +102,8 @@ def test_who_could_say_nothing_while_the_server_was_away_is_not_taken_for_dead(c
     migrate(database)
     taken_over: list[tuple[str, str]] = []
     first, second = (
-        Presence(database, Noted(name, taken_over), serves=[], speaks_for=()) for name in ("first", "second")
+        ExecutorRegistry(database, Noted(name, taken_over), serves=[], speaks_for=())
+        for name in ("first", "second")
     )
     first.register()
     with database.write() as session:

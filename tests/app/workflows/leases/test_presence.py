@@ -9,12 +9,12 @@ from sqlalchemy import update
 
 from app.domain.errors import Unavailable
 from app.store import Database, ExecutorRow
-from app.workflows.leases import DEAD_AFTER_S, HELD_S, Presence
+from app.workflows.leases import DEAD_AFTER_S, HELD_S, ExecutorRegistry
 from tests.app.undone import Noted
 from tests.databases import ON_BOTH, ON_POSTGRESQL, SQLITE
 from tests.waiting import until
 
-Join = Callable[..., Presence]
+Join = Callable[..., ExecutorRegistry]
 
 
 @pytest.fixture
@@ -26,10 +26,10 @@ def taken_over() -> list[tuple[str, str]]:
 @pytest.fixture
 def join(database: Database, taken_over: list[tuple[str, str]]) -> Iterator[Join]:
     """A process joins those on the database; it begins to beat with `start`."""
-    joined: list[Presence] = []
+    joined: list[ExecutorRegistry] = []
 
-    def of(name: str, *, worlds: tuple[str, ...] = ("store",)) -> Presence:
-        presence = Presence(database, Noted(name, taken_over), serves=["missions"], speaks_for=worlds)
+    def of(name: str, *, worlds: tuple[str, ...] = ("store",)) -> ExecutorRegistry:
+        presence = ExecutorRegistry(database, Noted(name, taken_over), serves=["missions"], speaks_for=worlds)
         presence.register()
         joined.append(presence)
         return presence
@@ -95,7 +95,7 @@ def test_a_process_that_cannot_say_that_it_lives_lays_its_worlds_down(
 def test_workflows_are_begun_only_while_the_others_count_on_a_process(database: Database) -> None:
     workflows = Noted("first")
     began = time.monotonic()
-    Presence(database, workflows, serves=["missions"], speaks_for=()).register()
+    ExecutorRegistry(database, workflows, serves=["missions"], speaks_for=()).register()
     if database.shared:
         assert began + HELD_S <= workflows.begins_until <= time.monotonic() + HELD_S
     else:
