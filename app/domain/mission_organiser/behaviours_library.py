@@ -106,7 +106,11 @@ def load_library(knowledge_base: KnowledgeBase, path: str | Path | None = None) 
 
     :raises LibraryError: naming the file, the packet, the slot and the choices.
     """
-    source = resources.files("app.domain.mission_organiser") / "library.yaml" if path is None else Path(path)
+    source = (
+        resources.files("app.domain.mission_organiser") / "behaviours_library.yaml"
+        if path is None
+        else Path(path)
+    )
     origin = "behaviours library" if path is None else str(path)
     try:
         file = LibraryFile.model_validate(read_yaml(source.read_text()))
