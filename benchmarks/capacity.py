@@ -16,13 +16,12 @@ from sqlalchemy import func, inspect, select
 
 from app.composition import RunningWorld, Service, make_engine
 from app.domain.states import MissionState
-from app.missions.life import WORKFLOW
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process_tree import Running, tree_of
 from app.settings import Settings
 from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
-from app.workflows import MISSIONS
+from app.workflows import MISSION_LIFE, MISSIONS
 from benchmarks.planned import planned
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
@@ -67,7 +66,7 @@ def begin(service: Service, goal_id: str, missions: int) -> None:
                     margin_s=1e6,
                 )
             )
-            service._core.workflows.start(session, MISSIONS, WORKFLOW, name, name)
+            service._core.workflows.start(session, MISSIONS, MISSION_LIFE, name, name)
 
 
 def wait_for_scripts(service: Service, missions: int) -> None:
