@@ -5,13 +5,13 @@ from collections.abc import Callable, Iterable
 from math import dist
 from typing import Any
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.repertoire import Repertoire
 from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptReport
 from robots.world import WorldFile
-from sim.agents import behavioural_agent
-from sim.crew import Crew
-from sim.world import Agent, Fitting, Simulation
+from sim.trials.script_runner import Crew
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Agent, Fitting, Simulation
 
 SCRIPT = "script"
 Box = tuple[float, float, float, float]

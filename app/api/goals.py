@@ -25,7 +25,7 @@ from app.planning.explanations import Explanations
 from app.planning.export import PddlBody, PlanExport
 from app.planning.goal_service import GoalRequest, GoalService
 from app.planning.limits import PlanningWish
-from planner.pddl import Form
+from planner.interchange.pddl import Form
 
 Limit = Annotated[int, Query(ge=1, le=1000)]
 IdempotencyKey = Annotated[str | None, Header(max_length=200)]

@@ -19,10 +19,10 @@ from app.domain.world_model import initial_facts
 from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
 from app.sweep.mission import posed
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
-from planner.engines import portfolio
+from planner.engines.registry import portfolio
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-from sim.parallel import side_by_side
+from sim.trials.parallel import side_by_side
 
 TIME_LIMIT_S = 30.0
 SHOWN_SEEDS = 8

@@ -5,7 +5,7 @@ from pydantic import BaseModel, Field
 from app.core import Core
 from app.planning.current_problem import current_problem, plan_row
 from app.planning.problem_builder import ProblemBuilder
-from planner.pddl import Form, Vocabulary, domain_text, problem_text
+from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 
 
 class PddlBody(BaseModel):

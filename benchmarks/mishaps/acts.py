@@ -6,9 +6,9 @@ from math import cos, nan, pi, sin
 
 import numpy as np
 
-from robots.body import RADIUS_M, Pose, Sensor
-from robots.geometry import wrap
-from sim.mishaps import (
+from robots.physical.body import RADIUS_M, Pose, Sensor
+from robots.physical.geometry import wrap
+from sim.trials.mishaps import (
     Fault,
     Mishaps,
     beams_read,
@@ -20,7 +20,7 @@ from sim.mishaps import (
     sees_nothing,
     sightings_read_nan,
 )
-from sim.world import Simulation
+from sim.world.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Rovers' simulated bodies: each implements `robots.body.Body`, so that the same software runs on any of them.
+"""Rovers' simulated bodies: each implements `robots.physical.body.Body`, so that the same software runs on any of them.
 
 `simulated.py` holds what all share (gripper, sensors, battery). Each kind has its own way to move and to count it:
 `velocity.py` has the velocity it is told, `wheeled.py` drives by its `axle.py` and counts by its `encoders.py`,
@@ -7,8 +7,8 @@ a robot has, and by which sonar it hears: the real one, a virtual one that hears
 in a row.
 """
 
+from sim.bodies.base import SimulatedBody
+from sim.bodies.factory import make_bodies
 from sim.bodies.floor import FloorMap
-from sim.bodies.making import make_bodies
-from sim.bodies.simulated import SimulatedBody
 
 __all__ = ["FloorMap", "SimulatedBody", "make_bodies"]

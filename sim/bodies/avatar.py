@@ -6,14 +6,14 @@ stops it. Its jaws work as all jaws do (our choice): what they hold goes with th
 
 from math import hypot, remainder, tau
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
 from sim.bodies.floor import FRONT_M, FloorMap
 from sim.bodies.odometry import Odometry, reckoned
 from sim.bodies.velocity import RampedBody
-from sim.jaws import Jaws
-from sim.scene import TICK_S, Scene
+from sim.physics.jaws import Jaws
+from sim.physics.scene import TICK_S, Scene
 
 
 class AvatarBody(RampedBody):

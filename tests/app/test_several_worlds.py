@@ -15,7 +15,7 @@ from app.settings import Settings
 from app.store import Database
 from app.store.migrate import migrate
 from app.workflows.leases import ExecutorRegistry
-from robots.mqtt import Broker, FleetLink
+from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile, load_world
 from sim.snapshot import digest_of
 from tests.app.conftest import TOKEN

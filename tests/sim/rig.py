@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import WorldFile
-from sim.world import Fitting, Simulation
+from sim.world.simulation import Fitting, Simulation
 
 
 class Puppet:

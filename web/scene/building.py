@@ -1,0 +1,194 @@
+"""The building, drawn once: floors, walls with their openings, places and their beacons."""
+
+from collections.abc import Sequence
+from math import atan2, cos, radians, sin
+
+import numpy as np
+import viser
+
+from web.api_types import Fact, Floor, Layout, Location, Point, Rock, Wall
+from web.scene import palette
+from web.scene.geometry import box, cylinder, merged, turned
+from web.scene.labels import FloorLabel
+from web.scene.nodes import Click, on_instance
+
+FLOOR_M = 0.04
+WALL_HEIGHT_M, WALL_WIDTH_M = 0.32, 0.08
+OPENING_HEIGHT_M = 0.10
+ROCK_HEIGHT_M = 0.4
+PAD_M, PAD_HEIGHT_M = 0.44, 0.012
+LETTERS_M = 0.17
+"""Height of the letters on the floor."""
+BEACON_HEIGHT_M, BEAM_M = 0.36, 0.26
+
+
+def draw_store(scene: viser.SceneApi, layout: Layout, ground: palette.Ground) -> None:
+    """Draw everything of the layout that never moves."""
+    for index, compartment in enumerate(layout.compartments):
+        _draw_floor(scene, f"/{compartment.name}/floor", compartment, ground.floors[index % 2], 0.0)
+        for number, aisle in enumerate(compartment.aisles):
+            _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, ground.aisles[number % 2], 0.004)
+    _draw_walls(scene, layout.walls)
+    _draw_rocks(scene, layout.obstacles)
+    if layout.locations:
+        _draw_beacons(scene, layout.locations)
+
+
+def _draw_floor(
+    scene: viser.SceneApi, name: str, floor: Floor, colour: palette.Colour, raised_m: float
+) -> None:
+    size = (floor.x[1] - floor.x[0], floor.y[1] - floor.y[0], FLOOR_M)
+    middle = (sum(floor.x) / 2, sum(floor.y) / 2, raised_m - FLOOR_M / 2)
+    vertices, faces = box(size)
+    scene.add_mesh_simple(
+        name, vertices, faces, color=colour, position=middle, cast_shadow=False, receive_shadow=False
+    )
+
+
+def wall_pieces(wall: Wall) -> list[tuple[str, float, float]]:
+    """The wall along its length: (kind, from, to) in metres from its start, kind `wall` or an opening's."""
+    pieces, reached = [], 0.0
+    for opening in sorted(wall.openings, key=lambda opening: opening.at_m):
+        begin, end = opening.at_m - opening.width_m / 2, opening.at_m + opening.width_m / 2
+        if begin > reached:
+            pieces.append(("wall", reached, begin))
+        pieces.append((opening.kind, max(begin, reached), end))
+        reached = end
+    if wall.length_m > reached:
+        pieces.append(("wall", reached, wall.length_m))
+    return pieces
+
+
+def _draw_walls(scene: viser.SceneApi, walls: tuple[Wall, ...]) -> None:
+    positions, headings, scales, colours = [], [], [], []
+    for wall in walls:
+        heading = atan2(wall.end[1] - wall.start[1], wall.end[0] - wall.start[0])
+        for kind, begin, end in wall_pieces(wall):
+            if kind == "gap":
+                continue
+            height = WALL_HEIGHT_M if kind == "wall" else OPENING_HEIGHT_M
+            middle = (begin + end) / 2
+            positions.append(
+                (wall.start[0] + middle * cos(heading), wall.start[1] + middle * sin(heading), height / 2)
+            )
+            headings.append(heading)
+            scales.append((end - begin + (WALL_WIDTH_M if kind == "wall" else 0), WALL_WIDTH_M, height))
+            colours.append(palette.WALL if kind == "wall" else palette.OPENINGS.get(kind, palette.WALL))
+    if positions:
+        scene.add_batched_meshes_simple(
+            "/walls",
+            *box(),
+            batched_wxyzs=turned(headings),
+            batched_positions=np.array(positions, dtype=np.float32),
+            batched_scales=np.array(scales, dtype=np.float32),
+            batched_colors=palette.batched(colours),
+            lod="off",
+            flat_shading=True,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+
+def _draw_rocks(scene: viser.SceneApi, rocks: tuple[Rock, ...]) -> None:
+    """Each where the world file has it: a seed may have put it a little elsewhere."""
+    for rock in rocks:
+        stump = cylinder(rock.radius_m, 0.0, ROCK_HEIGHT_M, top_radius_m=0.8 * rock.radius_m, sides=12)
+        scene.add_mesh_simple(
+            f"/obstacles/{rock.name}",
+            *stump,
+            color=palette.ROCK,
+            position=(*rock.at, 0.0),
+            flat_shading=True,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+
+class PlacesView:
+    """The pads of the places, a batched node a kind; those where something lies are darker."""
+
+    def __init__(self, scene: viser.SceneApi, layout: Layout, on_click: Click = lambda _: None) -> None:
+        self._kinds: dict[str, tuple[tuple[str, ...], viser.BatchedMeshHandle]] = {}
+        self._taken: frozenset[str] = frozenset()
+        for kind in sorted({place.kind for place in layout.locations}):
+            places = [place for place in layout.locations if place.kind == kind]
+            names = tuple(place.name for place in places)
+            self._kinds[kind] = names, _pads(scene, kind, places, on_click)
+
+    def update(self, facts: Sequence[Fact]) -> None:
+        """Show what is taken, by the facts."""
+        taken = frozenset(fact.args[1] for fact in facts if fact.predicate == "in" and len(fact.args) == 2)
+        if taken == self._taken:
+            return
+        self._taken = taken
+        for kind, (names, pads) in self._kinds.items():
+            colours = [palette.OCCUPIED if name in taken else _colour(kind) for name in names]
+            pads.batched_colors = palette.batched(colours)
+
+
+def _colour(kind: str) -> palette.Colour:
+    return palette.PLACES.get(kind, palette.PLACES["place"])
+
+
+def _pads(
+    scene: viser.SceneApi, kind: str, places: list[Location], on_click: Click
+) -> viser.BatchedMeshHandle:
+    pads = scene.add_batched_meshes_simple(
+        f"/places/{kind}",
+        *box((PAD_M, PAD_M, PAD_HEIGHT_M), (0.0, 0.0, PAD_HEIGHT_M / 2 + 0.004)),
+        batched_wxyzs=turned([0.0] * len(places)),
+        batched_positions=np.array([(*place.at, 0.0) for place in places], dtype=np.float32),
+        batched_colors=palette.batched([_colour(kind)] * len(places)),
+        lod="off",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+    on_instance(pads, [place.name for place in places], on_click)
+    return pads
+
+
+def names_of_places(layout: Layout) -> list[FloorLabel]:
+    """Each place's name south of its pad; of a rack's berths the numbers on their pads and the name south of all."""
+    south = {place.name: place.at[1] - PAD_M / 2 - 0.04 for place in layout.locations}
+    names = [
+        _name(place, place.name, (place.at[0], south[place.name]))
+        for place in layout.locations
+        if place.kind != "home" and place.name not in layout.berths  # a home's robot's label says enough
+    ]
+    for rack in layout.racks:
+        names.append(_name(rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths))))
+    for berth in (place for place in layout.locations if place.name in layout.berths):
+        names.append(_name(berth, berth.name.rpartition("_")[2], (berth.at[0], berth.at[1] + LETTERS_M / 2)))
+    return names
+
+
+def _name(place: Location, text: str, top: Point) -> FloorLabel:
+    return FloorLabel(name=f"{place.kind}/{place.name}", text=text, at=(*top, 0.0), letters_m=LETTERS_M)
+
+
+def _draw_beacons(scene: viser.SceneApi, places: tuple[Location, ...]) -> None:
+    post = merged(
+        [cylinder(0.014, 0.0, BEACON_HEIGHT_M, sides=8), box((0.07, 0.07, 0.07), (0.0, 0.0, BEACON_HEIGHT_M))]
+    )
+    scene.add_batched_meshes_simple(
+        "/beacons",
+        *post,
+        batched_wxyzs=turned([0.0] * len(places)),
+        batched_positions=np.array([(*place.at, 0.0) for place in places], dtype=np.float32),
+        batched_colors=palette.batched([palette.BEACON] * len(places)),
+        lod="off",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+    beams = [
+        [(*place.at, BEACON_HEIGHT_M), _beam_end(place.at, degrees)]
+        for place in places
+        for degrees in place.approach_deg
+    ]
+    if beams:
+        points = np.array(beams, dtype=np.float32)
+        scene.add_line_segments("/beacons/beams", points, palette.BEAM, thickness=0.015)
+
+
+def _beam_end(at: tuple[float, float], degrees: float) -> tuple[float, float, float]:
+    return at[0] + BEAM_M * cos(radians(degrees)), at[1] + BEAM_M * sin(radians(degrees)), BEACON_HEIGHT_M
