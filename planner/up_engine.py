@@ -26,7 +26,7 @@ from unified_planning.plans import ActionInstance, PartialOrderPlan, TimeTrigger
 
 from planner.compilation import UNIFIED_PLANNING_LOCK
 from planner.engine import PlanningEngine, PlanningRequest, PlanningResult, PlanningStatus
-from planner.engines import portfolio
+from planner.engine_registry import portfolio
 from planner.errors import Unsupported
 from planner.foreign import ReadProblem, read_up_problem
 from planner.foreign.features import supported_features

@@ -3,7 +3,7 @@
 import pytest
 
 from planner import KnowledgeBase
-from planner.engines import ENGINES, engine_named, portfolio
+from planner.engine_registry import ENGINES, engine_named, portfolio
 from planner.errors import UnknownEngine
 
 

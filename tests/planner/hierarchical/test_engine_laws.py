@@ -23,7 +23,7 @@ from planner import (
     Progress,
     load_knowledge_base,
 )
-from planner.engines import portfolio
+from planner.engine_registry import portfolio
 from planner.hierarchical.engine import HierarchicalEngine
 from tests.planner.hierarchical.judging import honest, judged, planned
 from tests.planner.hierarchical.worlds import Store
