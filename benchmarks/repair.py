@@ -26,7 +26,7 @@ from planner import (
     PlanningRequest,
     load_knowledge_base,
 )
-from planner.engine_registry import portfolio
+from planner.engines.registry import portfolio
 from planner.repair import MissionProgress, Repair, as_scheduled, compare, join, repair
 
 Case = tuple[PlanningProblem, MissionProgress]

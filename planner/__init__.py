@@ -1,7 +1,30 @@
 """The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets. Pure; imports
 nothing of ours."""
 
-from planner.engine import (
+from planner.engines.fast_downward import FastDownwardEngine
+from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
+from planner.fact import Fact
+from planner.knowledge import (
+    TEAM_SEPARATOR,
+    GroundAction,
+    KnowledgeBase,
+    load_knowledge_base,
+    read_knowledge_base,
+    scale_term,
+)
+from planner.plan_nets.plan_net import (
+    GOAL,
+    INITIAL,
+    CausalLink,
+    Keeping,
+    Ordering,
+    OrderingReason,
+    PlanNet,
+    PlanNetAction,
+)
+from planner.plan_nets.synchronisation import awaits_of, keep_in_step
+from planner.plan_nets.validation import faults_of, linearisation, replay
+from planner.problem.interface import (
     UNOBSERVED,
     Objective,
     Observer,
@@ -13,30 +36,7 @@ from planner.engine import (
     Progress,
     warm_up,
 )
-from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
-from planner.execution import awaits_of, keep_in_step
-from planner.fact import Fact
-from planner.fast_downward import FastDownwardEngine
-from planner.knowledge import (
-    TEAM_SEPARATOR,
-    GroundAction,
-    KnowledgeBase,
-    load_knowledge_base,
-    read_knowledge_base,
-    scale_term,
-)
-from planner.plan_net import (
-    GOAL,
-    INITIAL,
-    CausalLink,
-    Keeping,
-    Ordering,
-    OrderingReason,
-    PlanNet,
-    PlanNetAction,
-)
 from planner.up_registration import register_with_unified_planning
-from planner.validation import faults_of, linearisation, replay
 
 __all__ = [
     "GOAL",

@@ -6,7 +6,11 @@ Found by solving the same problem to other ends, and with robots of the shortest
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from planner.engine import (
+from planner.explanation.recruitment import by_work, recruitment_of
+from planner.knowledge import KnowledgeBase
+from planner.knowledge.phrases import enumeration
+from planner.plan_nets.plan_net import PlanNet
+from planner.problem.interface import (
     UNOBSERVED,
     Objective,
     Observer,
@@ -15,12 +19,8 @@ from planner.engine import (
     PlanningRequest,
     PlanningResult,
 )
-from planner.knowledge import KnowledgeBase
-from planner.plan_net import PlanNet
-from planner.recruitment import by_work, recruitment_of
-from planner.solving import Solving
-from planner.statics import Statics
-from planner.wording import enumeration
+from planner.problem.solving import Solving
+from planner.problem.static_facts import Statics
 
 SHORTEST = "shortest time"
 

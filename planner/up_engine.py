@@ -24,14 +24,14 @@ from unified_planning.engines.results import LogLevel, LogMessage
 from unified_planning.model import ProblemKind
 from unified_planning.plans import ActionInstance, PartialOrderPlan, TimeTriggeredPlan
 
-from planner.compilation import UNIFIED_PLANNING_LOCK
-from planner.engine import PlanningEngine, PlanningRequest, PlanningResult, PlanningStatus
-from planner.engine_registry import portfolio
+from planner.engines.registry import portfolio
 from planner.errors import Unsupported
-from planner.foreign import ReadProblem, read_up_problem
-from planner.foreign.features import supported_features
+from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
+from planner.interchange.foreign import ReadProblem, read_up_problem
+from planner.interchange.foreign.features import supported_features
 from planner.knowledge import KnowledgeBase
-from planner.plan_net import PlanNet, PlanNetAction
+from planner.plan_nets.plan_net import PlanNet, PlanNetAction
+from planner.problem.interface import PlanningEngine, PlanningRequest, PlanningResult, PlanningStatus
 
 EPSILON = Fraction(1, 1000)
 UNLIMITED_S = 3600.0

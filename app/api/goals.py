@@ -25,7 +25,7 @@ from app.plans.explaining import Explaining
 from app.plans.exporting import Exporting, PddlBody
 from app.plans.limits import PlanningWish
 from app.states import GoalState, PlanState
-from planner.pddl import Form
+from planner.interchange.pddl import Form
 
 Limit = Annotated[int, Query(ge=1, le=1000)]
 IdempotencyKey = Annotated[str | None, Header(max_length=200)]

@@ -5,8 +5,8 @@ from pathlib import Path
 from app.errors import Invalid
 from planner import KnowledgeBase, PlanningProblem
 from planner.errors import Unsupported
-from planner.foreign import ReadProblem, import_problem
-from planner.pddl import Form, Vocabulary, domain_text, problem_text
+from planner.interchange.foreign import ReadProblem, import_problem
+from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 
 
 def write_files(folder: Path, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:

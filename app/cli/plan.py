@@ -25,7 +25,7 @@ from planner import (
     PlanningResult,
     warm_up,
 )
-from planner.engine_registry import engine_named
+from planner.engines.registry import engine_named
 from planner.errors import UnknownEngine
 from robots.world import WorldFile
 

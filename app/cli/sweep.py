@@ -19,7 +19,7 @@ from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals
 from app.sweep.mission import posed
 from app.world_model import initial_facts
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
-from planner.engine_registry import portfolio
+from planner.engines.registry import portfolio
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim.parallel import side_by_side

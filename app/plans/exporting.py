@@ -5,7 +5,7 @@ from pydantic import BaseModel, Field
 from app.core import Core
 from app.plans.posing import Posing
 from app.plans.reposing import plan_row, reposed
-from planner.pddl import Form, Vocabulary, domain_text, problem_text
+from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 
 
 class PddlBody(BaseModel):

@@ -17,7 +17,7 @@ from benchmarks.planner.measure import OURS, Measure, Task, measured
 from benchmarks.planner.optimum import optimum
 from benchmarks.planner.table import GROWTH_FROM, GROWTH_TO, Row, faults, growth, lines
 from planner import load_knowledge_base
-from planner.engine_registry import ENGINES
+from planner.engines.registry import ENGINES
 
 SIZES: Mapping[str, Sequence[int]] = {
     **dict.fromkeys(("store", "mixed", "retrieve"), (1, 2, 4, 8, 16, 32, 64, 128, 256)),

@@ -17,7 +17,7 @@ from planner import (
     load_knowledge_base,
     warm_up,
 )
-from planner.engine_registry import engine_named
+from planner.engines.registry import engine_named
 
 OURS = "macta"
 GRACE_S = 60.0

@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 from planner.bounds.network import Network
 from planner.bounds.paths import FAR, Graph, Ints, duals, shortest
 from planner.bounds.world import MILLISECONDS, NotModelled, World
-from planner.engine import PlanningProblem
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
+from planner.problem.interface import PlanningProblem
 
 
 def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> float:

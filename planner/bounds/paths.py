@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.hierarchical.compiled import kernel
+from planner.compiled import kernel
 
 Ints = NDArray[np.int64]
 FAR = 1 << 50

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from planner.bounds.invariants import Variable, variables_of
 from planner.bounds.paths import Ints
-from planner.engine import PlanningProblem
 from planner.fact import Fact
-from planner.hierarchical.classes import AgentClasses
 from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.duration import scale_term
 from planner.knowledge.literal import Literal
+from planner.problem.interface import PlanningProblem
+from planner.problem.robot_classes import AgentClasses
 
 THING, OTHER = "the thing", "another thing"
 MILLISECONDS = 1000

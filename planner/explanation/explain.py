@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from planner.engine import UNOBSERVED, Observer, PlanningEngine, PlanningProblem, PlanningRequest
 from planner.explanation.ordering import Reasons
 from planner.explanation.purpose import purposes, told
 from planner.explanation.recruiting import Rivals, Trial, trials, why_this_robot
 from planner.explanation.timing import Wait, makespan, waits
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
-from planner.plan_net import CausalLink, PlanNet
+from planner.plan_nets.plan_net import CausalLink, PlanNet
+from planner.problem.interface import UNOBSERVED, Observer, PlanningEngine, PlanningProblem, PlanningRequest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

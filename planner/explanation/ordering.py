@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
-from planner.plan_net import Keeping, Ordering, OrderingReason, PlanNet
-from planner.wording import enumeration, phrase
+from planner.knowledge.phrases import enumeration, phrase
+from planner.plan_nets.plan_net import Keeping, Ordering, OrderingReason, PlanNet
 
 KEPT = {
     Keeping.SENSING: "; the robot waits until it senses it",

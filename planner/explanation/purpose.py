@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
-from planner.plan_net import GOAL, INITIAL, CausalLink, PlanNet, PlanNetAction
-from planner.wording import phrase
+from planner.knowledge.phrases import phrase
+from planner.plan_nets.plan_net import GOAL, INITIAL, CausalLink, PlanNet, PlanNetAction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

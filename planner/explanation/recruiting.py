@@ -4,7 +4,12 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from planner.engine import (
+from planner.explanation.recruitment import by_work
+from planner.fact import Fact
+from planner.knowledge import KnowledgeBase
+from planner.knowledge.phrases import denial, enumeration, natural, nothing, phrase
+from planner.plan_nets.plan_net import PlanNet, PlanNetAction
+from planner.problem.interface import (
     Observer,
     PlanningEngine,
     PlanningProblem,
@@ -12,14 +17,9 @@ from planner.engine import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.fact import Fact
-from planner.knowledge import KnowledgeBase
-from planner.plan_net import PlanNet, PlanNetAction
-from planner.recruitment import by_work
+from planner.problem.solving import Solving
+from planner.problem.static_facts import Statics, in_place_of
 from planner.relaxation import Relaxation
-from planner.solving import Solving
-from planner.statics import Statics, in_place_of
-from planner.wording import denial, enumeration, natural, nothing, phrase
 
 MOST_TRIALS = 8
 """So many robots are tried to do without, those with the most to do first."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from planner.explanation.ordering import Reasons
-from planner.plan_net import ROUNDING_S, Ordering, PlanNet, PlanNetAction
-from planner.wording import enumeration
+from planner.knowledge.phrases import enumeration
+from planner.plan_nets.plan_net import ROUNDING_S, Ordering, PlanNet, PlanNetAction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

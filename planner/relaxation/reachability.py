@@ -3,9 +3,9 @@
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from planner.engine import PlanningProblem
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
+from planner.problem.interface import PlanningProblem
 from planner.relaxation.network import Network
 from planner.relaxation.rules import FUNCTION, GOAL, TYPE, argument_types, positions_needed, rules_of
 

@@ -1,8 +1,8 @@
 """Plan-nets that the world has overtaken, mended rather than made anew; and goals that join what is running."""
 
 from planner.repair.difference import Difference, compare
-from planner.repair.joining import join
-from planner.repair.mending import Course, Repair, repair
+from planner.repair.goal_insertion import join
+from planner.repair.plan_repair import Course, Repair, repair
 from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining, as_scheduled
 
 __all__ = [

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from planner.plan_net import PlanNet, PlanNetAction
+from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 
 SHIFT_S = 1.0
 """An action whose start differs by less starts when it did."""

@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 
 from planner.explanation.purpose import purposes
-from planner.extraction import extract, fault_of
 from planner.fact import Fact
 from planner.knowledge import GroundAction
-from planner.plan_net import ROUNDING_S, PlanNet
+from planner.plan_nets.extraction import extract, fault_of
+from planner.plan_nets.plan_net import ROUNDING_S, PlanNet
+from planner.plan_nets.schedule import windows
 from planner.repair.remaining import Remaining, in_order, sequence_of
-from planner.schedule import windows
 
 REPLAYS = 600
 """So many places are tried: more for short plans, of which a replay takes less, would find nothing more."""

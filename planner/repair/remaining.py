@@ -8,16 +8,16 @@ back. It stands first in the sequence, hence nothing rests on what it takes away
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 
-from planner.engine import PlanningProblem
+from planner.engines.plan_net_completion import confirm, finish
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
-from planner.extraction import fault_of
 from planner.fact import Fact
-from planner.finishing import confirm, finish
 from planner.knowledge import GroundAction, KnowledgeBase
-from planner.plan_net import ROUNDING_S, PlanNet, PlanNetAction
-from planner.progression import progressed
-from planner.statics import Statics
-from planner.validation import linearisation
+from planner.plan_nets.extraction import fault_of
+from planner.plan_nets.plan_net import ROUNDING_S, PlanNet, PlanNetAction
+from planner.plan_nets.progression import progressed
+from planner.plan_nets.validation import linearisation
+from planner.problem.interface import PlanningProblem
+from planner.problem.static_facts import Statics
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,8 +6,8 @@ from functools import cached_property
 from app.vocabulary import planner_fact
 from app.world_model import Facts, initial_facts, objects_of, planning_problem
 from planner import Fact, KnowledgeBase, PlanNet, keep_in_step, load_knowledge_base
-from planner.assembly import assemble
-from planner.extraction import extract
+from planner.plan_nets.assembly import assemble
+from planner.plan_nets.extraction import extract
 from robots.wire import SymbolicFact
 from robots.world import WorldFile, load_world
 

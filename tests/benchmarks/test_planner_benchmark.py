@@ -9,9 +9,9 @@ from benchmarks.planner.instances import FAMILIES, Instance
 from benchmarks.planner.legs import NotModelled
 from benchmarks.planner.optimum import optimum
 from planner import KnowledgeBase, PlanNet, PlanningProblem, PlanningRequest, load_knowledge_base
-from planner.assembly import assemble
-from planner.extraction import extract
-from planner.fast_downward import FastDownwardEngine
+from planner.engines.fast_downward import FastDownwardEngine
+from planner.plan_nets.assembly import assemble
+from planner.plan_nets.extraction import extract
 
 
 @pytest.fixture(scope="module")

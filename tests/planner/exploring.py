@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from planner import Fact, Keeping, KnowledgeBase, PlanNet, PlanNetAction
-from planner.execution import awaits_of
+from planner.plan_nets.synchronisation import awaits_of
 
 Progress = tuple[int, ...]
 """Per robot: twice the number of its parts that have ended, plus one while a part runs."""

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from math import dist
 
-from planner.engine import PlanningProblem
 from planner.fact import Fact
+from planner.problem.interface import PlanningProblem
 from robots.world import WorldFile, load_world
 
 Points = dict[str, tuple[float, float]]

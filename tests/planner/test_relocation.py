@@ -15,7 +15,7 @@ from planner import (
     load_knowledge_base,
     read_knowledge_base,
 )
-from planner.engine_registry import engine_named
+from planner.engines.registry import engine_named
 from tests.planner.laboratory import GOAL, HOME, laboratory
 
 BASE = load_knowledge_base()

@@ -14,7 +14,7 @@ from app.sweep import Mission, prepare, written
 from app.sweep.mission import posed
 from benchmarks.errands import with_sample
 from planner import PlanningRequest
-from planner.engine_registry import portfolio
+from planner.engines.registry import portfolio
 from robots.wire import ScriptState
 from robots.world import load_world
 from tests.app.store import Store

@@ -7,7 +7,7 @@ from app.cli.understanding import understood
 from app.sweep import Mission, prepare
 from app.sweep.mission import posed
 from planner import PlanningRequest
-from planner.engine_registry import portfolio
+from planner.engines.registry import portfolio
 from robots.wire import ScriptState
 from tests.app.laboratory import Laboratory
 

@@ -11,7 +11,7 @@ from app.sweep import Mission, prepare
 from app.sweep.mission import posed
 from app.world_model import initial_facts
 from planner import PlanningRequest, load_knowledge_base
-from planner.engine_registry import engine_named
+from planner.engines.registry import engine_named
 from robots.wire import ScriptState
 from robots.world import WorldFile, load_world
 

@@ -85,8 +85,8 @@ class FakeEngine:
         subprocess.run([sys.executable, "-c", eat], check=True)
 
     def run_a_child(self, observer: Observer, file: str) -> None:
-        """A native engine that runs for long, as `planner.native` runs them."""
-        from planner.native import Limits, run
+        """A native engine that runs for long, as `planner.native_process` runs them."""
+        from planner.native_process import Limits, run
 
         script = f"echo $$ > {file}.new; mv {file}.new {file}; exec sleep 600"
         run(["/bin/sh", "-c", script], folder=Path("/"), limits=Limits(deadline=time.monotonic() + 600))

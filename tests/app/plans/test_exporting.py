@@ -7,7 +7,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from planner import Fact
-from planner.foreign import import_problem
+from planner.interchange.foreign import import_problem
 
 Follow = Callable[..., dict[str, Any]]
 

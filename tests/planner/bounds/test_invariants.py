@@ -2,7 +2,7 @@
 
 from planner import Fact, KnowledgeBase, read_knowledge_base
 from planner.bounds.invariants import Variable, variables_of
-from tests.planner.hierarchical.survey import SURVEY
+from tests.planner.engines.hierarchical.survey import SURVEY
 
 STORE = frozenset({"area", "location", "robot", "object"})
 SURVEYED = frozenset({"site", "rover", "gate", "tool", "rock", "box"})

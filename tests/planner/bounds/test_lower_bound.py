@@ -8,13 +8,13 @@ import pytest
 from benchmarks.planner.instances import FAMILIES
 from benchmarks.planner.optimum import optimum
 from planner import Fact, KnowledgeBase, PlanningRequest, read_knowledge_base
-from planner.assembly import assemble
 from planner.bounds import lower_bound_s
-from planner.extraction import extract
-from planner.hierarchical.engine import HierarchicalEngine
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.knowledge import scale_term
-from tests.planner.hierarchical.survey import SURVEY, survey
-from tests.planner.hierarchical.worlds import Store
+from planner.plan_nets.assembly import assemble
+from planner.plan_nets.extraction import extract
+from tests.planner.engines.hierarchical.survey import SURVEY, survey
+from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.large_store import LargeStore
 from tests.planner.store import inside, store_problem
 

@@ -17,7 +17,7 @@ from planner import (
     PlanningRequest,
 )
 from planner.explanation import Explanation, explain
-from planner.statics import Statics
+from planner.problem.static_facts import Statics
 from tests.planner.store import inside, store_problem
 
 REQUEST = PlanningRequest(time_limit_s=60)

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from planner import Fact, KnowledgeBase, PlanNet, PlanNetAction, PlanningProblem, faults_of
+from planner.interchange.up_validation import up_fault
 from planner.repair import Repair
-from planner.up_validation import up_fault
-from tests.planner.hierarchical.worlds import Store
+from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
 STORE = Store()

@@ -1,7 +1,7 @@
 import pytest
 
 from planner import KnowledgeBase, PlanNet, PlanningRequest
-from planner.hierarchical.engine import HierarchicalEngine
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from tests.planner.repair.carrying import problem
 
 

@@ -1,0 +1,5 @@
+"""Fast Downward as a planning engine: PDDL out, separate processes, sequences back."""
+
+from planner.engines.fast_downward.fast_downward_engine import FastDownwardEngine
+
+__all__ = ["FastDownwardEngine"]

@@ -1,0 +1,142 @@
+"""Fast Downward behind the `PlanningEngine` seam: sequences from it, plan-nets made and checked by
+ourselves."""
+
+import time
+from collections.abc import Iterable, Sequence
+
+from planner.engines.answer import Outcome, answered, result_of
+from planner.engines.detours import without_detours
+from planner.engines.fast_downward.goal_sequences import Found, Search
+from planner.engines.plan_net_completion import confirm, finish, merit
+from planner.explanation.diagnosis import why_unsolvable
+from planner.interchange.compilation import compile_problem
+from planner.interchange.compiled_pddl import write_pddl
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.native_process import Limits
+from planner.plan_nets.plan_net import PlanNet
+from planner.problem.interface import (
+    UNOBSERVED,
+    Observer,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    Progress,
+)
+from planner.problem.static_facts import Statics
+
+
+class FastDownwardEngine:
+    """Plans with Fast Downward; every plan-net is validated.
+
+    The first use imports unified-planning (1-2 s): a long-lived process calls `warm_up()` before it is
+    needed.
+    """
+
+    name = "fast-downward"
+
+    def __init__(self, knowledge_base: KnowledgeBase) -> None:
+        self._base = knowledge_base
+
+    def warm_up(self) -> None:
+        """Import what is slow to import, by compiling an empty problem."""
+        write_pddl(compile_problem(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=())))
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        """A plan-net, or why not; the processes started are ended at the time limit.
+
+        With an effort the first plan is improved on for so long; without, the same problem has the same plan.
+        """
+
+        def plan() -> PlanningResult:
+            return result_of(self.name, _Run(self.name, self._base, problem, request, observer).outcome())
+
+        return answered(self.name, self._base, problem, plan)
+
+
+class _Run:
+    """The planning of one problem."""
+
+    def __init__(
+        self,
+        name: str,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        request: PlanningRequest,
+        observer: Observer,
+    ) -> None:
+        self._name, self._base, self._problem = name, knowledge_base, problem
+        self._statics = Statics(knowledge_base, problem)
+        self._request, self._observer, self._begun = request, observer, time.monotonic()
+        limits = Limits(deadline=self._begun + request.time_limit_s, memory_mb=request.memory_limit_mb)
+        self._search = Search(knowledge_base, limits, observer.should_stop)
+
+    def outcome(self) -> Outcome:
+        if all(goal in self._problem.facts for goal in self._problem.goals):
+            return self._best([Found(status=PlanningStatus.SOLVED)])
+        lean = self._statics.lean(self._problem)
+        status, plan_net, reason = self._first(lean)
+        if plan_net is None:
+            unsolvable = status is PlanningStatus.UNSOLVABLE
+            return status, None, why_unsolvable(self._base, self._problem) if unsolvable else reason
+        self._tell(plan_net)
+        if self._request.effort_s and not self._search.is_over:
+            plan_net = self._improved(plan_net, lean, self._request.effort_s)
+        return status, plan_net, reason
+
+    def _first(self, lean: PlanningProblem) -> Outcome:
+        """The first plan-net, else what the searches for all goals at once say."""
+        search, problem = self._search, self._problem
+        outcome = first = self._best(search.at_once(lean))
+        if outcome[1] is None and len(problem.goals) > 1:
+            outcome = self._best([search.one_by_one(problem, self._statics)])
+        if outcome[1] is None and lean.objects != problem.objects:
+            # Bystanders are left out at first; who knows whether one of them helps.
+            outcome = first = self._best(search.at_once(problem))
+        if outcome[1] is None and first[0] is PlanningStatus.TIMED_OUT and not search.is_over:
+            outcome = first = self._best(search.at_once(problem, patient=True))
+        return outcome if outcome[1] is not None else first
+
+    def _best(self, found: Iterable[Found]) -> Outcome:
+        """The best plan-net of what was found; if there is none, what the first one says."""
+        plan_nets: list[PlanNet] = []
+        failures: list[Outcome] = []
+        for one in found:
+            if one.status is not PlanningStatus.SOLVED:
+                failures.append((one.status, None, one.reason))
+                continue
+            plan_net = self._finished(one.sequence)
+            if isinstance(plan_net, str):
+                failures.append((PlanningStatus.NOT_FOUND, None, f"no acceptable plan was found: {plan_net}"))
+            else:
+                plan_nets.append(plan_net)
+        if not plan_nets:
+            return failures[0]
+        best = min(plan_nets, key=merit)
+        confirm(best, self._problem, self._base)
+        return PlanningStatus.SOLVED, best, ""
+
+    def _improved(self, best: PlanNet, lean: PlanningProblem, effort_s: float) -> PlanNet:
+        """The best of the plan-net and those that are found with more effort."""
+
+        def take(sequence: Sequence[GroundAction]) -> None:
+            nonlocal best
+            plan_net = self._finished(sequence)
+            if not isinstance(plan_net, str) and merit(plan_net) < merit(best):
+                best = plan_net
+                self._tell(best)
+
+        self._search.improve(lean, effort_s, take)
+        confirm(best, self._problem, self._base)
+        return best
+
+    def _finished(self, sequence: Sequence[GroundAction]) -> PlanNet | str:
+        straight = without_detours(sequence, self._problem, self._base)
+        return finish(straight, self._problem, self._base, self._statics)
+
+    def _tell(self, plan_net: PlanNet) -> None:
+        elapsed_s = time.monotonic() - self._begun
+        progress = Progress(engine=self._name, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)
+        self._observer.progress(progress)

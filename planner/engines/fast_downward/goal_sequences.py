@@ -1,0 +1,110 @@
+"""Sequences from Fast Downward: for all goals at once, or for one goal after the other."""
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from planner.engines.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
+from planner.fact import Fact
+from planner.interchange.compilation import compile_problem
+from planner.interchange.compiled_pddl import write_pddl
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.native_process import Limits, never
+from planner.plan_nets.extraction import fault_of
+from planner.plan_nets.progression import progressed
+from planner.problem.interface import PlanningProblem, PlanningStatus
+from planner.problem.static_facts import Statics
+
+SECOND_TIME_S = 0.3
+"""For a second opinion when there is a plan already."""
+SEARCH_TIME_S = 2.0
+"""A search that takes longer than this is on a plateau; one goal at a time does better."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A sequence that reaches the goals if solved, else why there is none."""
+
+    status: PlanningStatus
+    sequence: tuple[GroundAction, ...] = ()
+    reason: str = ""
+
+
+class Search:
+    """Runs the searches; all of them end at their limits or when it is enough."""
+
+    def __init__(
+        self, knowledge_base: KnowledgeBase, limits: Limits, is_enough: Callable[[], bool] = never
+    ) -> None:
+        self._base, self._limits, self._is_enough = knowledge_base, limits, is_enough
+
+    @property
+    def is_over(self) -> bool:
+        return self._limits.is_over or self._is_enough()
+
+    def at_once(self, problem: PlanningProblem, *, patient: bool = False) -> Iterator[Found]:
+        """What each configuration finds for all the goals together; at least one answer.
+
+        :param patient: share out all the time that is left.
+        """
+        compiled = compile_problem(self._base, problem)
+        time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
+        for answer in self._answers(*write_pddl(compiled), time_s):
+            steps = tuple(compiled.ground(operator, objects) for operator, objects in answer.steps)
+            yield Found(status=answer.status, sequence=steps, reason=answer.reason)
+
+    def improve(
+        self, problem: PlanningProblem, effort_s: float, take: Callable[[Sequence[GroundAction]], None]
+    ) -> None:
+        """Search for ever cheaper sequences, each taken as soon as it is found."""
+        compiled = compile_problem(self._base, problem)
+        with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
+            deadline = time.monotonic() + min(effort_s, self._limits.left_s)
+            limits = replace(self._limits, deadline=deadline)
+            process = FastDownwardProcess(Path(folder), limits, self._is_enough)
+            if process.translate(*write_pddl(compiled)) is None:
+                process.improve(
+                    lambda steps: take([compiled.ground(operator, objects) for operator, objects in steps])
+                )
+
+    def one_by_one(self, problem: PlanningProblem, statics: Statics) -> Found:
+        """A sequence that reaches one goal after the other, those that cannot be reached yet later."""
+        state, sequence = problem.facts, list[GroundAction]()
+        achieved: list[Fact] = []
+        waiting = list(problem.goals)
+        while waiting:
+            for goal in waiting:
+                lean = statics.lean_for(replace(problem, facts=state), goal, achieved)
+                found = min(self.at_once(lean), key=_cost)
+                if found.status is PlanningStatus.SOLVED:
+                    break
+            else:
+                return found
+            state = progressed(state, found.sequence)
+            sequence += found.sequence
+            achieved.append(goal)
+            waiting.remove(goal)
+        # A goal may have been undone by a later one, or have come about by the way, which does not count.
+        if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
+            return Found(status=PlanningStatus.NOT_FOUND, reason=fault)
+        return Found(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
+
+    def _answers(self, domain: str, problem: str, time_s: float) -> Iterator[Answer]:
+        with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
+            process = FastDownwardProcess(Path(folder), self._limits, self._is_enough)
+            failure = process.translate(domain, problem)
+            if failure is not None:
+                yield failure
+                return
+            # A* on the costs first: it seldom sits on a plateau, the greedy one now and then does for long.
+            cheap = process.search(CHEAP, time_s)
+            yield cheap
+            if cheap.status is not PlanningStatus.UNSOLVABLE:
+                yield process.search(GREEDY, SECOND_TIME_S if cheap.steps else time_s)
+
+
+def _cost(found: Found) -> tuple[bool, float]:
+    """Solved before not, then the least time of all robots together."""
+    return found.status is not PlanningStatus.SOLVED, sum(action.duration_s for action in found.sequence)

@@ -1,0 +1,212 @@
+"""Tasks whose things stand in each other's way: what has to be put aside, and the ways that put it aside.
+
+A sample that lies where another is to go may be brought to its own goal first, or be put down somewhere else for the
+time being. Fragments only say what can be done; which task gives way, where and when is for the schedule.
+"""
+
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Protocol
+
+from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
+from planner.engines.hierarchical.fragments.fragment import Fragment
+from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
+from planner.engines.hierarchical.legs.return_home import Homing
+from planner.fact import Fact
+from planner.plan_nets.extraction import fault_of
+from planner.problem.interface import PlanningProblem
+
+
+class Find(Protocol):
+    """Finds fragments."""
+
+    def __call__(
+        self, facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS
+    ) -> Sequence[Fragment]:
+        """The fragments that reach goals from facts, quickest first; none if none was found.
+
+        :param levels: how wide a world is searched; 0: none, there is only what other goals' fragments tell.
+        """
+
+
+Asides = Mapping[Group, Goals]
+"""Groups, and the facts that put their things aside."""
+WAYS_ASIDE = 2
+"""Ways to put things in one place, at most."""
+WAYS_ON = 4
+"""Ways on to the goals from there, at most."""
+NOTHING = Fragment(goals=(), actions=())
+OVER = 8
+"""Fragments over a place aside that a task has at most."""
+BRIEFLY = 1
+"""Worlds searched for ways to put something aside: the smallest."""
+PLACES = 40
+"""With more objects of a kind, only places are looked at that some fragment has put things."""
+
+
+class Yielding:
+    """Finds the fragments of tasks that give each other way."""
+
+    def __init__(self, problem: PlanningProblem, groups: Groups, homing: Homing, find: Find) -> None:
+        self._problem, self._facts = problem, problem.facts
+        self._groups, self._homing, self._find = groups, homing, find
+        self.has_yielded = False
+
+    def ways(self, tasks: Sequence[Group]) -> Mapping[Group, Sequence[Fragment]] | list[Group]:
+        """The fragments of each task with something to do, none of which moves what another is about; else some
+        tasks that must be one, or a single one that has no fragment.
+
+        What stands in the way takes part even if its goals hold, or if it has none.
+        """
+        found: dict[Group, list[Fragment]] = {}
+        away: dict[Group, Sequence[Asides]] = {}
+        places: dict[Group, dict[Goals, None]] = defaultdict(dict)
+        everything = [*tasks, *self._groups.idle]
+        for task in tasks:
+            if not self._groups.is_open(task, self._facts):
+                continue
+            things = [each for each in everything if each != task]
+            free, away[task] = self._guessed(task, things)
+            if not free:
+                straight = self._find(self._facts, task.goals)
+                free, away[task] = self._freed(task, straight, things)
+            if not free:
+                moved = [self._groups.moved(f.actions, [t for t in tasks if t != task]) for f in straight]
+                free = [f for f, others in zip(straight, moved, strict=True) if not others]
+                if not free:
+                    return [task, *min(moved, key=len, default=())]
+            found[task] = list(free)
+            for aside in away[task]:
+                for other, place in aside.items():
+                    places[other][place] = None
+        self.has_yielded = bool(places)
+        for other, used in places.items():
+            things = [each for each in everything if each != other]
+            over = self._over(other, tuple(used), [*away.get(other, ()), {}], things)
+            ways = [*found.get(other, [NOTHING]), *sorted(over, key=lambda way: way.duration_s)[:OVER]]
+            found[other] = list({tuple(map(str, way.actions)): way for way in ways}.values())
+        return found
+
+    def _guessed(self, task: Group, things: Sequence[Group]) -> tuple[Sequence[Fragment], Sequence[Asides]]:
+        """The fragments from where what lies at the task's place has been put elsewhere, if they need that and
+        known fragments tell how; saves the search for a way to clear the place."""
+        asides = self._guess(task, things, ())
+        if not asides or not self._made_way(task, things, [asides], BRIEFLY):
+            return (), ()
+        free = self._made_way(task, things, [asides])
+        if any(fault_of(fragment.actions, self._facts, ()) is None for fragment in free):
+            return (), ()
+        return free, [asides, self._guess(task, things, asides.values()) or asides]
+
+    def _guess(self, task: Group, things: Sequence[Group], taken: Collection[Goals]) -> Asides:
+        """What lies at the task's place, each put somewhere else that is not taken; empty where that is unknown."""
+        beside = self._groups.beside(task)
+        asides: dict[Group, Goals] = {}
+        for each in things:
+            if not beside.isdisjoint(each.things):
+                place = self._elsewhere(each, things, [*taken, *asides.values()])
+                if not place:
+                    return {}
+                asides[each] = place
+        return asides
+
+    def _elsewhere(self, group: Group, things: Sequence[Group], taken: Collection[Goals]) -> Goals:
+        """The nearest place like the present one to which known fragments bring the group's things."""
+        others = [each for each in things if each != group]
+        near = [
+            (way.duration_s, place)
+            for place in self._alike(group, self._groups.place(group))
+            for way in self._find(self._facts, place, levels=0)
+            if way.actions and place not in taken and not self._groups.moved(way.actions, others)
+        ]
+        return min(near, default=(0.0, ()))[1]
+
+    def _freed(
+        self, task: Group, straight: Sequence[Fragment], things: Sequence[Group]
+    ) -> tuple[Sequence[Fragment], Sequence[Asides]]:
+        """Those fragments that move no other things, else those from where these have been put aside."""
+        free = [f for f in straight if not self._groups.moved(f.actions, things)]
+        if free:
+            return free, ()
+        asides = list(self._asides(straight, things))
+        return self._made_way(task, things, asides), asides
+
+    def _asides(self, fragments: Sequence[Fragment], things: Sequence[Group]) -> Iterator[Asides]:
+        """What the fragments put aside, of those that move the fewest things."""
+        moved = [self._groups.moved(fragment.actions, things) for fragment in fragments]
+        least = min(map(len, moved), default=0)
+        for fragment, groups in zip(fragments, moved, strict=True):
+            put = {each: self._groups.put_aside(fragment.actions, each) for each in groups}
+            if len(groups) == least and all(put.values()):
+                yield put
+
+    def _made_way(
+        self, task: Group, things: Sequence[Group], asides: Sequence[Asides], levels: int = ALL_LEVELS
+    ) -> Sequence[Fragment]:
+        """The fragments from where things have been put aside."""
+        for aside in asides:
+            cleared = self._cleared(aside, [task, *things])
+            if cleared is not None:
+                found = self._find(cleared, task.goals, levels=levels)
+                free = [f for f in found if not self._groups.moved(f.actions, things)]
+                if free:
+                    return free
+        return ()
+
+    def _cleared(self, asides: Asides, things: Sequence[Group]) -> frozenset[Fact] | None:
+        """The facts once these things have been put aside; None if they cannot be without moving others."""
+        facts = self._facts
+        for group, place in asides.items():
+            others = [each for each in things if each != group]
+            ways = self._find(facts, place, levels=BRIEFLY)
+            way = next((way for way in ways if not self._groups.moved(way.actions, others)), None)
+            if way is None:
+                return None
+            facts = self._homing.after(facts, way.actions)
+        return facts
+
+    def _over(
+        self, group: Group, used: Sequence[Goals], away: Sequence[Asides], things: Sequence[Group]
+    ) -> Iterator[Fragment]:
+        """Fragments that put a group's things aside first and then go on to its goals.
+
+        :param used: where fragments have put them.
+        :param away: what else may be put aside for its goals.
+        """
+        for place in dict.fromkeys(alike for one in used for alike in self._alike(group, one)):
+            for asides in away:
+                facts = self._cleared(asides, [group, *things])
+                ways = (
+                    ()
+                    if facts is None
+                    else self._through(facts, group, place, things, BRIEFLY if place in used else 0)
+                )
+                if ways:
+                    yield from ways
+                    break
+
+    def _through(
+        self, facts: frozenset[Fact], group: Group, place: Goals, things: Sequence[Group], levels: int
+    ) -> list[Fragment]:
+        """Fragments that go to the group's goals over the place."""
+        found = []
+        for aside in self._find(facts, place, levels=levels)[:WAYS_ASIDE]:
+            after = self._homing.after(facts, aside.actions)
+            for on in self._find(after, group.goals, levels=levels)[:WAYS_ON] if group.goals else [NOTHING]:
+                actions = (*aside.actions, *on.actions)
+                if not self._groups.moved(actions, things):
+                    found.append(Fragment(goals=group.goals, actions=actions))
+        return found
+
+    def _alike(self, group: Group, place: Goals) -> Iterator[Goals]:
+        """The place, and the like with another object of the same type in it."""
+        yield place
+        objects = self._problem.objects
+        named = sorted({arg for fact in place for arg in fact.args if arg in objects} - group.things)
+        for old in named:
+            same = sorted(name for name, kind in objects.items() if kind == objects[old] and name != old)
+            for new in same if len(same) < PLACES else ():
+                yield tuple(
+                    Fact(fact.predicate, tuple(new if arg == old else arg for arg in fact.args))
+                    for fact in place
+                )

@@ -1,0 +1,188 @@
+"""Fragments composed into one sequence of ground actions: scheduled, improved, with agents recruited."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.engines.hierarchical.legs.stops import MOST_NEAR_STOPPING
+from planner.engines.hierarchical.scheduling.annealing import Annealing
+from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
+from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, Choice, Floats, Model, ints
+from planner.engines.hierarchical.scheduling.schedule import Schedule
+from planner.engines.hierarchical.scheduling_problem import Builder, Task
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.problem.interface import PlanningProblem
+from planner.problem.robot_classes import AgentClasses
+
+LEAST_CHUNK = 8
+CHUNK_WORK = 4000
+"""Trials between two looks at the clock: this many by the number of legs; some milliseconds."""
+DISPATCHED = 8
+BEGINNINGS = 8
+"""Choices looked at before the annealing begins: dispatched ones, then orders."""
+MANY_TASKS = 48
+"""With more, two of each."""
+LAST_RESORTS = 1000
+"""Choices at random where none of the beginnings can be scheduled."""
+NOISE_S = 2.0
+""" By how much each further dispatching strays from the rule."""
+WAYS_MADE = 64
+"""How often the model is widened because an agent must make way."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Composed:
+    """A sequence that reaches every task's goals, and its makespan in seconds."""
+
+    actions: tuple[GroundAction, ...]
+    makespan_s: float
+
+
+class Composition:
+    """The schedule of some tasks; `improve` makes it better for as long as the caller likes."""
+
+    def __init__(
+        self,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        classes: AgentClasses,
+        words: Vocabulary,
+        tasks: Sequence[Task],
+        weights: Floats,
+        *,
+        seed: int,
+    ) -> None:
+        self._builder = Builder(knowledge_base, problem, classes, words, tasks)
+        self._weights, self._seed = weights, seed
+        self._model = self._builder.model()
+        self._schedule: Schedule | None = None
+        self._choice: Choice | None = None
+
+    @property
+    def legs(self) -> int:
+        """Legs in a schedule, counting each task's longest alternative."""
+        model = self._model
+        return int(model.task_deadline_s.shape[0] * model.widest)
+
+    @property
+    def composed(self) -> Composed | None:
+        """The best so far, None if the fragments do not compose."""
+        if self._schedule is None:
+            return None
+        actions = self._builder.actions(self._schedule.steps, self._schedule.team)
+        return Composed(actions=actions, makespan_s=self._schedule.makespan_s)
+
+    def begin(self) -> bool:
+        """Find a first schedule; False if none of the beginnings can be scheduled."""
+        for choice in self._beginnings():
+            schedule = self._decoded(choice)
+            self._keep(schedule)
+            if schedule.is_possible:
+                for aside in (NEAR, NEAR | PUSH, PUSH):
+                    stepping = schedule.choice._replace(aside=np.full_like(choice.aside, aside))
+                    self._keep(Schedule(self._model, stepping, self._weights))
+        for choice in self._at_random(LAST_RESORTS if self._schedule is None else 0):
+            self._keep(Schedule(self._model, choice, self._weights))
+        return self._schedule is not None
+
+    def _at_random(self, count: int) -> Iterator[Choice]:
+        """Orders and alternatives at random: things that come from both sides can block each other in most orders."""
+        random = np.random.default_rng(self._seed)
+        model = self._model
+        legs = np.arange(model.task_deadline_s.shape[0] * model.widest, dtype=np.int32)
+        for _ in range(count):
+            order = random.permutation(legs).astype(np.int32)
+            yield Choice.of(order, self._varied(random, model))
+
+    def _keep(self, schedule: Schedule) -> None:
+        if schedule.is_possible and (self._schedule is None or schedule.cost < self._schedule.cost):
+            self._schedule, self._choice = schedule, schedule.choice
+
+    def improve(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
+        """Anneal until the trials or the seconds are used up or `go_on(best makespan in seconds)` says no.
+
+        What comes out depends on the clock only where the seconds are the scarcer.
+        """
+        if self._schedule is None or self._choice is None:
+            return
+        if seconds > 0.0 and go_on(self._schedule.makespan_s):
+            self._anneal(trials, seconds, go_on)
+        for task in np.flatnonzero(self._choice.alternative).tolist():
+            self._try("alternative", task, 0)
+
+    def _anneal(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
+        assert self._schedule is not None
+        assert self._choice is not None
+        if len(np.diff(self._model.task_first)) <= MOST_NEAR_STOPPING:
+            self._builder.stop_near()
+            self._model = self._builder.model()
+        search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
+        begun, done, share = time.monotonic(), 0, 0.0
+        chunk = max(LEAST_CHUNK, CHUNK_WORK // max(1, self.legs))
+        while share < 1.0:
+            if search.go_on(min(chunk, trials - done), share):
+                self._choice = search.best
+                self._schedule = Schedule(self._model, search.best, self._weights)
+            done += chunk
+            elapsed_s = time.monotonic() - begun
+            share = max(done / max(1, trials), elapsed_s / seconds)
+            if not go_on(self._schedule.makespan_s):
+                break
+
+    def polish(self) -> None:
+        """Take back what does not pay: each task's alternative, each agent's going aside."""
+        model = self._model
+        for task, count in enumerate(np.diff(model.task_first).tolist()):
+            for alternative in range(count):
+                self._try("alternative", task, alternative)
+        for leg in np.flatnonzero(self._choice.aside if self._choice else []).tolist():
+            self._try("aside", leg, 0)
+
+    def _try(self, what: str, place: int, value: int) -> None:
+        """Keep the choice with one number changed if that costs less."""
+        if self._schedule is None or self._choice is None:
+            return
+        choice = Choice(*(array.copy() for array in self._choice))
+        getattr(choice, what)[place] = value
+        self._keep(Schedule(self._model, choice, self._weights))
+
+    def _decoded(self, choice: Choice) -> Schedule:
+        """The choice's schedule; the model is widened where an agent has to make way for it."""
+        schedule = Schedule(self._model, choice, self._weights)
+        for _ in range(WAYS_MADE):
+            if schedule.is_possible or schedule.missing < 0:
+                break
+            if not self._builder.leave(schedule.configurations, self._builder.facts[schedule.missing]):
+                break
+            self._model = self._builder.model()
+            schedule = Schedule(self._model, choice, self._weights)
+        return schedule
+
+    def _beginnings(self) -> Iterator[Choice]:
+        """Dispatched, one task after the other, all first legs before all second ones, and at random."""
+        model = self._model
+        tasks = model.task_deadline_s.shape[0]
+        legs = np.arange(tasks * model.widest, dtype=np.int32)
+        alternative = np.zeros(tasks, np.int32)
+        postures = ints([task for task in range(tasks) if self._builder.is_posture(task)])
+        last = np.isin(legs // model.widest, postures)
+        random = np.random.default_rng(self._seed)
+        dispatcher = Dispatcher(model)
+        for number in range(DISPATCHED if tasks <= MANY_TASKS else 2):
+            choice = dispatcher.choice(number * NOISE_S, random)
+            postponed = np.isin(choice.order, legs[last])
+            yield choice._replace(order=choice.order[np.argsort(postponed, kind="stable")])
+        keys = [legs, legs % model.widest * tasks + legs // model.widest]
+        for number in range(BEGINNINGS if tasks <= MANY_TASKS else 2):
+            key = keys[number] if number < len(keys) else random.permutation(len(legs))
+            order = legs[np.lexsort((key, last))].astype(np.int32)
+            varied = alternative if number < len(keys) else self._varied(random, model)
+            yield Choice.of(order, varied)
+
+    @staticmethod
+    def _varied(random: np.random.Generator, model: Model) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
+        counts = np.diff(model.task_first)
+        return (random.random(len(counts)) * counts).astype(np.int32)

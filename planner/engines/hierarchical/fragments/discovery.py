@@ -1,0 +1,164 @@
+"""Finds fragments by search: in ever wider worlds the first, then others without its agents or operators."""
+
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from time import monotonic
+
+from planner.engines.hierarchical.fragments.forward_search import search
+from planner.engines.hierarchical.fragments.grounding import task_of
+from planner.engines.hierarchical.fragments.heuristic import is_reachable
+from planner.engines.hierarchical.fragments.relevance import LEVELS, small_world
+from planner.engines.hierarchical.fragments.steps import Step, Task
+from planner.engines.hierarchical.fragments.unreachability import is_out_of_reach
+from planner.engines.hierarchical.fragments.world_index import WorldIndex
+from planner.fact import Fact
+from planner.problem.interface import UNOBSERVED
+
+EXPANSIONS = (200, 2000, 8000, 100_000)
+"""How far each level is searched; the last is the whole world."""
+OTHERS = 150
+"""How far is searched for a solution without something."""
+SEARCHES = 8
+"""How many such searches there are at most."""
+ALL_LEVELS = LEVELS + 1
+LARGEST = 30_000
+"""The most steps a world may have to be searched."""
+
+
+Variant = tuple[str, int]
+"""An action's name and how many agents take part."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Discovery:
+    """The solutions found, the first first; `is_proof`: there is none."""
+
+    solutions: tuple[tuple[Step, ...], ...]
+    is_proof: bool
+
+
+def discover(
+    index: WorldIndex,
+    goals: Sequence[Fact],
+    deadline: float,
+    levels: int = ALL_LEVELS,
+    stop: Callable[[], bool] = UNOBSERVED.should_stop,
+) -> Discovery:
+    """Solutions of these goals that differ in operators or kinds of agents.
+
+    :param levels: how many worlds are searched, the smallest first; with fewer than all one solution is enough.
+    :param stop: asked now and then; True ends the search as the deadline does.
+    """
+    if levels < ALL_LEVELS:
+        return _brief(index, goals, deadline, levels, stop)
+    doubted = False
+    for lax in (False, True):
+        for level, task in _tasks(index, goals, lax, deadline):
+            if not is_reachable(task):
+                if not doubted and is_out_of_reach(index, goals, deadline):
+                    return Discovery(solutions=(), is_proof=True)
+                doubted = True
+                continue
+            found = search(task, expansions=EXPANSIONS[level], deadline=deadline, lax=lax, stop=stop)
+            if found.steps is not None:
+                others = _others(index, goals, level, task, found.steps, deadline, stop)
+                return Discovery(solutions=(found.steps, *others), is_proof=False)
+            if level == LEVELS and found.exhausted:
+                return Discovery(solutions=(), is_proof=True)
+            if monotonic() > deadline or stop():
+                return Discovery(solutions=(), is_proof=False)
+    return Discovery(solutions=(), is_proof=False)
+
+
+def _brief(
+    index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int, stop: Callable[[], bool]
+) -> Discovery:
+    """The first solution in the smallest worlds."""
+    for level, task in islice(_tasks(index, goals, False, deadline), levels):
+        if is_reachable(task):
+            found = search(task, expansions=EXPANSIONS[level], deadline=deadline, stop=stop)
+            if found.steps is not None:
+                return Discovery(solutions=(found.steps,), is_proof=False)
+    return Discovery(solutions=(), is_proof=False)
+
+
+def _tasks(
+    index: WorldIndex, goals: Sequence[Fact], lax: bool, deadline: float
+) -> Iterator[tuple[int, Task]]:
+    """The levels' tasks and, where all else failed, the whole world's, as far as they are small enough."""
+    seen: set[frozenset[str]] = set()
+    for level in range(LEVELS + lax):
+        whole = level == LEVELS
+        world = frozenset(index.objects) if whole else small_world(index, goals, level)
+        if world in seen and not whole:
+            continue
+        seen.add(world)
+        task = task_of(index, world, goals, limit=LARGEST, deadline=deadline)
+        if task is not None:
+            yield level, task
+
+
+def _others(
+    index: WorldIndex,
+    goals: Sequence[Fact],
+    level: int,
+    task: Task,
+    first: tuple[Step, ...],
+    deadline: float,
+    stop: Callable[[], bool],
+) -> Iterator[tuple[Step, ...]]:
+    """Solutions without an operator or a kind of agents of those before, as far as they are new."""
+    named = {arg for goal in goals for arg in goal.args}
+    shapes = {_shape(index, first)}
+    tried: set[frozenset[Variant | int]] = set()
+    queue: deque[frozenset[Variant | int]] = deque(_left_out(index, named, frozenset(), first))
+    left = SEARCHES
+    while queue and left > 0 and monotonic() < deadline and not stop():
+        without = queue.popleft()
+        if without in tried:
+            continue
+        tried.add(without)
+        other = _without(index, goals, level, task, without, deadline)
+        if other is None or not is_reachable(other):
+            continue
+        left -= 1
+        steps = search(other, expansions=OTHERS, deadline=deadline, stop=stop).steps
+        if steps is not None and _shape(index, steps) not in shapes:
+            shapes.add(_shape(index, steps))
+            queue.extend(_left_out(index, named, without, steps))
+            yield steps
+
+
+def _left_out(
+    index: WorldIndex, named: set[str], before: frozenset[Variant | int], steps: Sequence[Step]
+) -> list[frozenset[Variant | int]]:
+    """One operator or kind of agents more to do without: each of a solution's, the kinds first."""
+    kinds = {index.kind_of[agent]: None for step in steps for agent in step.agents if agent not in named}
+    items: tuple[Variant | int, ...] = (*kinds, *dict.fromkeys(step.variant for step in steps))
+    return [before | frozenset([item]) for item in items]
+
+
+def _without(
+    index: WorldIndex,
+    goals: Sequence[Fact],
+    level: int,
+    task: Task,
+    without: frozenset[Variant | int],
+    deadline: float,
+) -> Task | None:
+    kinds = [item for item in without if isinstance(item, int)]
+    if kinds:
+        world = small_world(index, goals, min(level, LEVELS - 1), kinds)
+        wider = task_of(index, world, goals, limit=LARGEST, deadline=deadline)
+        if wider is None:
+            return None
+        task = wider
+    return task.without([item for item in without if not isinstance(item, int)])
+
+
+def _shape(index: WorldIndex, steps: Sequence[Step]) -> frozenset[tuple[object, int]]:
+    """The solution's operators and kinds of agents, with how often each occurs."""
+    used = Counter((step.op.name, *(index.kind_of[agent] for agent in step.agents)) for step in steps)
+    return frozenset(used.items())

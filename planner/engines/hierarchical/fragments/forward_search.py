@@ -1,0 +1,181 @@
+"""Forward search in a small world: best first, by total cost and by what is left in turn, with look-ahead.
+
+Each state's relaxed plan is also carried out as far as it goes and the state it leads to tried next (YAHSP,
+Vidal 2004), which solves most goals without branching. A step is there for its intended effects (MACTA §5,
+table 3), so each step owes one of them a use; a path on which such a debt cannot be paid any more is dropped.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from itertools import count
+from time import monotonic
+
+from planner.engines.hierarchical.fragments.action_elimination import is_intended, merged, needed
+from planner.engines.hierarchical.fragments.heuristic import UNREACHED, relaxed_plan
+from planner.engines.hierarchical.fragments.steps import Step, Task
+from planner.problem.interface import UNOBSERVED
+
+Debts = frozenset[tuple[tuple[str, ...], int, int, int]]
+"""What steps not yet used owe: their agents, their effects by intention, making way and by the way, as masks."""
+POLISH = 12
+"""After a first solution the search goes on for this many expansions and as many again as it took."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A search's end: the cheapest solution seen, or None; `exhausted`: there is no solution in this world."""
+
+    steps: tuple[Step, ...] | None
+    exhausted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Node:
+    state: int
+    debts: Debts
+    cost: float
+    parent: "_Node | None" = None
+    by: tuple[int, ...] = ()
+
+    def path(self) -> Iterator[int]:
+        if self.parent is not None:
+            yield from self.parent.path()
+        yield from self.by
+
+
+def search(
+    task: Task,
+    *,
+    expansions: int,
+    deadline: float,
+    lax: bool = False,
+    stop: Callable[[], bool] = UNOBSERVED.should_stop,
+) -> Found:
+    """A cheap solution in which every step is needed and intended.
+
+    :param lax: also look at paths on which something is used that came about by the way before what was
+        intended is used, or on which an agent makes way for itself; without them nothing is proven.
+    :param stop: asked now and then; True ends the search as the deadline does.
+    """
+    return _Search(task, expansions, deadline, lax, stop).run()
+
+
+class _Search:
+    def __init__(
+        self, task: Task, expansions: int, deadline: float, lax: bool, stop: Callable[[], bool]
+    ) -> None:
+        self.task, self.left, self.deadline, self.lax, self.stop = task, expansions, deadline, lax, stop
+        self.costs: dict[tuple[int, Debts], float] = {}
+        self.by_total: list[tuple[float, int, _Node]] = []
+        self.by_rest: list[tuple[float, int, _Node]] = []
+        self.best: tuple[Step, ...] | None = None
+        self.best_cost = UNREACHED
+        self.expanded = 0
+        self.ties = count()
+
+    def run(self) -> Found:
+        root = _Node(self.task.initial, frozenset(), 0.0)
+        if root.state & self.task.goal == self.task.goal:
+            return Found(steps=(), exhausted=False)
+        self.costs[root.state, root.debts] = 0.0
+        self._push(root, 0.0, 0.0)
+        closed: set[_Key] = set()
+        while self.left > 0 and (node := self._next()) is not None:
+            key = node.state, node.debts
+            if self.costs[key] < node.cost or (*key, node.cost) in closed or node.cost >= self.best_cost:
+                continue
+            closed.add((*key, node.cost))
+            if self.expanded % 16 == 15 and (monotonic() > self.deadline or self.stop()):
+                return Found(steps=self.best, exhausted=False)
+            self.left -= 1
+            self.expanded += 1
+            self._expand(node)
+        proven = self.lax and self.left > 0 and self.best is None
+        return Found(steps=self.best, exhausted=proven)
+
+    def _next(self) -> _Node | None:
+        """The most promising node by total cost and, before the first solution, by what is left in turn."""
+        greedy = self.best is None and self.expanded % 2 and self.by_rest
+        queue = self.by_rest if greedy else self.by_total
+        return heappop(queue)[2] if queue else None
+
+    def _push(self, node: _Node, total: float, rest: float) -> None:
+        tie = next(self.ties)
+        heappush(self.by_total, (total, tie, node))
+        if self.best is None:
+            heappush(self.by_rest, (rest, tie, node))
+
+    def _expand(self, node: _Node) -> None:
+        relaxed = relaxed_plan(self.task, node.state)
+        if node.cost + relaxed.cost >= self.best_cost or relaxed.cost == UNREACHED:
+            return
+        ahead = self._ahead(node, relaxed.steps)
+        if ahead is not None:
+            self._add(ahead, 0.0, 0.0)
+        for number in relaxed.applicable:
+            child = self._after(node, number)
+            if child is not None:
+                detour = 0.0 if number in relaxed.steps else self.task.steps[number].cost
+                rest = relaxed.cost + detour
+                self._add(child, node.cost + rest, rest)
+
+    def _ahead(self, node: _Node, relaxed: Sequence[int]) -> _Node | None:
+        """Where the relaxed plan leads: its steps that can be carried out, in order, round after round."""
+        waiting, at = list(relaxed), node
+        while waiting:
+            later = []
+            for number in waiting:
+                needs = self.task.steps[number].needs
+                after = self._after(at, number) if at.state & needs == needs else None
+                if after is None:
+                    later.append(number)
+                else:
+                    at = after
+            if len(later) == len(waiting):
+                break
+            waiting = later
+        done = tuple(at.path())[len(tuple(node.path())) :]
+        return _Node(at.state, at.debts, at.cost, node, done) if len(done) > 1 else None
+
+    def _after(self, node: _Node, number: int) -> _Node | None:
+        """The node a step leads to; None if some step can then no longer be there for what it intends."""
+        step = self.task.steps[number]
+        debts = set()
+        for agents, meant, ways, aside in node.debts:
+            if step.needs & meant or (step.needs & ways and (self.lax or step.agents != agents)):
+                continue
+            kept = meant & ~step.removes, ways & ~step.removes, aside & ~step.removes
+            used_aside = step.needs & aside and not self.lax
+            if used_aside or not (kept[0] or (kept[1] and self.lax)):
+                return None
+            debts.add((agents, *kept))
+        standing = node.state & ~step.removes
+        fresh = step.adds & ~standing
+        if not fresh & step.intends:
+            return None
+        if not fresh & step.intends & self.task.goal:
+            meant = fresh & step.meant
+            ways = fresh & step.intends & ~meant
+            debts.add((step.agents, meant, ways, fresh & ~step.intends))
+        return _Node(standing | step.adds, frozenset(debts), node.cost + step.cost, node, (number,))
+
+    def _add(self, node: _Node, total: float, rest: float) -> None:
+        key = node.state, node.debts
+        if node.cost >= self.costs.get(key, UNREACHED):
+            return
+        self.costs[key] = node.cost
+        if node.state & self.task.goal == self.task.goal:
+            self._solved([self.task.steps[number] for number in node.path()])
+        self._push(node, total, rest)
+
+    def _solved(self, path: Sequence[Step]) -> None:
+        steps = merged(self.task, needed(self.task, path))
+        cost = sum(step.cost for step in steps)
+        if cost < self.best_cost and is_intended(self.task, steps):
+            if self.best is None:
+                self.left = min(self.left, POLISH + self.expanded)
+            self.best, self.best_cost = steps, cost
+
+
+_Key = tuple[int, Debts, float]

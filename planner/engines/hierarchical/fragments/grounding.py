@@ -1,0 +1,187 @@
+"""A small world's task: its operators ground by a static join, so that no step is made a static fact rules out."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from time import monotonic
+
+from planner.engines.hierarchical.fragments.steps import Step, Task
+from planner.engines.hierarchical.fragments.world_index import WorldIndex
+from planner.fact import Fact
+from planner.knowledge import Operator
+from planner.knowledge.literal import Literal
+
+Atom = tuple[str, tuple[str, ...]]
+Form = tuple[tuple[str, tuple[int | str, ...]], ...]
+"""Literals whose terms are places among an operator's arguments, or constants."""
+LEAST_S = 0.1
+"""What an action costs at least, so that no plan is longer than need be."""
+
+
+def task_of(
+    index: WorldIndex,
+    objects: frozenset[str],
+    goals: Sequence[Fact],
+    *,
+    limit: int,
+    deadline: float,
+    many: frozenset[str] = frozenset(),
+) -> Task | None:
+    """The task of the goals in the world cut down to these objects.
+
+    :param limit: None is returned for a task of more steps, or one that is not ground by the deadline.
+    :param many: objects that stand for several, so that they may be bound twice where two must differ.
+    """
+    numbering = _Numbering(goals)
+    steps: list[Step] = []
+    for op in index.knowledge_base.operators:
+        blank = _Blank(op, index)
+        for args in bindings(index, op, objects, many):
+            cost = index.seconds(op, args)
+            if cost is None:
+                continue
+            steps.append(blank.step(args, max(cost, LEAST_S), numbering))
+            if len(steps) > limit or (len(steps) % 1024 == 0 and monotonic() > deadline):
+                return None
+    return Task(
+        steps=tuple(steps), initial=numbering.initial(index), goal=numbering.goal, width=numbering.width
+    )
+
+
+class _Numbering:
+    """A bit for each atom met and, before those, one for each goal, which only intended effects set."""
+
+    def __init__(self, goals: Sequence[Fact]) -> None:
+        atoms = dict.fromkeys((goal.predicate, goal.args) for goal in goals)
+        self._marks: dict[Atom, int] = {atom: 1 << number for number, atom in enumerate(atoms)}
+        self._atoms: dict[Atom, int] = {}
+        self.goal = (1 << len(atoms)) - 1
+
+    @property
+    def width(self) -> int:
+        return len(self._marks) + len(self._atoms)
+
+    def mask(self, literals: Form, args: tuple[str, ...]) -> int:
+        """The bits of the literals with these arguments."""
+        mask, atoms = 0, self._atoms
+        for predicate, terms in literals:
+            atom = predicate, tuple([args[term] if isinstance(term, int) else term for term in terms])
+            bit = atoms.get(atom)
+            if bit is None:
+                bit = atoms[atom] = 1 << self.width
+            mask |= bit
+        return mask
+
+    def marks(self, mask: int) -> int:
+        """The goals' own bits for those among the atoms of the mask."""
+        marks = 0
+        for atom, mark in self._marks.items():
+            if self._atoms.get(atom, 0) & mask:
+                marks |= mark
+        return marks
+
+    def initial(self, index: WorldIndex) -> int:
+        """The bits of what holds at present."""
+        bits = 0
+        for (predicate, row), bit in (*self._atoms.items(), *self._marks.items()):
+            if row in index.rows.get(predicate, ()):
+                bits |= bit
+        return bits
+
+
+class _Blank:
+    """An operator's fluent literals, ready to be filled with arguments."""
+
+    def __init__(self, op: Operator, index: WorldIndex) -> None:
+        place = {name: number for number, name in enumerate(op.parameters)}
+
+        def ready(literals: Sequence[Literal]) -> Form:
+            return tuple(
+                (literal.predicate, tuple(place.get(term, term) for term in literal.terms))
+                for literal in literals
+                if literal.predicate in index.fluents
+            )
+
+        self.op = op
+        self.agents = [place[agent] for agent in op.agents]
+        self.needs, self.removes = ready(op.preconditions), ready(op.deletes)
+        self.intended, self.others = ready(op.intended_effects), ready(op.other_effects)
+        predicates = index.knowledge_base.predicates
+        self.ways = tuple(literal for literal in self.others if predicates[literal[0]].make_way)
+
+    def step(self, args: tuple[str, ...], cost: float, numbering: _Numbering) -> Step:
+        removes, meant = numbering.mask(self.removes, args), numbering.mask(self.intended, args)
+        meant |= numbering.marks(meant)
+        return Step(
+            op=self.op,
+            args=args,
+            cost=cost,
+            needs=numbering.mask(self.needs, args),
+            removes=removes | numbering.marks(removes),
+            adds=meant | numbering.mask(self.others, args),
+            meant=meant,
+            intends=meant | numbering.mask(self.ways, args),
+            agents=tuple([args[place] for place in self.agents]),
+        )
+
+
+def bindings(
+    index: WorldIndex, op: Operator, objects: frozenset[str], many: frozenset[str]
+) -> Iterator[tuple[str, ...]]:
+    """The arguments of an operator among these objects for which its static conditions hold."""
+    names = tuple(op.parameters)
+    statics = [literal for literal in op.preconditions if literal.predicate not in index.fluents]
+    pools = {name: sorted(objects.intersection(index.of_type[kind])) for name, kind in op.parameters.items()}
+    order = _order(op, statics, pools)
+    checks = [
+        [literal for literal in statics if _last(literal, op, order) == position]
+        for position in range(len(order))
+    ]
+    differ = [
+        [other for other in order[:position] if op.parameters[other] == op.parameters[name]]
+        for position, name in enumerate(order)
+    ]
+    if any(
+        _last(literal, op, order) < 0 and literal.terms not in index.rows.get(literal.predicate, ())
+        for literal in statics
+    ):
+        return
+    binding: dict[str, str] = {}
+
+    def extend(position: int) -> Iterator[tuple[str, ...]]:
+        if position == len(order):
+            yield tuple(binding[name] for name in names)
+            return
+        name = order[position]
+        taken = {binding[other] for other in differ[position]} - many
+        for value in pools[name]:
+            if value in taken:
+                continue
+            binding[name] = value
+            if all(
+                tuple(binding.get(term, term) for term in literal.terms) in index.rows[literal.predicate]
+                for literal in checks[position]
+            ):
+                yield from extend(position + 1)
+        binding.pop(name, None)
+
+    yield from extend(0)
+
+
+def _last(literal: Literal, op: Operator, order: Sequence[str]) -> int:
+    """The position in the order at which the literal is ground."""
+    return max((order.index(term) for term in literal.terms if term in op.parameters), default=-1)
+
+
+def _order(op: Operator, statics: Sequence[Literal], pools: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """The parameters in an order in which static conditions cut early."""
+    order: list[str] = []
+    while len(order) < len(op.parameters):
+
+        def tied(name: str) -> int:
+            return sum(
+                name in literal.terms and {t for t in literal.terms if t in op.parameters} <= {name, *order}
+                for literal in statics
+            )
+
+        rest = [name for name in op.parameters if name not in order]
+        order.append(min(rest, key=lambda name: (-tied(name), len(pools[name]), name)))
+    return tuple(order)

@@ -1,0 +1,223 @@
+"""Legs: the parts of a fragment that agents carry out in one go, without the way there.
+
+A fragment says which agent does what from where it stands. What only brings an agent into place (its *setup*) depends
+on what it did before, so a leg keeps the rest, its *core*, and the configuration each agent must be in to begin it.
+An agent's *configuration* is every fluent fact that names it, no other agent and none of the *themes*, the things
+that are moved or worked on (objects no static fact or function names).
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.problem.interface import PlanningProblem
+from planner.problem.robot_classes import AgentClasses
+
+Configuration = frozenset[Fact]
+
+
+class Vocabulary:
+    """Which facts of a problem are configurations of agents, and which things are themes."""
+
+    def __init__(
+        self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses
+    ) -> None:
+        self.agents = frozenset(classes.agents)
+        self.own = classes.own
+        self.fluents = knowledge_base.fluents
+        placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
+        placed |= {arg for _, args in problem.functions for arg in args}
+        self._is_configuration: dict[Fact, bool] = {}
+        self.themes = frozenset(problem.objects.keys() - placed - self.agents)
+
+    def agents_of(self, fact: Fact) -> frozenset[str]:
+        return self.agents.intersection(fact.args)
+
+    def is_fluent(self, fact: Fact) -> bool:
+        return fact.predicate in self.fluents
+
+    def is_configuration(self, fact: Fact) -> bool:
+        known = self._is_configuration.get(fact)
+        if known is None:
+            known = self.is_fluent(fact) and len(self.agents_of(fact)) == 1
+            known = self._is_configuration[fact] = known and self.themes.isdisjoint(fact.args)
+        return known
+
+    def is_setup(self, action: GroundAction) -> bool:
+        """True if the action is there only to bring its one agent into another configuration."""
+        return (
+            len(action.agents) == 1
+            and all(self.is_configuration(fact) for fact in action.intended_effects)
+            and all(
+                self.themes.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
+                for fact in (*action.preconditions, *action.deletes, *action.effects)
+                if self.is_fluent(fact)
+            )
+        )
+
+    def configuration(self, agent: str, facts: Iterable[Fact]) -> Configuration:
+        return frozenset(fact for fact in facts if agent in fact.args and self.is_configuration(fact))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leg:
+    """What these agents do in one go, once each is in a configuration that has its `needs`.
+
+    `roles` number the agents within the fragment: legs that share a role must have the same agent. A `bound`
+    agent cannot be exchanged for another of its class.
+    """
+
+    agents: tuple[str, ...]
+    needs: tuple[Configuration, ...]
+    core: tuple[GroundAction, ...]
+    roles: tuple[int, ...]
+    bound: tuple[bool, ...]
+
+
+def legs_of(
+    actions: Sequence[GroundAction], goals: Sequence[Fact], facts: frozenset[Fact], words: Vocabulary
+) -> tuple[Leg, ...]:
+    """The legs of a fragment, in an order in which they can be carried out."""
+    groups = [part for group in _groups(actions) for part in _parts(group, words)]
+    cores = [_core(group, words) for group in groups]
+    parts = [core for core in cores if core]
+    bound = _bound_agents(parts, goals, facts, words)
+    roles = _roles(parts, words)
+    legs = [
+        Leg(
+            agents=core[0].agents,
+            needs=tuple(_need(agent, core, words) for agent in core[0].agents),
+            core=tuple(core),
+            roles=roles[number],
+            bound=tuple(agent in bound for agent in core[0].agents),
+        )
+        for number, core in enumerate(parts)
+    ]
+    return (*legs, *_postures(goals, legs, words))
+
+
+def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
+    """Runs of actions by the same agents that need nothing of others that in turn needs the run's beginning."""
+    groups: list[list[GroundAction]] = []
+    before: list[set[int]] = []  # for each group those it comes after
+    last: dict[tuple[str, ...], int] = {}
+    producer: dict[Fact, int] = {}
+    for action in actions:
+        needed = {producer[fact] for fact in action.preconditions if fact in producer}
+        needed |= {other for n in needed for other in before[n]}
+        mine = last.get(action.agents)
+        busy = any(
+            last.get(agents, -1) > (mine if mine is not None else -1)
+            for agents in last
+            if agents != action.agents and set(agents) & set(action.agents)
+        )
+        if mine is None or busy or any(mine in before[n] for n in needed):
+            mine = len(groups)
+            groups.append([])
+            before.append(set())
+            last[action.agents] = mine
+        groups[mine].append(action)
+        before[mine] |= needed - {mine}
+        for fact in action.effects:
+            producer[fact] = mine
+    return _in_order(groups, before)
+
+
+def _parts(group: Sequence[GroundAction], words: Vocabulary) -> Iterator[Sequence[GroundAction]]:
+    """The group cut where others may come in between: where its agents let go of what they held, and where they
+    stop on their way (two actions of one kind)."""
+    begun, held, made = 0, False, set[Fact]()
+    needed = [fact for action in group for fact in action.preconditions]
+    for place in range(1, len(group)):
+        before = group[place - 1]
+        needed = needed[len(before.preconditions) :]
+        made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, words))
+        last, held = held, not made.isdisjoint(needed)
+        if (last and not held) or (held and before.tag == group[place].tag):
+            yield group[begun:place]
+            begun = place
+    yield group[begun:]
+
+
+def _in_order(groups: list[list[GroundAction]], before: list[set[int]]) -> list[list[GroundAction]]:
+    ordered: list[int] = []
+    waiting = list(range(len(groups)))
+    while waiting:
+        ready = next((g for g in waiting if before[g].issubset(ordered)), waiting[0])
+        ordered.append(ready)
+        waiting.remove(ready)
+    return [groups[g] for g in ordered]
+
+
+def _core(group: Sequence[GroundAction], words: Vocabulary) -> Sequence[GroundAction]:
+    """The group without the setup it begins with."""
+    first = next((n for n, action in enumerate(group) if not words.is_setup(action)), len(group))
+    return group[first:]
+
+
+def _need(agent: str, core: Sequence[GroundAction], words: Vocabulary) -> Configuration:
+    needed: set[Fact] = set()
+    made: set[Fact] = set()
+    for action in core:
+        needed |= words.configuration(agent, action.preconditions) - made
+        made |= words.configuration(agent, action.effects)
+    return frozenset(needed)
+
+
+def _loose(action: GroundAction, words: Vocabulary) -> Iterator[Fact]:
+    """The fluent facts of an action that name agents but are no configuration."""
+    for fact in (*action.preconditions, *action.deletes, *action.effects):
+        if words.is_fluent(fact) and words.agents_of(fact) and not words.is_configuration(fact):
+            yield fact
+
+
+def _bound_agents(
+    cores: Sequence[Sequence[GroundAction]], goals: Sequence[Fact], facts: frozenset[Fact], words: Vocabulary
+) -> frozenset[str]:
+    """Agents that goals name, that hold something already, that a fact names together with another or that work at
+    places of their own."""
+    bound = {agent for goal in goals for agent in words.agents_of(goal)}
+    for core in cores:
+        for action in core:
+            if not words.own.isdisjoint(action.arguments.values()):
+                bound |= set(action.agents)
+            for fact in _loose(action, words):
+                named = words.agents_of(fact)
+                if len(named) > 1 or fact in facts:
+                    bound |= named
+    return frozenset(bound)
+
+
+def _roles(cores: Sequence[Sequence[GroundAction]], words: Vocabulary) -> list[tuple[int, ...]]:
+    """Legs of one agent are one role where a loose fact goes over from one to the other."""
+    numbers: dict[object, int] = {}
+    carried = _carried(cores, words)
+    return [
+        tuple(
+            numbers.setdefault(agent if agent in carried else (agent, number), len(numbers))
+            for agent in core[0].agents
+        )
+        for number, core in enumerate(cores)
+    ]
+
+
+def _carried(cores: Sequence[Sequence[GroundAction]], words: Vocabulary) -> frozenset[str]:
+    carried: set[str] = set()
+    for core in cores:
+        made: set[Fact] = set()
+        for action in core:
+            needed = set(action.preconditions).intersection(_loose(action, words))
+            carried |= {agent for fact in needed - made for agent in words.agents_of(fact)}
+            made |= set(action.effects)
+    return frozenset(carried)
+
+
+def _postures(goals: Sequence[Fact], legs: Sequence[Leg], words: Vocabulary) -> Iterator[Leg]:
+    """Goals that are configurations: legs without a core."""
+    role = sum(len(leg.agents) for leg in legs)
+    for agent in sorted({agent for goal in goals for agent in words.agents_of(goal)}):
+        wanted = words.configuration(agent, goals)
+        if wanted:
+            yield Leg(agents=(agent,), needs=(wanted,), core=(), roles=(role,), bound=(True,))
+            role += 1

@@ -1,0 +1,222 @@
+"""How the agents of a class get from one configuration to another by themselves."""
+
+import heapq
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from planner.engines.hierarchical.legs.leg import Configuration, Vocabulary
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase, Operator
+from planner.knowledge.literal import Literal
+from planner.problem.interface import PlanningProblem
+
+SETUP_STEPS = 2000
+"""Configurations looked at for one way; more are not worth a search here."""
+
+Binding = dict[str, str]
+
+
+class FactTable:
+    """Facts looked up by predicate and any argument."""
+
+    def __init__(self, facts: Iterable[Fact]) -> None:
+        self.facts = frozenset(facts)
+        self._by: dict[tuple[str, int, str], list[Fact]] = defaultdict(list)
+        self._all: dict[str, list[Fact]] = defaultdict(list)
+        for fact in sorted(self.facts):
+            self._all[fact.predicate].append(fact)
+            for position, arg in enumerate(fact.args):
+                self._by[fact.predicate, position, arg].append(fact)
+
+    def matching(self, predicate: str, terms: Sequence[str | None]) -> Sequence[Fact]:
+        """A list that contains every fact with these arguments (None: any)."""
+        lists = [self._by.get((predicate, n, term), []) for n, term in enumerate(terms) if term is not None]
+        return min(lists, key=len) if lists else self._all.get(predicate, [])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Way:
+    """Actions that bring an agent into the configuration `end`."""
+
+    actions: tuple[GroundAction, ...]
+    end: Configuration
+
+
+class Setups:
+    """The ways of one agent that stands for its class; configurations are stated of that agent."""
+
+    def __init__(
+        self,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        words: Vocabulary,
+        statics: FactTable,
+        agent: str,
+    ) -> None:
+        self._problem, self._words, self.agent = problem, words, agent
+        self._base = knowledge_base
+        kind = problem.objects[agent]
+        self._operators = [
+            op
+            for op in knowledge_base.operators
+            if len(op.agents) == 1
+            and knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
+            and all(op.agents[0] in literal.terms for literal in op.intended_effects)
+            and not any(self._binds_only_themes(parameter) for parameter in op.parameters.values())
+        ]
+        fluents = words.fluents
+        self._static = {
+            op.name: [(lit, statics) for lit in op.preconditions if lit.predicate not in fluents]
+            for op in self._operators
+        }
+        self._own = {
+            op.name: [
+                lit for lit in op.preconditions if lit.predicate in fluents and op.agents[0] in lit.terms
+            ]
+            for op in self._operators
+        }
+        self._made: dict[Fact, bool] = {}
+        self._achievers_of: dict[Fact, Sequence[tuple[Operator, Binding]]] = {}
+        self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
+        self._steps: dict[Configuration, tuple[Way, ...]] = {}
+        self._tables: dict[Configuration, FactTable] = {}
+
+    def way(self, start: Configuration, need: Configuration) -> Way | None:
+        """The quickest way found to a configuration that has all of `need`; None if there is none."""
+        if need <= start:
+            return Way(actions=(), end=start)
+        if (start, need) not in self._ways:
+            possible = all(self._is_made(fact) for fact in need - start)
+            self._ways[start, need] = (
+                self._direct(start, need) or self._search(start, need) if possible else None
+            )
+        return self._ways[start, need]
+
+    def steps(self, start: Configuration) -> tuple[Way, ...]:
+        """Every single action that leads elsewhere."""
+        if start not in self._steps:
+            found = (self._outcome(start, action) for action in self._actions(start))
+            self._steps[start] = tuple(way for way in found if way is not None)
+        return self._steps[start]
+
+    def _binds_only_themes(self, kind: str) -> bool:
+        """Whether things that are moved are all that a parameter of this type can be: no setup has one."""
+        known = {name for name, own in self._problem.objects.items() if self._base.file.is_a(own, kind)}
+        return bool(known) and known <= self._words.themes
+
+    def _is_made(self, wanted: Fact) -> bool:
+        """Whether any setup may bring a fact about: without, there is no use in a search."""
+        if wanted not in self._made:
+            self._made[wanted] = any(
+                literal.predicate == wanted.predicate
+                and op.extended({op.agents[0]: self.agent}, literal.terms, wanted.args) is not None
+                for op in self._operators
+                for literal in (*op.intended_effects, *op.other_effects)
+            )
+        return self._made[wanted]
+
+    def _direct(self, start: Configuration, need: Configuration) -> Way | None:
+        """The quickest single action that brings about all that is missing."""
+        best: Way | None = None
+        if start not in self._tables:
+            self._tables[start] = FactTable(start)
+        here = self._tables[start]
+        for op, binding in self._achievers(min(need - start)):
+            for action in self._grounded(op, binding, here):
+                way = self._outcome(start, action)
+                if way is not None and need <= way.end and (best is None or _span(way) < _span(best)):
+                    best = way
+        return best
+
+    def _achievers(self, wanted: Fact) -> Sequence[tuple[Operator, Binding]]:
+        """Operators that intend the fact, bound as far as the fact and the statics bind them."""
+        if wanted not in self._achievers_of:
+            self._achievers_of[wanted] = [
+                (op, full)
+                for op in self._operators
+                for literal in op.intended_effects
+                if literal.predicate == wanted.predicate
+                and (binding := op.extended({op.agents[0]: self.agent}, literal.terms, wanted.args))
+                is not None
+                for full in self._joined(op, self._static[op.name], binding)
+            ]
+        return self._achievers_of[wanted]
+
+    def _search(self, start: Configuration, need: Configuration) -> Way | None:
+        """Dijkstra's algorithm over configurations."""
+        done: set[Configuration] = set()
+        queue: list[tuple[float, int, Configuration, tuple[GroundAction, ...]]] = [(0.0, 0, start, ())]
+        count = 0
+        while queue and len(done) < SETUP_STEPS:
+            span, _, here, actions = heapq.heappop(queue)
+            if need <= here:
+                return Way(actions=actions, end=here)
+            if here in done:
+                continue
+            done.add(here)
+            for way in self.steps(here):
+                count += 1
+                step = way.actions[0]
+                heapq.heappush(queue, (span + step.duration_s, count, way.end, (*actions, step)))
+        return None
+
+    def _outcome(self, start: Configuration, action: GroundAction) -> Way | None:
+        words = self._words
+        if not words.themes.isdisjoint(action.arguments.values()) or not words.is_setup(action):
+            return None
+        gone = words.configuration(self.agent, action.deletes)
+        end = (start - gone) | words.configuration(self.agent, action.effects)
+        return Way(actions=(action,), end=end) if end != start else None
+
+    def _actions(self, start: Configuration) -> Iterator[GroundAction]:
+        here = FactTable(start)
+        for op in self._operators:
+            for binding in self._joined(op, self._static[op.name], {op.agents[0]: self.agent}):
+                yield from self._grounded(op, binding, here)
+
+    def _grounded(self, op: Operator, binding: Binding, here: FactTable) -> Iterator[GroundAction]:
+        """The actions of a binding that the statics allow, from a configuration that has their conditions."""
+        literals = [(literal, here) for literal in self._own[op.name]]
+        for full in self._joined(op, literals, binding):
+            for whole in self._completed(op, full):
+                if any(whole[one] == whole[other] for one, other in op.distinct):
+                    continue
+                action = op.ground(whole, self._problem.functions)
+                if action is not None:
+                    yield action
+
+    def _joined(
+        self, op: Operator, literals: Sequence[tuple[Literal, FactTable]], binding: Binding
+    ) -> Iterator[Binding]:
+        if not literals:
+            yield binding
+            return
+        options = [
+            (table.matching(lit.predicate, _values(lit, binding, op)), n)
+            for n, (lit, table) in enumerate(literals)
+        ]
+        facts, chosen = min(options, key=lambda option: len(option[0]))
+        rest = [*literals[:chosen], *literals[chosen + 1 :]]
+        for fact in facts:
+            joined = op.extended(binding, literals[chosen][0].terms, fact.args)
+            if joined is not None:
+                yield from self._joined(op, rest, joined)
+
+    def _completed(self, op: Operator, binding: Binding) -> Iterator[Binding]:
+        """Parameters that no static fact or configuration determines: any object of the type."""
+        free = next((name for name in op.parameters if name not in binding), None)
+        if free is None:
+            yield binding
+            return
+        for name, kind in sorted(self._problem.objects.items()):
+            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._words.themes:
+                yield from self._completed(op, {**binding, free: name})
+
+
+def _span(way: Way) -> float:
+    return sum(action.duration_s for action in way.actions)
+
+
+def _values(literal: Literal, binding: Mapping[str, str], op: Operator) -> list[str | None]:
+    return [binding.get(term) if term in op.parameters else term for term in literal.terms]

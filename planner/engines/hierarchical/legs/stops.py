@@ -1,0 +1,178 @@
+"""Stops: variants of a fragment in which an agent that carries something first gets out of the way.
+
+A place is clear again only once the agent has arrived elsewhere (effects hold at an action's end). On a long way it may
+pay to stop where it stood at first, which is near and in nobody's way, and to go on from there.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import dataclass, field
+
+from planner.engines.hierarchical.legs.agent_renaming import renamed
+from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge.base import binding_of
+from planner.plan_nets.progression import progressed
+from planner.problem.interface import PlanningProblem
+from planner.problem.robot_classes import AgentClasses
+
+MOST_MEMBERS = 4
+"""In larger classes somebody else is mostly free, and there would be too many variants."""
+
+MOST_NEAR_STOPPING = 128
+"""With more tasks, stops near to busy places would take too long to find, and the ways on from there."""
+NEAR_STOPS = 3
+"""Places near to a busy one that are considered for stops."""
+
+SHARE = 0.5
+"""The way to a stop may take this much of the whole way's time."""
+
+Sequenced = tuple[GroundAction, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stops:
+    """Makes the variants of one problem."""
+
+    knowledge_base: KnowledgeBase
+    problem: PlanningProblem
+    classes: AgentClasses
+    words: Vocabulary
+    share: float = SHARE
+    nearest: dict[tuple[str, str, int], list[str]] = field(default_factory=dict)
+    """By tag, origin and class the places near to an origin, once looked for."""
+
+    def variants(self, actions: Sequenced) -> Iterator[Sequenced]:
+        """The fragment with one stop on one way, for each agent of the class that could make it."""
+        for position, action in enumerate(actions):
+            if len(action.agents) != 1 or self.words.is_setup(action) or not self._left(action):
+                continue
+            old = action.agents[0]
+            members = self.classes.members[self.classes.number(old)]
+            for agent in members if len(members) <= MOST_MEMBERS else ():
+                names = {old: agent, agent: old}
+                played = tuple(
+                    renamed(a, names) if old in a.agents or agent in a.agents else a for a in actions
+                )
+                for stop in self._refuges(agent):
+                    varied = self._with_stop(played, position, stop)
+                    if varied is not None:
+                        yield varied
+
+    def near_variants(self, actions: Sequenced, busy: Set[str]) -> Iterator[Sequenced]:
+        """The fragment with one stop on one way out of a busy place, at each of the places near to it."""
+        for position, action in enumerate(actions):
+            if len(action.agents) == 1 and not self.words.is_setup(action) and self._left(action) in busy:
+                for stop in self._near(action, busy):
+                    varied = self._with_stop(actions, position, stop)
+                    if varied is not None:
+                        yield varied
+
+    def places(self, actions: Sequenced) -> set[str]:
+        """The places that a fragment's actions leave and thereby clear for others."""
+        return {place for action in actions if (place := self._left(action)) is not None}
+
+    def _near(self, action: GroundAction, busy: Set[str]) -> Sequence[str]:
+        """The places soonest reached by an action like this one, without busy ones and those of one agent only."""
+        origin = str(self._left(action))
+        kind = action.tag, origin, self.classes.number(action.agents[0])
+        if kind not in self.nearest:
+            ends = self._reached(action)
+            kinds = {self.problem.objects[end] for end in ends}
+            spans = []
+            for name in sorted(self.problem.objects.keys() - busy - self.words.own - self.words.themes):
+                if self.problem.objects[name] in kinds:
+                    first = self._exchanged(action, dict.fromkeys(ends, name), None)
+                    if first is not None:
+                        spans.append((first.duration_s, name))
+            self.nearest[kind] = [name for _, name in sorted(spans)[:NEAR_STOPS]]
+        return self.nearest[kind]
+
+    def _left(self, action: GroundAction) -> str | None:
+        """The place that the action leaves and thereby clears for others."""
+        cleared = {
+            arg
+            for fact in action.other_effects
+            if self.knowledge_base.predicates[fact.predicate].make_way
+            for arg in fact.args
+        }
+        before = {arg for fact in action.deletes if self.words.is_configuration(fact) for arg in fact.args}
+        return min(cleared & before & self.problem.objects.keys(), default=None)
+
+    def _reached(self, action: GroundAction) -> set[str]:
+        after = {arg for fact in action.effects if self.words.is_configuration(fact) for arg in fact.args}
+        return after & self.problem.objects.keys() - set(action.agents)
+
+    def _refuges(self, agent: str) -> list[str]:
+        """Where the agent stands at first."""
+        start = self.words.configuration(agent, self.problem.facts)
+        return sorted({arg for fact in start for arg in fact.args if arg in self.problem.objects} - {agent})
+
+    def _with_stop(self, actions: Sequenced, position: int, stop: str) -> Sequenced | None:
+        action = actions[position]
+        origin = self._left(action)
+        ends = self._reached(action)
+        if origin is None or len(ends) != 1 or stop in (origin, *ends):
+            return None
+        first = self._exchanged(action, dict.fromkeys(ends, stop), None)
+        if first is None or first.duration_s > action.duration_s * self.share:
+            return None
+        facts = progressed(self.problem.facts, actions[:position])
+        varied = list(actions[:position])
+        for step, names in [(first, {}), *((a, {origin: stop}) for a in actions[position:])]:
+            fitting = self._fitting(step, names, facts)
+            if fitting is None:
+                return None
+            facts = progressed(facts, (fitting,))
+            varied.append(fitting)
+        return tuple(varied)
+
+    def _fitting(
+        self, action: GroundAction, names: dict[str, str], facts: frozenset[Fact]
+    ) -> GroundAction | None:
+        """The action if it can be carried out, else its like with these names exchanged."""
+        mine = set(action.agents)
+        for candidate in (action, self._exchanged(action, names, facts)):
+            if candidate is not None and all(
+                fact in facts for fact in candidate.preconditions if mine.intersection(fact.args)
+            ):
+                return candidate
+        return None
+
+    def _exchanged(
+        self, action: GroundAction, names: dict[str, str], facts: frozenset[Fact] | None
+    ) -> GroundAction | None:
+        """An action of the same tag with arguments exchanged, that the facts about its agent allow (None: any)."""
+        wanted = {name: names.get(value, value) for name, value in action.arguments.items()}
+        for op in self.knowledge_base.operators:
+            if op.spec.name != action.tag:
+                continue
+            binding = binding_of(op, {**wanted, **op.chosen} if facts is not None else wanted)
+            if binding is None or self.knowledge_base.misfit(op, binding, self.problem.objects) is not None:
+                continue
+            found = op.ground(binding, self.problem.functions)
+            if found is None:
+                continue
+            agent = found.agents[0]
+            static = [fact for fact in found.preconditions if not self.words.is_fluent(fact)]
+            own = [fact for fact in found.preconditions if self.words.is_fluent(fact) and agent in fact.args]
+            if self.problem.facts.issuperset(static) and (facts is None or facts.issuperset(own)):
+                return found
+        return None
+
+
+def with_stops(fragments: Sequence[Sequenced], stops: Stops) -> tuple[Sequenced, ...]:
+    """The fragments and their variants."""
+    varied = {str(list(map(str, v))): v for fragment in fragments for v in stops.variants(fragment)}
+    return (*fragments, *varied.values())
+
+
+def with_near_stops(fragments: Sequence[Sequence[Sequenced]], stops: Stops) -> list[tuple[Sequenced, ...]]:
+    """The tasks' fragments, and variants of each task's first one that clear busy places early.
+
+    Busy is what the first fragments of several tasks leave.
+    """
+    leaving = Counter(place for first, *_ in fragments for place in stops.places(first))
+    busy = {place for place, count in leaving.items() if count > 1}
+    return [(*some, *stops.near_variants(some[0], busy)) for some in fragments]

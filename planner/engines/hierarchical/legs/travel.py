@@ -1,0 +1,190 @@
+"""The configurations that agents come to during any schedule, numbered, and the ways between them."""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from planner.engines.hierarchical.legs.leg import Configuration, Vocabulary
+from planner.engines.hierarchical.legs.setups import Setups, Way
+from planner.fact import Fact
+from planner.knowledge import GroundAction
+from planner.problem.robot_classes import AgentClasses, of_agent, of_class
+
+LEAVES = 4
+"""Ways out of a configuration that are kept for making way: the quickest to places nobody needs."""
+NEAREST = 4
+"""Places to which an agent may make way or stop on its way, besides where it stood at first."""
+
+ClassFacts = tuple[int, Configuration]
+"""Facts said of a class, in the name of its first member."""
+
+
+class Travel:
+    """Numbers configurations, needs, effects and ways; `close` follows every way from every start."""
+
+    def __init__(
+        self,
+        classes: AgentClasses,
+        words: Vocabulary,
+        setups: Mapping[int, Setups],
+        own_setups: Callable[[str], Setups],
+    ) -> None:
+        """
+        :param setups: the ways of a class.
+        :param own_setups: the ways of an agent, those to its own objects too.
+        """
+        self._classes, self._words, self._setups, self._own_setups = classes, words, setups, own_setups
+        self.configurations: dict[ClassFacts, int] = {}
+        self.needs: dict[ClassFacts, int] = {}
+        self.effects: dict[tuple[int, Configuration, Configuration], int] = {}
+        self.ways: list[Way] = []
+        self.ends: list[int] = []
+        self.way: dict[tuple[int, int], int] = {}
+        self.after: dict[tuple[int, int], int] = {}
+        self.leaves: dict[str, list[tuple[int, int]]] = defaultdict(list)
+        self.starts: dict[str, int] = {}
+        self._said_by: list[ClassFacts] = []
+        self._kind_of: list[int] = []
+        self._agents_setups: dict[str, Setups] = {}
+        self._retreats: set[tuple[str, int]] = set()
+        self._left: set[tuple[str, int, Fact]] = set()
+        self._refuges: set[int] = set()
+        self._needs_of: dict[int, list[int]] = defaultdict(list)
+        self._effects_after: dict[int, set[int]] = defaultdict(set)
+
+    def start(self, agent: str, facts: Configuration) -> None:
+        """The agent's configuration at first."""
+        self.starts[agent] = self._configuration(self._said(agent, facts))
+
+    def need(self, agent: str, facts: Configuration) -> int:
+        said = self._said(agent, facts)
+        if said not in self.needs:
+            self.needs[said] = len(self.needs)
+            self._needs_of[said[0]].append(self.needs[said])
+        return self.needs[said]
+
+    def effect(self, agent: str, core: Sequence[GroundAction], need: int) -> int:
+        """The number of what the core does to a configuration that has the need."""
+        removed: set[Fact] = set()
+        added: set[Fact] = set()
+        for action in core:
+            deletes = self._words.configuration(agent, action.deletes)
+            adds = self._words.configuration(agent, action.effects)
+            removed, added = (removed | deletes) - adds, (added - deletes) | adds
+        number, gone = self._said(agent, removed)
+        _, come = self._said(agent, added)
+        effect = self.effects.setdefault((number, gone, come), len(self.effects))
+        self._effects_after[need].add(effect)
+        return effect
+
+    def close(self) -> None:
+        """Follow every way and effect until no new configuration comes up."""
+        needs, effects = list(self.needs), list(self.effects)
+        waiting = {*self.starts.values(), *self.after.values(), *self._refuges}
+        seen = set(waiting)
+        while waiting:
+            here = waiting.pop()
+            kind, facts = self._said_by[here]
+            for need in self._needs_of[kind]:
+                if (here, need) in self.way:
+                    continue
+                way = self._setups[kind].way(facts, needs[need][1])
+                if way is None:
+                    continue
+                there = self._configuration((kind, way.end))
+                self.way[here, need] = self._add(way, there)
+                for effect in self._effects_after[need]:
+                    _, gone, come = effects[effect]
+                    after = self._configuration((kind, (way.end - gone) | come))
+                    self.after[there, effect] = after
+                    waiting |= {after} - seen
+                    seen.add(after)
+        self._retreat()
+
+    def _retreat(self) -> None:
+        """Ways back to where each agent stood at first, for making way: nobody else is there but by its own plan."""
+        ends = defaultdict(set)
+        for here in self.after.values():
+            ends[self._kind_of[here]].add(here)
+        for agent, start in self.starts.items():
+            for here in sorted(ends[self._classes.number(agent)]):
+                if (agent, here) in self._retreats or here == start:
+                    continue
+                self._retreats.add((agent, here))
+                way = self._own(agent).way(self._of_agent(agent, here), self._of_agent(agent, start))
+                if way is not None and len(way.actions) == 1:
+                    self.leaves[agent].append((here, self._add(way, start)))
+
+    def leave(self, agent: str, configuration: int, fact: Fact, contended: frozenset[Fact]) -> bool:
+        """Add ways by which the agent leaves a configuration and brings the fact about; True if there are new."""
+        if (agent, configuration, fact) in self._left:
+            return False
+        self._left.add((agent, configuration, fact))
+        here = self._of_agent(agent, configuration)
+        found = [way for way in self._own(agent).steps(here) if fact in way.actions[0].effects]
+        found.sort(
+            key=lambda way: (not contended.isdisjoint(way.actions[0].deletes), way.actions[0].duration_s)
+        )
+        for way in found[:LEAVES]:
+            end = self._configuration(self._said(agent, way.end))
+            self._refuges.add(end)
+            self.leaves[agent].append((configuration, self._add(way, end)))
+        return bool(found)
+
+    def stop_near(self) -> None:
+        """Let agents go on from the places nearest to where several legs end, so as not to stand there for long."""
+        often = {here for here, count in Counter(self.after.values()).items() if count > 1}
+        for here, ways in enumerate(self.nearest()):
+            if here in often:
+                self._refuges |= {self.ends[way] for way in ways}
+
+    def nearest(self) -> list[list[int]]:
+        """For each configuration the quickest single steps out of it, among the ways to legs."""
+        found: list[list[int]] = [[] for _ in self.configurations]
+        for (here, _), way in self.way.items():
+            if len(self.ways[way].actions) == 1:
+                found[here].append(way)
+        return [sorted(ways, key=self._span_s)[:NEAREST] for ways in found]
+
+    def ahead(self) -> list[list[int]]:
+        """For each need the others from which the quickest ways lead to it."""
+        ends = {need: self.ends[way] for (_, need), way in self.way.items()}
+        found: list[list[int]] = []
+        for need in range(len(self.needs)):
+            ways = {other: self.way.get((end, need)) for other, end in ends.items() if other != need}
+            spans = {other: self._span_s(way) for other, way in ways.items() if way is not None}
+            near = sorted((span, other) for other, span in spans.items() if span > 0.0)
+            found.append([other for _, other in near[:NEAREST]])
+        return found
+
+    def _span_s(self, way: int) -> float:
+        return sum(action.duration_s for action in self.ways[way].actions)
+
+    def _own(self, agent: str) -> Setups:
+        if agent not in self._agents_setups:
+            self._agents_setups[agent] = self._own_setups(agent)
+        return self._agents_setups[agent]
+
+    def _of_agent(self, agent: str, configuration: int) -> Configuration:
+        """The configuration said of one agent."""
+        kind, facts = self._said_by[configuration]
+        first = self._classes.members[kind][0]
+        return frozenset(of_agent(of_class(fact, first), agent) for fact in facts)
+
+    def _said(self, agent: str, facts: Iterable[Fact]) -> ClassFacts:
+        number = self._classes.number(agent)
+        first = self._classes.members[number][0]
+        if agent == first:
+            return number, frozenset(facts)
+        return number, frozenset(of_agent(of_class(fact, agent), first) for fact in facts)
+
+    def _configuration(self, said: ClassFacts) -> int:
+        if said not in self.configurations:
+            self.configurations[said] = len(self.configurations)
+            self._said_by.append(said)
+            self._kind_of.append(said[0])
+        return self.configurations[said]
+
+    def _add(self, way: Way, end: int) -> int:
+        self.ways.append(way)
+        self.ends.append(end)
+        return len(self.ways) - 1

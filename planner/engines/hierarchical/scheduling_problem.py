@@ -1,0 +1,292 @@
+"""From tasks with their fragments to the arrays of the scheduling problem, and back to ground actions."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.engines.hierarchical.legs.agent_renaming import renamed
+from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of
+from planner.engines.hierarchical.legs.setups import FactTable, Setups
+from planner.engines.hierarchical.legs.travel import Travel
+from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.problem.interface import PlanningProblem
+from planner.problem.robot_classes import AgentClasses
+
+NO_DEADLINE_S = 1e12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """Goals that are reached together, and the sequences that reach them, quickest first."""
+
+    goals: tuple[Fact, ...]
+    fragments: tuple[tuple[GroundAction, ...], ...]
+    deadline_s: float = NO_DEADLINE_S
+    weight: float = 1.0
+
+
+@dataclass(slots=True)
+class _Steps:
+    """Ground actions with their agents left open, and the shared facts they touch."""
+
+    actions: list[tuple[GroundAction, tuple[str, ...]]] = field(default_factory=list)
+    masks: list[int] = field(default_factory=list)
+    needs: list[list[int]] = field(default_factory=list)
+    deletes: list[list[int]] = field(default_factory=list)
+    adds: list[list[int]] = field(default_factory=list)
+
+
+class Builder:
+    """Builds the model of one problem; `leave` widens it where an agent must make way."""
+
+    def __init__(
+        self,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        classes: AgentClasses,
+        words: Vocabulary,
+        tasks: Sequence[Task],
+    ) -> None:
+        self._problem, self._classes, self._words, self._tasks = problem, classes, words, tasks
+        statics = [fact for fact in problem.facts if not words.is_fluent(fact)]
+        everywhere = FactTable(statics)
+        shared = FactTable(fact for fact in statics if classes.own.isdisjoint(fact.args))
+        self._travel = Travel(
+            classes,
+            words,
+            {
+                number: Setups(
+                    knowledge_base, problem, words, shared if len(members) > 1 else everywhere, members[0]
+                )
+                for number, members in classes.members.items()
+            },
+            lambda agent: Setups(knowledge_base, problem, words, everywhere, agent),
+        )
+        self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
+        self._facts: dict[Fact, int] = {}
+        self._steps = _Steps()
+        for agent in classes.agents:
+            self._travel.start(agent, words.configuration(agent, problem.facts))
+        self._slots: list[list[tuple[int, int, int, int, int]]] = []
+        self._cores: list[list[int]] = []
+        self._roles = 0
+        self._alternatives = [
+            [self._add(fragment, task.goals) for fragment in task.fragments] for task in tasks
+        ]
+        self._postures = [
+            (self._agent_number[agent], self._travel.need(agent, wanted))
+            for agent in classes.agents
+            if (wanted := words.configuration(agent, problem.goals))
+        ]
+        self._way_steps: list[list[int]] = []
+
+    @property
+    def facts(self) -> tuple[Fact, ...]:
+        """The shared facts by number."""
+        return tuple(self._facts)
+
+    def is_posture(self, task: int) -> bool:
+        """True if the task is about where an agent ends."""
+        return any(self._words.is_configuration(goal) for goal in self._tasks[task].goals)
+
+    def leave(self, configurations: Ints, fact: Fact) -> bool:
+        """Let agents in these configurations make way so that the fact comes about; True if that is new."""
+        contended = frozenset(self._facts)
+        pairs = zip(self._classes.agents, configurations.tolist(), strict=True)
+        found = [self._travel.leave(agent, here, fact, contended) for agent, here in pairs]
+        return any(found)
+
+    def stop_near(self) -> None:
+        """Let agents stop near to where several legs end."""
+        self._travel.stop_near()
+
+    def actions(self, steps: Ints, team: Ints) -> tuple[GroundAction, ...]:
+        """The ground actions of decoded steps."""
+        found = []
+        for step, members in zip(steps.tolist(), team.tolist(), strict=True):
+            action, agents = self._steps.actions[step]
+            names = {old: self._classes.agents[new] for old, new in zip(agents, members, strict=False)}
+            found.append(renamed(action, names))
+        return tuple(found)
+
+    def _add(self, actions: tuple[GroundAction, ...], goals: tuple[Fact, ...]) -> list[int]:
+        """The legs of a fragment, by number."""
+        legs = legs_of(actions, goals, self._problem.facts, self._words)
+        numbers = []
+        played = Counter(role for leg in legs for role in leg.roles)
+        for leg in legs:
+            numbers.append(len(self._slots))
+            self._slots.append([self._slot(leg, place) for place in range(len(leg.agents))])
+            once = all(played[role] == 1 for role in leg.roles)
+            inner = self._inner(leg) if once else frozenset()
+            self._cores.append([self._step(action, leg.agents, inner) for action in leg.core])
+        self._roles += 1 + max((role for leg in legs for role in leg.roles), default=0)
+        return numbers
+
+    def _slot(self, leg: Leg, place: int) -> tuple[int, int, int, int, int]:
+        agent = leg.agents[place]
+        need = self._travel.need(agent, leg.needs[place])
+        return (
+            self._classes.number(agent),
+            need,
+            self._travel.effect(agent, leg.core, need),
+            self._roles + leg.roles[place],
+            self._agent_number[agent] if leg.bound[place] else -1,
+        )
+
+    def _inner(self, leg: Leg) -> frozenset[Fact]:
+        """Facts about an agent that the leg itself brings about and needs: its own order of steps keeps them."""
+        if any(leg.bound):
+            return frozenset()
+        made: set[Fact] = set()
+        outer: set[Fact] = set()
+        for action in leg.core:
+            outer |= set(action.preconditions) - made
+            made |= set(action.effects)
+        return frozenset(fact for fact in made - outer if self._words.agents_of(fact))
+
+    def _step(
+        self, action: GroundAction, agents: tuple[str, ...], inner: frozenset[Fact] = frozenset()
+    ) -> int:
+        steps = self._steps
+        steps.actions.append((action, agents))
+        steps.masks.append(sum(1 << place for place, agent in enumerate(agents) if agent in action.agents))
+        steps.needs.append(self._shared(action.preconditions, inner))
+        effects = self._shared(action.effects, inner)
+        steps.deletes.append([fact for fact in self._shared(action.deletes, inner) if fact not in effects])
+        steps.adds.append(effects)
+        return len(steps.actions) - 1
+
+    def _shared(self, facts: Sequence[Fact], inner: frozenset[Fact] = frozenset()) -> list[int]:
+        return [
+            self._facts.setdefault(fact, len(self._facts))
+            for fact in dict.fromkeys(facts)
+            if self._words.is_fluent(fact) and fact not in inner and not self._words.is_configuration(fact)
+        ]
+
+    def model(self) -> Model:
+        """The arrays, with every way that any schedule can need."""
+        travel, classes, steps = self._travel, self._classes, self._steps
+        travel.close()
+        for way in travel.ways[len(self._way_steps) :]:
+            self._way_steps.append([self._step(action, action.agents) for action in way.actions])
+        goal_facts = self._shared(self._problem.goals)
+        way_step_first, way_steps = rows(self._way_steps)
+        task_first, _ = rows([[0] * len(alternatives) for alternatives in self._alternatives])
+        by_alternative = [legs for alternatives in self._alternatives for legs in alternatives]
+        leg_first, _ = rows(by_alternative)
+        slot_first, _ = rows([[0] * len(slots) for slots in self._slots])
+        core_first, core_steps = rows(self._cores)
+        member_first, members = rows(
+            [[self._agent_number[a] for a in names] for _, names in sorted(classes.members.items())]
+        )
+        data = [
+            [mask, len(needs), len(deletes), len(adds), *needs, *deletes, *adds]
+            for mask, needs, deletes, adds in zip(
+                steps.masks, steps.needs, steps.deletes, steps.adds, strict=True
+            )
+        ]
+        step_at, step_data = rows(data)
+        near_first, near_ways = rows(travel.nearest())
+        ahead_first, ahead_needs = rows(travel.ahead())
+        leaves = [travel.leaves[agent] for agent in classes.agents]
+        leave_first, leave_from = rows([[here for here, _ in ways] for ways in leaves])
+        slots = np.array([s for group in self._slots for s in group], dtype=np.int32).reshape(-1, 5)
+        by_setup = np.zeros(len(self._facts), np.int32)
+        for group in self._way_steps:
+            for step in group:
+                by_setup[steps.adds[step]] = 1
+        holds = self._holds()
+        return Model(
+            agent_class=ints([classes.number(agent) for agent in classes.agents]),
+            agent_start=ints([travel.starts[agent] for agent in classes.agents]),
+            member_first=member_first,
+            members=members,
+            task_first=task_first,
+            task_deadline_s=floats([task.deadline_s for task in self._tasks]),
+            task_weight=floats([task.weight for task in self._tasks]),
+            leg_first=leg_first,
+            slot_first=slot_first,
+            slot_class=np.ascontiguousarray(slots[:, 0]),
+            slot_need=np.ascontiguousarray(slots[:, 1]),
+            slot_effect=np.ascontiguousarray(slots[:, 2]),
+            slot_role=np.ascontiguousarray(slots[:, 3]),
+            slot_agent=np.ascontiguousarray(slots[:, 4]),
+            core_first=core_first,
+            core_steps=core_steps,
+            way=_table(travel.way, len(travel.configurations), len(travel.needs)),
+            after=_table(travel.after, len(travel.configurations), len(travel.effects)),
+            way_first=way_step_first,
+            way_steps=way_steps,
+            way_end=ints(travel.ends),
+            way_span_s=floats([sum(a.duration_s for a in way.actions) for way in travel.ways]),
+            near_first=near_first,
+            near_ways=near_ways,
+            leave_first=leave_first,
+            leave_from=leave_from,
+            leave_ways=ints([way for ways in leaves for _, way in ways]),
+            step_span_s=floats([action.duration_s for action, _ in steps.actions]),
+            step_energy_j=floats([getattr(action, "energy_j", 0.0) for action, _ in steps.actions]),
+            step_at=step_at[:-1],
+            step_data=step_data,
+            fact_true=ints([int(fact in self._problem.facts) for fact in self._facts]),
+            fact_by_setup=by_setup,
+            hold_facts=ints([fact for fact, _ in holds]),
+            hold_agents=ints([agent for _, agent in holds]),
+            ahead_first=ahead_first,
+            ahead_needs=ahead_needs,
+            goal_facts=ints(goal_facts),
+            posture_agent=ints([agent for agent, _ in self._postures]),
+            posture_need=ints([need for _, need in self._postures]),
+            roles=max(1, self._roles),
+            widest=max((len(legs) for legs in by_alternative), default=1),
+            most_steps=self._most_steps(),
+            most_touches=self._most_touches(),
+        )
+
+    def _holds(self) -> list[tuple[int, int]]:
+        """Facts that do not hold at first and that an agent's first step away would bring about, with the agent."""
+        travel = self._travel
+        found: dict[int, int] = {}
+        for (here, _), way in travel.way.items():
+            for agent, start in travel.starts.items():
+                if start == here and self._way_steps[way]:
+                    for fact in self._steps.adds[self._way_steps[way][0]]:
+                        found.setdefault(fact, self._agent_number[agent])
+        return sorted(found.items())
+
+    def _most_steps(self) -> int:
+        """Every task's longest alternative with the longest way for each slot, and everyone making way twice."""
+        longest = max((len(way) for way in self._way_steps), default=0)
+        legs = [
+            max(
+                sum(len(self._cores[leg]) + longest * len(self._slots[leg]) for leg in legs)
+                for legs in alternatives
+            )
+            for alternatives in self._alternatives
+        ]
+        count = sum(len(max(alternatives, key=len)) for alternatives in self._alternatives)
+        return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
+
+    def _most_touches(self) -> int:
+        steps = self._steps
+        touches = [
+            len(n) + len(d) + len(a) for n, d, a in zip(steps.needs, steps.deletes, steps.adds, strict=True)
+        ]
+        most_way = max((sum(touches[s] for s in way) for way in self._way_steps), default=0)
+        cores = [
+            sum(touches[s] for s in core) + most_way * len(slots)
+            for core, slots in zip(self._cores, self._slots, strict=True)
+        ]
+        return 1 + max([most_way, *cores]) + 2 * most_way
+
+
+def _table(entries: Mapping[tuple[int, int], int], height: int, width: int) -> Ints:
+    table = np.full((height, max(1, width)), UNREACHABLE, np.int32)
+    for (row, column), value in entries.items():
+        table[row, column] = value
+    return table

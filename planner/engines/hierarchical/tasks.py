@@ -1,0 +1,109 @@
+"""Which goals are planned together: a task each as far as they do not stand in each other's way.
+
+Goals on the same thing are one task. Where a goal can only be reached by moving what another goal is about (its place
+is taken by a sample that is to go elsewhere), the tasks give way to each other (`yielding`); those that cannot be told
+apart like that are one task. Where such tasks do not compose, they are chained: each is planned from where those before
+it lead.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import exp
+
+from planner.engines.hierarchical.blocking import Find, Yielding
+from planner.engines.hierarchical.fragments.fragment import Fragment
+from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
+from planner.engines.hierarchical.legs.return_home import Homing
+from planner.engines.hierarchical.scheduling_problem import NO_DEADLINE_S, Task
+from planner.fact import Fact
+from planner.knowledge import GroundAction
+from planner.plan_nets.progression import progressed
+from planner.problem.interface import PlanningProblem
+
+PRIORITY_SCALE = 20.0
+"""Priorities this far apart: a second of lateness counts e times as much."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unmet:
+    """Goals for which no fragment was found."""
+
+    goals: Goals
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chain:
+    """Tasks that work one after the other, and the actions of their first fragments in that order."""
+
+    tasks: tuple[Task, ...]
+    actions: tuple[GroundAction, ...]
+
+
+class TaskFinder:
+    """Splits a problem's goals into tasks and finds their fragments."""
+
+    def __init__(self, problem: PlanningProblem, groups: Groups, homing: Homing, find: Find) -> None:
+        self._problem, self._groups, self._find = problem, groups, find
+        self.interacts = False
+        """Some tasks stand in each other's way, as far as is known."""
+        self._yielding = Yielding(problem, groups, homing, find)
+
+    def tasks(self) -> tuple[Task, ...] | Unmet:
+        """The tasks, or goals that cannot be reached alone."""
+        groups = list(self._groups.wanted)
+        while True:
+            found = self._yielding.ways(groups)
+            if not isinstance(found, list):
+                self.interacts |= self._yielding.has_yielded
+                return tuple(self._task(group, ways) for group, ways in found.items())
+            if len(found) == 1:
+                return Unmet(goals=found[0].goals)
+            self.interacts = True
+            groups = [Group.of(found), *(group for group in groups if group not in found)]
+
+    def chain(self) -> Chain | None:
+        """The tasks one after the other, None if they do not work in the order looked at: those first that leave
+        the others' things alone; what was reached is never touched again."""
+        facts, groups = self._problem.facts, self._groups
+        tasks: dict[Group, Task] = {}
+        actions: list[GroundAction] = []
+        while waiting := [g for g in groups.wanted if groups.is_open(g, facts) and g not in tasks]:
+            chosen = self._next(facts, waiting, tuple(tasks))
+            if chosen is None:
+                return None
+            group, fragments = chosen
+            tasks[group] = self._task(group, fragments)
+            actions += fragments[0].actions
+            facts = progressed(facts, fragments[0].actions)
+        if not facts.issuperset(self._problem.goals):
+            return None
+        return Chain(tasks=tuple(tasks.values()), actions=tuple(actions))
+
+    def _next(
+        self, facts: frozenset[Fact], waiting: Sequence[Group], settled: Sequence[Group]
+    ) -> tuple[Group, list[Fragment]] | None:
+        """The first of the waiting tasks that moves nothing of the others, else the one that moves least."""
+        moved = self._groups.moved
+        best: tuple[int, Group, list[Fragment]] | None = None
+        for group in sorted(waiting, key=self._groups.is_posture):
+            rest = [other for other in self._groups.wanted if other != group and other not in settled]
+            found = [f for f in self._find(facts, group.goals) if not moved(f.actions, settled)]
+            least = min((len(moved(f.actions, rest)) for f in found), default=None)
+            if least is None or (best is not None and best[0] <= least):
+                continue
+            best = least, group, [f for f in found if len(moved(f.actions, rest)) == least]
+            if least == 0:
+                break
+        return best[1:] if best else None
+
+    def _task(self, group: Group, fragments: Iterable[Fragment]) -> Task:
+        problem = self._problem
+        goals = group.goals
+        return Task(
+            goals=goals,
+            fragments=tuple(fragment.actions for fragment in fragments),
+            deadline_s=min(
+                (problem.deadlines_s.get(goal, NO_DEADLINE_S) for goal in goals), default=NO_DEADLINE_S
+            ),
+            weight=exp(max((problem.priorities.get(goal, 0) for goal in goals), default=0) / PRIORITY_SCALE),
+        )

@@ -1,0 +1,51 @@
+"""From a sequence of actions, whoever found it, to a plan-net that may be proposed and carried out."""
+
+from collections.abc import Sequence
+
+from planner.errors import InvalidPlan
+from planner.explanation.recruitment import recruitment_of
+from planner.interchange.up_validation import up_fault
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.plan_nets.assembly import assemble
+from planner.plan_nets.extraction import extract
+from planner.plan_nets.plan_net import PlanNet
+from planner.plan_nets.synchronisation import keep_in_step
+from planner.plan_nets.validation import faults_of, unintended
+from planner.problem.interface import PlanningProblem
+from planner.problem.static_facts import Statics
+
+
+def finish(
+    sequence: Sequence[GroundAction],
+    problem: PlanningProblem,
+    knowledge_base: KnowledgeBase,
+    statics: Statics,
+) -> PlanNet | str:
+    """The checked plan-net with what keeps its orderings; or, in words, which action it has for no intended
+    effect.
+
+    :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
+        own mistake.
+    """
+    order = extract(sequence, problem.facts, problem.goals)
+    recruitment = recruitment_of(order.actions, statics)
+    plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)
+    if idle := unintended(plan_net, knowledge_base):
+        return idle[0]
+    if faults := faults_of(plan_net, problem.facts, knowledge_base):
+        raise InvalidPlan("; ".join(faults))
+    return keep_in_step(plan_net, problem.facts, problem.objects, knowledge_base)
+
+
+def confirm(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
+    """Ask unified-planning's validator for a second opinion.
+
+    :raises InvalidPlan: if it finds a fault.
+    """
+    if (fault := up_fault(knowledge_base, problem, plan_net)) is not None:
+        raise InvalidPlan(f"unified-planning rejects the plan: {fault}")
+
+
+def merit(plan_net: PlanNet) -> tuple[float, int, float]:
+    """What to have little of, first things first: makespan, waiting for clearance, work."""
+    return plan_net.makespan_s, plan_net.clearances, sum(action.duration_s for action in plan_net.actions)

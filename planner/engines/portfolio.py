@@ -1,0 +1,152 @@
+"""Several engines as one: each is asked only where those before it found nothing."""
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+from planner.problem.interface import (
+    UNOBSERVED,
+    Observer,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    Progress,
+    warm_up,
+)
+
+LEAST_SHARE_S = 0.05
+"""With less time left, no further engine is asked."""
+
+_WORDS = {
+    PlanningStatus.UNSOLVABLE: "proves that there is no plan",
+    PlanningStatus.NOT_FOUND: "found no plan",
+    PlanningStatus.TIMED_OUT: "found no plan in its time",
+    PlanningStatus.OUT_OF_MEMORY: "ran out of memory",
+    PlanningStatus.FAILED: "failed",
+}
+_MOST_TELLING = (
+    PlanningStatus.UNSOLVABLE,
+    PlanningStatus.TIMED_OUT,
+    PlanningStatus.OUT_OF_MEMORY,
+    PlanningStatus.NOT_FOUND,
+    PlanningStatus.FAILED,
+)
+
+logger = logging.getLogger(__name__)
+
+
+class Portfolio:
+    """Asks its engines in turn until one finds a plan or proves that there is none.
+
+    Each gets half of the time that is left, the last one all of it; what one does not use is the others'. The
+    answer names the engine that gave it and carries the best bound that any of them proved.
+    """
+
+    name = "portfolio"
+
+    def __init__(self, engines: Sequence[PlanningEngine]) -> None:
+        """:raises ValueError: if there are none."""
+        if not engines:
+            raise ValueError("a portfolio needs at least one engine")
+        self.engines = tuple(engines)
+
+    def warm_up(self) -> None:
+        """Warm every engine that can be; one that cannot keeps the others from nothing."""
+        for engine in self.engines:
+            try:
+                warm_up(engine)
+            except Exception:
+                logger.exception("engine %s cannot be warmed up", engine.name)
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        relay = _Relay(observer)
+        answers: list[PlanningResult] = []
+        for index, engine in enumerate(self.engines):
+            left_s = request.time_limit_s - relay.elapsed_s
+            if answers and (left_s < LEAST_SHARE_S or observer.should_stop()):
+                break
+            share_s = left_s if engine is self.engines[-1] else left_s / 2
+            answer = _ask(engine, problem, replace(request, time_limit_s=share_s), relay)
+            relay.learn(answer.lower_bound_s)
+            if answer.plan_net is not None:
+                before = _told(answers) if index else answer.reason
+                return self._concluded(answer, before, relay)
+            answers.append(answer)
+            if answer.status is PlanningStatus.UNSOLVABLE:
+                return self._concluded(answer, answer.reason, relay)
+        return self._none_found(answers, observer.should_stop(), relay)
+
+    def _none_found(
+        self, answers: Sequence[PlanningResult], stopped: bool, relay: "_Relay"
+    ) -> PlanningResult:
+        status = min((answer.status for answer in answers), key=_MOST_TELLING.index)
+        reason = _told(answers)
+        if stopped:
+            status, reason = PlanningStatus.NOT_FOUND, f"stopped before a plan was found; {reason}"
+        elif status is not PlanningStatus.FAILED:
+            reason += "; that does not prove that there is none"
+        return self._concluded(PlanningResult(status=status, engine=self.name, planning_s=0.0), reason, relay)
+
+    @staticmethod
+    def _concluded(answer: PlanningResult, reason: str, relay: "_Relay") -> PlanningResult:
+        """The answer as the portfolio's: its whole time, its best bound."""
+        return replace(
+            answer, reason=reason, planning_s=round(relay.elapsed_s, 3), lower_bound_s=relay.lower_bound_s
+        )
+
+
+class _Relay(Observer):
+    """Hands on what the engines tell, in the portfolio's time and with the best bound any of them proved."""
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer, self._begun = observer, time.monotonic()
+        self.lower_bound_s: float | None = None
+
+    @property
+    def elapsed_s(self) -> float:
+        return time.monotonic() - self._begun
+
+    def learn(self, bound_s: float | None) -> None:
+        if bound_s is not None:
+            self.lower_bound_s = max(bound_s, self.lower_bound_s or 0.0)
+
+    def progress(self, progress: Progress) -> None:
+        self.learn(progress.lower_bound_s)
+        self._observer.progress(
+            replace(progress, elapsed_s=round(self.elapsed_s, 3), lower_bound_s=self.lower_bound_s)
+        )
+
+    def should_stop(self) -> bool:
+        return self._observer.should_stop()
+
+
+def _ask(
+    engine: PlanningEngine, problem: PlanningProblem, request: PlanningRequest, observer: "_Relay"
+) -> PlanningResult:
+    """The engine's answer; that it has a defect is an answer, too, for the others may do without it."""
+    observer.progress(Progress(engine=engine.name, elapsed_s=0.0))
+    try:
+        return engine.plan(problem, request, observer)
+    except Exception as error:
+        logger.exception("engine %s failed", engine.name)
+        return PlanningResult(
+            status=PlanningStatus.FAILED, engine=engine.name, planning_s=0.0, reason=f"defect: {error}"
+        )
+
+
+def _told(answers: Sequence[PlanningResult]) -> str:
+    """What each engine said, the same reason only once."""
+    sentences, said = [], set[str]()
+    for answer in answers:
+        why = f" ({answer.reason})" if answer.reason and answer.reason not in said else ""
+        said.add(answer.reason)
+        sentences.append(f"{answer.engine} {_WORDS.get(answer.status, answer.status.value)}{why}")
+    return "; ".join(sentences)
+
+
+__all__ = ["Portfolio"]

@@ -1,0 +1,46 @@
+"""The engines there are, by name, in the order in which a portfolio asks them."""
+
+from collections.abc import Callable, Mapping
+
+from planner.engines.fast_downward import FastDownwardEngine
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.engines.portfolio import Portfolio
+from planner.engines.temporal import Aries, Lpg, Solver, TemporalEngine
+from planner.errors import UnknownEngine
+from planner.knowledge import KnowledgeBase
+from planner.problem.interface import PlanningEngine
+
+ENGINES: Mapping[str, Callable[[KnowledgeBase], PlanningEngine]] = {
+    HierarchicalEngine.name: HierarchicalEngine,
+    # Before LPG, which finds plans of larger problems but proves nothing: most goals that reach here have no
+    # plan at present, and whoever waits is to know soon.
+    FastDownwardEngine.name: FastDownwardEngine,
+    Lpg.name: lambda knowledge_base: TemporalEngine(knowledge_base, Lpg()),
+    Aries.name: lambda knowledge_base: TemporalEngine(knowledge_base, Aries()),
+}
+"""All of them; the optional ones say themselves if they are not installed."""
+
+_OPTIONAL: Mapping[str, Solver] = {Lpg.name: Lpg(), Aries.name: Aries()}
+
+
+def portfolio(knowledge_base: KnowledgeBase) -> Portfolio:
+    """All engines that are installed: ours first, then those that need no composition."""
+    return Portfolio(
+        [
+            make(knowledge_base)
+            for name, make in ENGINES.items()
+            if name not in _OPTIONAL or _OPTIONAL[name].is_installed
+        ]
+    )
+
+
+def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
+    """One engine alone, or the portfolio.
+
+    :raises UnknownEngine: naming the choices.
+    """
+    if name == Portfolio.name:
+        return portfolio(knowledge_base)
+    if name not in ENGINES:
+        raise UnknownEngine(f"unknown engine {name!r}; choices: {', '.join((Portfolio.name, *ENGINES))}")
+    return ENGINES[name](knowledge_base)

@@ -1,0 +1,42 @@
+"""Aries: planning as constraint solving with optional activities (Bit-Monnot, ECAI 2023); the wheel `up-aries`.
+
+It is a server that unified-planning's side talks to by gRPC. Both run in a process of their own, for it overruns
+its limits and wants a real standard output.
+"""
+
+import pickle
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+from planner.engines.temporal.best_plan import BestPlan
+from planner.engines.temporal.plan_files import PlanFiles
+from planner.native_process import Ended, Limits, run
+
+PROBLEM = "problem.pickle"
+
+
+class Aries:
+    """Runs `planner.engines.temporal.aries_process` on the problem."""
+
+    name = "aries"
+
+    @property
+    def is_installed(self) -> bool:
+        return find_spec("up_aries") is not None and find_spec("grpc") is not None
+
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+        """`seed` has no meaning to it."""
+        compiled = best.compiled
+        (folder / PROBLEM).write_bytes(pickle.dumps((compiled.knowledge_base.file, compiled.problem)))
+        found = PlanFiles(folder, best)
+        ended = run(
+            [sys.executable, "-m", "planner.engines.temporal.aries_process", str(limits.left_s)],
+            folder=folder,
+            limits=limits,
+            # It leaves its log in the folder for temporary files.
+            environment={"PYTHONPATH": str(Path(__file__).parents[2]), "TMPDIR": str(folder)},
+            is_enough=found.is_enough,
+        )
+        found.take(is_over=True)
+        return ended

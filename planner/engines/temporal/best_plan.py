@@ -1,0 +1,67 @@
+"""The best of the schedules that an engine comes up with."""
+
+import time
+from collections.abc import Sequence
+
+from planner.engines.detours import without_detours
+from planner.engines.plan_net_completion import finish, merit
+from planner.engines.temporal.durative_compilation import Step, sequence_of
+from planner.errors import InvalidPlan
+from planner.interchange.compilation import CompiledProblem
+from planner.plan_nets.plan_net import PlanNet
+from planner.problem.interface import Observer, PlanningProblem, PlanningRequest, Progress
+from planner.problem.static_facts import Statics
+
+LEAST_EFFORT_S = 1.0
+
+
+class BestPlan:
+    """Makes plan-nets of schedules, keeps the best, tells of it, and says when it is good enough."""
+
+    def __init__(
+        self,
+        engine: str,
+        problem: PlanningProblem,
+        compiled: CompiledProblem,
+        request: PlanningRequest,
+        observer: Observer,
+    ) -> None:
+        """:param compiled: what the engine works on, `problem` without bystanders maybe."""
+        self.problem, self.compiled = problem, compiled
+        self.plan_net: PlanNet | None = None
+        self.rejected = ""
+        """Why the last schedule was not acceptable."""
+        self._engine, self._request, self._observer = engine, request, observer
+        self._statics = Statics(compiled.knowledge_base, problem)
+        self._begun = time.monotonic()
+        self._enough_at = float("inf")
+
+    def take(self, schedule: Sequence[Step]) -> None:
+        """Consider one more schedule; a faulty one is the engine's mistake and passed over."""
+        try:
+            base = self.compiled.knowledge_base
+            sequence = without_detours(sequence_of(self.compiled, schedule), self.problem, base)
+            plan_net = finish(sequence, self.problem, base, self._statics)
+        except InvalidPlan as error:
+            self.rejected = str(error)
+            return
+        if isinstance(plan_net, str):
+            self.rejected = plan_net
+        elif self.plan_net is None or merit(plan_net) < merit(self.plan_net):
+            self._keep(plan_net)
+
+    def is_enough(self) -> bool:
+        """True once the effort is spent, or whoever watches wants the best so far."""
+        return time.monotonic() >= self._enough_at or self._observer.should_stop()
+
+    def _keep(self, plan_net: PlanNet) -> None:
+        elapsed_s = time.monotonic() - self._begun
+        if self.plan_net is None:
+            effort_s = self._request.effort_s
+            # As long again as the first plan took: what comes later seldom is much better (our choice).
+            self._enough_at = time.monotonic() + (
+                max(LEAST_EFFORT_S, elapsed_s) if effort_s is None else effort_s
+            )
+        self.plan_net = plan_net
+        progress = Progress(engine=self._engine, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)
+        self._observer.progress(progress)

@@ -1,0 +1,44 @@
+"""LPG-td: local search on planning graphs (Gerevini, Saetti & Serina, JAIR 20, 2003).
+
+Its licence is not stated, so it is optional and run beside us as it comes in the wheel `up-lpg`.
+"""
+
+import math
+from importlib.util import find_spec
+from pathlib import Path
+
+from planner.engines.temporal.best_plan import BestPlan
+from planner.engines.temporal.plan_files import PlanFiles
+from planner.interchange.compiled_pddl import write_pddl
+from planner.native_process import Ended, Limits, run
+
+MANY = "10000"
+"""So many plans, each better than the one before: until it is ended."""
+
+
+class Lpg:
+    """Runs the binary on the problem as temporal PDDL."""
+
+    name = "lpg"
+
+    @property
+    def is_installed(self) -> bool:
+        return binary() is not None
+
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+        domain, problem = write_pddl(best.compiled)
+        (folder / "domain.pddl").write_text(domain)
+        (folder / "problem.pddl").write_text(problem)
+        found = PlanFiles(folder, best)
+        command = [str(binary()), "-o", "domain.pddl", "-f", "problem.pddl", "-n", MANY, "-out", "plan"]
+        command += ["-seed", str(seed + 1), "-cputime", str(math.ceil(max(1.0, limits.left_s))), "-v", "off"]
+        ended = run(command, folder=folder, limits=limits, is_enough=found.is_enough)
+        found.take(is_over=True)
+        return ended
+
+
+def binary() -> Path | None:
+    """The executable, None if the wheel is not installed or has none for this system."""
+    spec = find_spec("up_lpg")
+    file = Path(spec.origin).parent / "lpg" if spec is not None and spec.origin else None
+    return file if file is not None and file.is_file() else None

@@ -1,0 +1,119 @@
+"""A temporal planner behind the `PlanningEngine` seam: schedules from it, plan-nets made and checked by
+ourselves."""
+
+import signal
+import tempfile
+import time
+from pathlib import Path
+from typing import Protocol
+
+from planner.engines.answer import Outcome, answered, result_of
+from planner.engines.plan_net_completion import confirm
+from planner.engines.temporal.best_plan import BestPlan
+from planner.engines.temporal.durative_compilation import compile_temporal
+from planner.explanation.diagnosis import why_unsolvable
+from planner.knowledge import KnowledgeBase
+from planner.native_process import Ended, Limits
+from planner.problem.interface import (
+    UNOBSERVED,
+    Observer,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+)
+from planner.problem.static_facts import Statics
+from planner.relaxation import is_relaxed_reachable
+
+
+class Solver(Protocol):
+    """A planner as a separate process that finds one schedule, then better ones."""
+
+    name: str
+
+    @property
+    def is_installed(self) -> bool: ...
+
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+        """Hand every schedule found to `best`, until that is enough or the time is over."""
+        ...
+
+
+class TemporalEngine:
+    """Plans with a solver; every plan-net is validated.
+
+    It is stopped by the clock: the same seed gives the same schedules, but not always as many of them.
+    """
+
+    def __init__(self, knowledge_base: KnowledgeBase, solver: Solver) -> None:
+        self.name = solver.name
+        self._base, self._solver = knowledge_base, solver
+
+    def warm_up(self) -> None:
+        """Import what is slow to import, by compiling an empty problem."""
+        compile_temporal(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=()))
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        """A plan-net, or why not; the processes started are ended at the time limit."""
+
+        def plan() -> PlanningResult:
+            return result_of(self.name, self._plan(problem, request, observer))
+
+        return answered(self.name, self._base, problem, plan)
+
+    def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
+        if not self._solver.is_installed:
+            hint = "it comes with the optional engines: uv sync --extra engines"
+            return PlanningStatus.FAILED, None, f"{self.name} is not installed; {hint}"
+        if not is_relaxed_reachable(self._base, problem):
+            return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
+        deadline = time.monotonic() + request.time_limit_s
+        lean = Statics(self._base, problem).lean(problem)
+        # Bystanders are left out at first; who knows whether one of them helps.
+        if lean.objects == problem.objects:
+            return self._search(problem, problem, request, observer, deadline)
+        half = time.monotonic() + request.time_limit_s / 2
+        outcome = self._search(problem, lean, request, observer, half)
+        if outcome[1] is None and not observer.should_stop():
+            outcome = self._search(problem, problem, request, observer, deadline)
+        return outcome
+
+    def _search(
+        self,
+        problem: PlanningProblem,
+        searched: PlanningProblem,
+        request: PlanningRequest,
+        observer: Observer,
+        deadline: float,
+    ) -> Outcome:
+        compiled = compile_temporal(self._base, searched)
+        best = BestPlan(self.name, problem, compiled, request, observer)
+        limits = Limits(deadline=deadline, memory_mb=request.memory_limit_mb)
+        with tempfile.TemporaryDirectory(prefix=f"macta-{self.name}-") as folder:
+            ended = self._solver.run(Path(folder), limits, request.seed, best)
+        if best.plan_net is None:
+            return _without_plan(ended, best)
+        confirm(best.plan_net, problem, self._base)
+        return PlanningStatus.SOLVED, best.plan_net, ""
+
+
+def _without_plan(ended: Ended, best: BestPlan) -> Outcome:
+    last = (ended.output.strip().splitlines() or ["no output"])[-1]
+    if "memory" in ended.output.lower():
+        status, reason = PlanningStatus.OUT_OF_MEMORY, "the memory limit was reached"
+    elif best.is_enough():
+        status, reason = PlanningStatus.NOT_FOUND, "it was stopped before it found a plan"
+    elif ended.code is None:
+        status, reason = PlanningStatus.TIMED_OUT, "the time limit was reached"
+    elif best.rejected:
+        status, reason = PlanningStatus.NOT_FOUND, f"no acceptable plan was found: {best.rejected}"
+    elif ended.code < 0:
+        name = signal.Signals(-ended.code).name
+        status, reason = PlanningStatus.FAILED, f"it crashed ({name}), as it does on larger problems"
+    elif ended.code > 0:
+        status, reason = PlanningStatus.FAILED, f"ended with code {ended.code}: {last}"
+    else:
+        status, reason = PlanningStatus.NOT_FOUND, "the search ended without a plan"
+    return status, None, reason

@@ -1,6 +1,0 @@
-"""Other people's planning problems as knowledge bases: from unified-planning's model and from PDDL."""
-
-from planner.foreign.pddl import import_domain, import_problem
-from planner.foreign.reading import ReadProblem, read_up_problem
-
-__all__ = ["ReadProblem", "import_domain", "import_problem", "read_up_problem"]

@@ -1,0 +1,83 @@
+"""A planning problem as a PDDL problem, for the domain that is written of its knowledge base."""
+
+from collections.abc import Iterator
+
+from planner.fact import Fact
+from planner.interchange.pddl.domain import section
+from planner.interchange.pddl.vocabulary import Form, Vocabulary
+from planner.knowledge import KnowledgeBase
+from planner.knowledge.duration import scale_term
+from planner.problem.duration_table import duration_table
+from planner.problem.interface import PlanningProblem
+
+TENTHS = 10
+
+
+def write_problem(knowledge_base: KnowledgeBase, problem: PlanningProblem, form: Form = Form.TEMPORAL) -> str:
+    """The problem in PDDL; goals whose predicate may come about by the way ask for the intended twin."""
+    return problem_text(Vocabulary(knowledge_base, form), problem)
+
+
+def problem_text(words: Vocabulary, problem: PlanningProblem) -> str:
+    """As `write_problem`; the words learn the problem's objects."""
+    objects = sorted(problem.objects.items())
+    lines = [f"{words.objects.add(name)} - {words.types[kind]}" for name, kind in objects]
+    goals = [_goal(goal, words) for goal in dict.fromkeys(problem.goals)]
+    metric = "total-time" if words.is_temporal else "total-cost"
+    sections = [
+        "(define (problem macta_problem)",
+        "  (:domain macta)",
+        section("objects", lines),
+        section("init", _initial(words, problem)),
+        "\n".join(["  (:goal (and", *(f"    {goal}" for goal in goals), "  ))"]),
+        f"  (:metric minimize ({metric}))",
+    ]
+    return "\n".join(filter(None, sections)) + "\n)\n"
+
+
+def _initial(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
+    if not words.is_temporal:
+        yield "(= (total-cost) 0)"
+    for fact in sorted(problem.facts):
+        yield words.atom(words.word(fact.predicate), fact.args)
+        if fact in problem.goals and fact.predicate in words.twins:
+            yield _goal(fact, words)
+    yield from _functions(words, problem)
+    for name, kind in sorted(problem.objects.items()) if words.is_temporal else ():
+        for agent in words.agent_types():
+            if words.base.file.is_a(kind, agent):
+                yield words.atom(words.word(agent, "idle"), (name,))
+    for op in words.base.operators:
+        measure = words.measure(op)
+        if words.is_tabled(op):
+            for row, seconds in duration_table(op, problem, words.base):
+                yield words.atom(words.word(op.name, "defined"), row)
+                yield f"(= {words.atom(measure, row)} {_measured(seconds, words)})"
+        elif words.is_temporal:
+            scale = problem.functions.get(scale_term(op.spec.name, len(op.agents)), 1.0)
+            yield f"(= ({measure}) {_number(scale)})"
+        else:
+            yield f"(= ({measure}) {_measured(op.duration_s({}, problem.functions) or 0.0, words)})"
+
+
+def _functions(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
+    """The functions' values, and that they have one."""
+    for (name, args), value in sorted(problem.functions.items()) if words.is_temporal else ():
+        if name in words.base.file.functions and all(arg in words.objects for arg in args):
+            if args:
+                yield words.atom(words.word(name, "defined"), args)
+            yield f"(= {words.atom(words.word(name), args)} {_number(value)})"
+
+
+def _goal(goal: Fact, words: Vocabulary) -> str:
+    word = words.word(goal.predicate, "intended" if goal.predicate in words.twins else "")
+    return words.atom(word, goal.args)
+
+
+def _measured(seconds: float, words: Vocabulary) -> str:
+    return _number(seconds) if words.is_temporal else str(max(1, round(seconds * TENTHS)))
+
+
+def _number(value: float) -> str:
+    """As a decimal without an exponent, for that is what PDDL readers know."""
+    return f"{value:.6f}".rstrip("0").rstrip(".")

@@ -1,0 +1,97 @@
+"""What stands for what in the PDDL of a knowledge base: types, predicates, functions, operators, objects."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import StrEnum
+
+from planner.interchange.pddl.names import Names
+from planner.knowledge import GroundAction, KnowledgeBase, Operator
+from planner.knowledge.literal import Literal
+from planner.problem.duration_table import duration_parameters
+from planner.problem.interface import PlanningProblem
+
+
+class Form(StrEnum):
+    TEMPORAL = "temporal"
+    """PDDL 2.1: durative actions, makespan."""
+    CLASSICAL = "classical"
+    """Instantaneous actions with costs."""
+
+
+class Vocabulary:
+    """The names of one knowledge base in one form; problems add their objects."""
+
+    def __init__(self, knowledge_base: KnowledgeBase, form: Form) -> None:
+        self.base, self.form = knowledge_base, form
+        self.is_temporal = form is Form.TEMPORAL
+        self.types = Names(knowledge_base.file.types)
+        self.operators = Names(op.name for op in knowledge_base.operators)
+        self._words = Names((*knowledge_base.predicates, *knowledge_base.file.functions))
+        self.objects = Names(knowledge_base.constants, (self.types, self.operators, self._words))
+        self.twins = {effect.predicate for op in knowledge_base.operators for effect in op.other_effects}
+
+    def ground(self, operator: str, objects: Sequence[str], problem: PlanningProblem) -> GroundAction | None:
+        """The ground action that a planner writes so; None where it has no duration.
+
+        :raises KeyError: for names that stand for nothing.
+        """
+        name = self.operators.original(operator)
+        op = next(op for op in self.base.operators if op.name == name)
+        values = map(self.objects.original, objects)
+        return op.ground(dict(zip(op.parameters, values, strict=True)), problem.functions)
+
+    def word(self, name: str, kind: str = "") -> str:
+        """A predicate's or function's name; with a kind, of one that says something more about it."""
+        return self._words.add(f"{kind}_{name}") if kind else self._words.add(name)
+
+    def atom(self, word: str, terms: Iterable[str], op: Operator | None = None) -> str:
+        """`(word ?parameter object …)`; parameters are those of the operator."""
+        open_terms = op.parameters if op else {}
+        written = [f"?{term}" if term in open_terms else self.objects[term] for term in terms]
+        return f"({' '.join([word, *written])})"
+
+    def literal(self, literal: Literal, op: Operator) -> str:
+        return self.atom(self.word(literal.predicate), literal.terms, op)
+
+    def twin(self, literal: Literal, op: Operator) -> str:
+        return self.atom(self.word(literal.predicate, "intended"), literal.terms, op)
+
+    def declared(self, word: str, arguments: Mapping[str, str]) -> str:
+        """`(word ?argument - type …)`"""
+        return (
+            " ".join([f"({word}", *(f"?{name} - {self.types[kind]}" for name, kind in arguments.items())])
+            + ")"
+        )
+
+    def is_tabled(self, op: Operator) -> bool:
+        """True if what the operator takes is a table: all costs are, and durations that a team shares."""
+        return bool(duration_parameters(op)) and (not self.is_temporal or len(op.members) > 1)
+
+    def measured(self, op: Operator) -> dict[str, str]:
+        """The parameters of the operator's measure, with their types."""
+        used = duration_parameters(op) if self.is_tabled(op) else ()
+        return {name: op.parameters[name] for name in used}
+
+    def measure(self, op: Operator) -> str:
+        """The function that says what the operator takes: its cost, its duration, or the factor of it."""
+        kind = "cost" if not self.is_temporal else "duration" if self.is_tabled(op) else "scale"
+        return self.word(op.name, kind)
+
+    def guards(self, op: Operator) -> Iterator[str]:
+        """What says that the functions which the operator needs have values."""
+        if self.is_tabled(op):
+            yield self.atom(self.word(op.name, "defined"), self.measured(op), op)
+        elif self.is_temporal:
+            for name, terms in op.duration.calls:
+                alias = op.members[0]
+                if terms:
+                    yield self.atom(self.word(name, "defined"), [alias.get(t, t) for t in terms], op)
+
+    def agent_types(self) -> list[str]:
+        """The types of agents, none of them a subtype of another."""
+        kinds = self.base.agent_types
+        return sorted(k for k in kinds if not any(o != k and self.base.file.is_a(k, o) for o in kinds))
+
+    def idle(self, agent: str, op: Operator) -> str:
+        """`(idle_robot ?agent)`, by the most general agent type."""
+        kind = next(k for k in self.agent_types() if self.base.file.is_a(op.parameters[agent], k))
+        return self.atom(self.word(kind, "idle"), (agent,), op)

@@ -1,0 +1,93 @@
+"""From a partial order to the plan-net: time windows, ids, descriptions."""
+
+from collections.abc import Mapping, Sequence
+
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.plan_nets.extraction import FROM_START, PartialOrder
+from planner.plan_nets.plan_net import GOAL, INITIAL, CausalLink, Ordering, PlanNet, PlanNetAction
+from planner.plan_nets.schedule import Windows, windows
+
+
+def assemble(
+    order: PartialOrder,
+    goals: Sequence[Fact],
+    knowledge_base: KnowledgeBase,
+    recruitment: Mapping[str, str],
+    deadlines_s: Mapping[Fact, float] | None = None,
+) -> PlanNet:
+    """The scheduled plan-net; actions are called a1, a2, … in the order of their earliest start.
+
+    :param deadlines_s: goals' deadlines, seconds from the plan's start; they bound the latest starts. What cannot
+        be kept stands in the plan-net's `late`.
+    """
+    end = len(order.actions)
+    achievers = {link.fact: link.producer for link in order.links if link.consumer == end}
+    spans = [action.duration_s for action in order.actions]
+    times = windows(spans, order.orderings, _ends_by(achievers, deadlines_s or {}))
+    ranked = sorted(range(end), key=lambda position: (times.earliest[position], position))
+    rank = {position: number for number, position in enumerate([*ranked, end], start=1)}
+    names = {position: f"a{number}" for position, number in rank.items()}
+    names |= {FROM_START: INITIAL, end: GOAL}
+    return PlanNet(
+        goals=tuple(goals),
+        actions=tuple(
+            _action(names[p], order.actions[p], times.earliest[p], times.latest[p], knowledge_base)
+            for p in ranked
+        ),
+        causal_links=tuple(
+            CausalLink(producer=names[link.producer], fact=link.fact, consumer=names[link.consumer])
+            for link in sorted(order.links, key=lambda link: (rank[link.consumer], link.producer, link.fact))
+        ),
+        orderings=tuple(
+            Ordering(before=names[before], after=names[after], reason=order.orderings[before, after])
+            for before, after in sorted(order.orderings, key=lambda pair: (rank[pair[0]], rank[pair[1]]))
+        ),
+        recruitment=dict(sorted(recruitment.items())),
+        late=_late(achievers, deadlines_s or {}, times, spans),
+    )
+
+
+def _ends_by(achievers: Mapping[Fact, int], deadlines_s: Mapping[Fact, float]) -> dict[int, float]:
+    """By when each achiever must end: the earliest deadline of what it achieves."""
+    ends: dict[int, float] = {}
+    for goal, producer in achievers.items():
+        if goal in deadlines_s and producer != FROM_START:
+            ends[producer] = min(ends.get(producer, deadlines_s[goal]), deadlines_s[goal])
+    return ends
+
+
+def _late(
+    achievers: Mapping[Fact, int], deadlines_s: Mapping[Fact, float], times: Windows, spans: Sequence[float]
+) -> dict[Fact, float]:
+    late: dict[Fact, float] = {}
+    for goal, producer in achievers.items():
+        if goal in deadlines_s and producer != FROM_START:
+            seconds = round(times.earliest[producer] + spans[producer] - deadlines_s[goal], 3)
+            if seconds > 0:
+                late[goal] = seconds
+    return late
+
+
+def _action(
+    action_id: str, action: GroundAction, earliest: float, latest: float, knowledge_base: KnowledgeBase
+) -> PlanNetAction:
+    times = {"time1": f"{earliest:.0f} s", "time2": f"{earliest + action.duration_s:.0f} s"}
+    template = knowledge_base.actions[action.tag].description
+    return PlanNetAction(
+        id=action_id,
+        tag=action.tag,
+        arguments=dict(action.arguments),
+        agents=action.agents,
+        preconditions=action.preconditions,
+        deletes=action.deletes,
+        intended_effects=action.intended_effects,
+        other_effects=action.other_effects,
+        duration_s=action.duration_s,
+        earliest_start_s=earliest,
+        latest_start_s=latest,
+        description=template.format(**{**action.arguments, **times}),
+        distance_m=action.distance_m,
+        energy_j=action.energy_j,
+        under_way=action.under_way,
+    )

@@ -1,0 +1,153 @@
+"""The plan-net: a partial-order plan with causal links and time windows (MACTA §4).
+
+Semantics: an action holds its pre-conditions from its start to its end (except what it deletes itself), its
+deletes happen from its start on, its effects hold at its end. An ordering means: `before` ends before
+`after` starts.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from planner.fact import Fact
+from planner.plan_nets.schedule import critical_path
+
+INITIAL = "initial"
+"""The producer of causal links from the initial state."""
+GOAL = "goal"
+"""The consumer of causal links to the goals."""
+ROUNDING_S = 0.01
+"""Times are rounded: what differs by less is the same."""
+
+
+class Keeping(StrEnum):
+    """What keeps an ordering while robots carry the plan out alone."""
+
+    ROBOT = "robot"  # the robot's own order of actions
+    SENSING = "sensing"  # the later robot senses what the earlier action brings about
+    CLEARANCE = "clearance"  # the later robot waits until the mission organiser clears it
+
+
+class OrderingReason(StrEnum):
+    CAUSAL = "causal"
+    THREAT = "threat"
+    RESOURCE = "resource"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanNetAction:
+    """A ground plan-net action (table 3). Times in seconds from the plan's start.
+
+    `under_way`: it runs already when the plan starts; duration, distance and energy are what is left of it.
+    """
+
+    id: str
+    tag: str
+    arguments: Mapping[str, str]
+    agents: tuple[str, ...]
+    preconditions: tuple[Fact, ...]
+    deletes: tuple[Fact, ...]
+    intended_effects: tuple[Fact, ...]
+    other_effects: tuple[Fact, ...]
+    duration_s: float
+    earliest_start_s: float
+    latest_start_s: float
+    description: str
+    distance_m: float = 0.0
+    energy_j: float = 0.0
+    under_way: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.tag}({', '.join(self.arguments.values())})"
+
+    @property
+    def effects(self) -> tuple[Fact, ...]:
+        return self.intended_effects + self.other_effects
+
+    @property
+    def earliest_end_s(self) -> float:
+        return round(self.earliest_start_s + self.duration_s, 3)
+
+    @property
+    def slack_s(self) -> float:
+        return round(self.latest_start_s - self.earliest_start_s, 3)
+
+    @property
+    def critical(self) -> bool:
+        """True if it cannot start later without the plan, or a goal with a deadline, being later."""
+        return self.slack_s < ROUNDING_S
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class CausalLink:
+    """`producer` brings about `fact`, which `consumer` needs; nothing may delete it in between."""
+
+    producer: str
+    fact: Fact
+    consumer: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class Ordering:
+    before: str
+    after: str
+    reason: OrderingReason
+    kept_by: Keeping | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanNet:
+    """A whole plan.
+
+    `recruitment` says for each robot used why it was chosen; `late` by how many seconds goals miss their
+    deadlines, if any do.
+    """
+
+    goals: tuple[Fact, ...]
+    actions: tuple[PlanNetAction, ...]
+    causal_links: tuple[CausalLink, ...]
+    orderings: tuple[Ordering, ...]
+    recruitment: Mapping[str, str]
+    late: Mapping[Fact, float] = field(default_factory=dict)
+
+    @property
+    def makespan_s(self) -> float:
+        return max((action.earliest_end_s for action in self.actions), default=0.0)
+
+    @property
+    def distance_m(self) -> float:
+        """Driven by all robots together."""
+        return round(sum(action.distance_m for action in self.actions), 3)
+
+    @property
+    def energy_j(self) -> float:
+        """Used by all robots together."""
+        return round(sum(action.energy_j for action in self.actions), 3)
+
+    @property
+    def clearances(self) -> int:
+        """For how many orderings a robot waits until it is cleared; without any the robots need no contact."""
+        return sum(ordering.kept_by is Keeping.CLEARANCE for ordering in self.orderings)
+
+    @property
+    def critical_path(self) -> tuple[str, ...]:
+        """The ids of a longest chain of actions, in order: what the makespan is made of."""
+        number = {action.id: place for place, action in enumerate(self.actions)}
+        path = critical_path(
+            [action.duration_s for action in self.actions],
+            [action.earliest_start_s for action in self.actions],
+            [(number[ordering.before], number[ordering.after]) for ordering in self.orderings],
+        )
+        return tuple(self.actions[place].id for place in path)
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        return tuple(sorted({agent for action in self.actions for agent in action.agents}))
+
+    def action(self, action_id: str) -> PlanNetAction:
+        return next(action for action in self.actions if action.id == action_id)
+
+    def of_robot(self, robot: str) -> tuple[PlanNetAction, ...]:
+        """The robot's actions in order of their start."""
+        mine = [action for action in self.actions if robot in action.agents]
+        return tuple(sorted(mine, key=lambda action: action.earliest_start_s))

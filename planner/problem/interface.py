@@ -1,0 +1,130 @@
+"""The seam behind which every planning engine stands."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+from planner.fact import Fact
+from planner.plan_nets.plan_net import PlanNet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningProblem:
+    """What is to be planned, in the knowledge base's vocabulary.
+
+    `objects` maps each object to its type; `functions` gives the numbers durations are made of, e.g.
+    ("distance_m", ("door_1", "interchange_1")) -> 3.2; absent means the two are not connected.
+    `deadlines_s` says by when a goal is to be true, seconds from the plan's start (negative if that is over);
+    `priorities` how much its lateness counts, higher is more urgent, 0 unless told.
+    """
+
+    objects: Mapping[str, str]
+    facts: frozenset[Fact]
+    goals: tuple[Fact, ...]
+    functions: Mapping[tuple[str, tuple[str, ...]], float] = field(default_factory=dict)
+    deadlines_s: Mapping[Fact, float] = field(default_factory=dict)
+    priorities: Mapping[Fact, int] = field(default_factory=dict)
+
+
+class Objective(StrEnum):
+    """What a plan is to have little of; ties are broken by the others."""
+
+    MAKESPAN = "makespan"
+    ROBOTS = "robots"
+    ENERGY = "energy"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningRequest:
+    """How a problem is to be solved.
+
+    :param time_limit_s: an engine answers by then, with the best plan it has.
+    :param effort_s: time to improve the first plan; None leaves it to the engine, by the problem's size.
+    :param seed: same problem, request and machine-independent effort (`effort_s` None): same plan-net.
+    """
+
+    time_limit_s: float = 60.0
+    effort_s: float | None = None
+    objective: Objective = Objective.MAKESPAN
+    memory_limit_mb: int = 2048
+    seed: int = 0
+
+
+class PlanningStatus(StrEnum):
+    SOLVED = "solved"
+    UNSOLVABLE = "unsolvable"  # proven
+    NOT_FOUND = "not_found"  # the search ended without a plan and without a proof
+    TIMED_OUT = "timed_out"
+    OUT_OF_MEMORY = "out_of_memory"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningResult:
+    """`plan_net` is set exactly when solved; `reason` says why not otherwise, in words an operator reads.
+
+    `lower_bound_s` is a proven lower bound of the makespan: no plan is shorter.
+    """
+
+    status: PlanningStatus
+    engine: str
+    planning_s: float
+    plan_net: PlanNet | None = None
+    reason: str = ""
+    lower_bound_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """Where an engine stands: the makespan of its best plan and its bound so far."""
+
+    engine: str
+    elapsed_s: float
+    makespan_s: float | None = None
+    lower_bound_s: float | None = None
+
+
+class Observer:
+    """Whoever watches an engine plan: told of progress, asked whether to stop and take the best."""
+
+    def progress(self, progress: Progress) -> None:
+        """Called now and then while the engine runs."""
+
+    def should_stop(self) -> bool:
+        """True: end soon and answer with the best plan so far."""
+        return False
+
+
+UNOBSERVED = Observer()
+
+
+class PlanningEngine(Protocol):
+    """Problem in, validated plan-net or a result that says why not."""
+
+    name: str
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult: ...
+
+
+def warm_up(engine: PlanningEngine) -> None:
+    """Let an engine load and compile what it needs, if it has such things: no request is to pay for it."""
+    warm: Callable[[], None] | None = getattr(engine, "warm_up", None)
+    if warm is not None:
+        warm()
+
+
+__all__ = [
+    "UNOBSERVED",
+    "Objective",
+    "Observer",
+    "PlanningEngine",
+    "PlanningProblem",
+    "PlanningRequest",
+    "PlanningResult",
+    "PlanningStatus",
+    "Progress",
+    "warm_up",
+]

@@ -1,0 +1,61 @@
+"""What the facts that no action changes say about robots: who reaches what, who can do what, who is like
+whom."""
+
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+from functools import cached_property
+
+from planner.fact import Fact
+from planner.knowledge import KnowledgeBase
+from planner.problem.interface import PlanningProblem
+
+
+class Statics:
+    """The static facts of a problem, by robot: whatever acts, of whatever type."""
+
+    def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
+        self._problem = problem
+        self.facts = frozenset(fact for fact in problem.facts if fact.predicate not in knowledge_base.fluents)
+        self.robots = knowledge_base.agents_among(problem.objects)
+
+    @cached_property
+    def placed(self) -> frozenset[str]:
+        """What static facts and functions name: all but the things that are moved or worked on."""
+        facts = {arg for fact in self.facts for arg in fact.args}
+        return frozenset(facts.union(*(args for _, args in self._problem.functions)))
+
+    def obstacle(self, robot: str, facts: Iterable[Fact], instead_of: str) -> Fact | None:
+        """The first of the facts that is static and does not hold with `robot` in the other's place."""
+        exchanged = (
+            in_place_of(fact, instead_of, robot)
+            for fact in facts
+            if fact in self.facts and instead_of in fact.args
+        )
+        return next((fact for fact in exchanged if fact not in self.facts), None)
+
+    def without(self, robots: Collection[str]) -> PlanningProblem:
+        """The problem with these robots kept from every action: the static facts that name them are withheld."""
+        withheld = {fact for fact in self.facts if not set(robots).isdisjoint(fact.args)}
+        return replace(self._problem, facts=self._problem.facts - withheld)
+
+    def lean(self, problem: PlanningProblem) -> PlanningProblem:
+        """The problem without bystanders: objects that no goal, static fact or function names."""
+        named = {arg for goal in problem.goals for arg in goal.args}
+        bystanders = problem.objects.keys() - named - self.placed - set(self.robots)
+        return replace(
+            problem,
+            objects={name: kind for name, kind in problem.objects.items() if name not in bystanders},
+            facts=frozenset(fact for fact in problem.facts if bystanders.isdisjoint(fact.args)),
+        )
+
+    def lean_for(self, problem: PlanningProblem, goal: Fact, achieved: Iterable[Fact]) -> PlanningProblem:
+        """The lean problem of one goal that keeps those goals already achieved which it could undo."""
+        lean = self.lean(replace(problem, goals=(goal,)))
+        bystanders = problem.objects.keys() - lean.objects.keys()
+        kept = tuple(fact for fact in achieved if bystanders.isdisjoint(fact.args))
+        return replace(lean, goals=(*kept, goal))
+
+
+def in_place_of(fact: Fact, old: str, new: str) -> Fact:
+    """The fact said of another object."""
+    return Fact(fact.predicate, tuple(new if arg == old else arg for arg in fact.args))

@@ -1,0 +1,110 @@
+"""Tasks that stand in each other's way give way: each fragment moves what one task is about."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.planner.instances import FAMILIES
+from planner import Fact, PlanningProblem, load_knowledge_base
+from planner.engines.hierarchical.blocking import Yielding
+from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
+from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments
+from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
+from planner.engines.hierarchical.legs.leg import Vocabulary, legs_of
+from planner.engines.hierarchical.legs.return_home import Homing
+from planner.plan_nets.progression import progressed
+from planner.problem.robot_classes import AgentClasses
+
+BASE = load_knowledge_base()
+
+
+def posed(family: str, samples: int, seed: int) -> tuple[PlanningProblem, Vocabulary, Groups]:
+    problem = FAMILIES[family](samples, seed).problem(BASE)
+    words = Vocabulary(BASE, problem, AgentClasses(BASE, problem))
+    return problem, words, Groups(problem, words)
+
+
+def ways(problem: PlanningProblem, words: Vocabulary, groups: Groups) -> Mapping[Group, Sequence[Fragment]]:
+    fragments = Fragments(BASE)
+
+    def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> Sequence[Fragment]:
+        source = fragments.of(replace(problem, facts=facts))
+        return source.alternatives(goals, deadline=time.monotonic() + 60.0, levels=levels)
+
+    found = Yielding(problem, groups, Homing(BASE, problem, words), find).ways(groups.wanted)
+    assert not isinstance(found, list)
+    return found
+
+
+@pytest.mark.parametrize(("family", "samples"), [("swap", 2), ("relocation", 2), ("blocked", 1)])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_no_fragment_moves_what_another_task_is_about(family: str, samples: int, seed: int) -> None:
+    problem, words, groups = posed(family, samples, seed)
+    found = ways(problem, words, groups)
+    assert set(groups.wanted) <= set(found)
+    for task, fragments in found.items():
+        others = [other for other in found if other != task]
+        assert fragments
+        assert all(not groups.moved(fragment.actions, others) for fragment in fragments)
+        reached = [progressed(problem.facts, fragment.actions) for fragment in fragments]
+        assert all(facts.issuperset(task.goals) for facts in reached)
+
+
+def test_either_of_two_that_change_places_may_be_put_aside() -> None:
+    problem, words, groups = posed("swap", 2, 1)
+    found = ways(problem, words, groups)
+    for task in groups.wanted:
+        places = {groups.put_aside(fragment.actions, task) for fragment in found[task]}
+        assert task.goals in places  # straight there
+        assert len(places) > 2
+
+
+def test_what_lies_in_the_way_may_stay_or_go_to_several_places() -> None:
+    problem, words, groups = posed("blocked", 1, 0)
+    found = ways(problem, words, groups)
+    blocker = next(group for group in found if not group.goals)
+    assert any(not fragment.actions for fragment in found[blocker])
+    assert len({groups.put_aside(f.actions, blocker) for f in found[blocker] if f.actions}) > 1
+
+
+def test_a_robot_is_free_between_putting_aside_and_fetching_again() -> None:
+    problem, words, groups = posed("swap", 2, 1)
+    over = next(
+        fragment
+        for fragments in ways(problem, words, groups).values()
+        for fragment in fragments
+        if len({action.agents for action in fragment.actions}) == 1
+        and sum(action.tag == "RELEASE2" for action in fragment.actions) == 2
+    )
+    legs = legs_of(over.actions, over.goals, problem.facts, words)
+    assert [leg.core[-1].tag for leg in legs] == ["RELEASE2", "RELEASE2"]
+
+
+def test_agents_are_back_home_where_later_fragments_begin() -> None:
+    problem, words, groups = posed("swap", 2, 1)
+    aside = next(f for fragments in ways(problem, words, groups).values() for f in fragments)
+    after = Homing(BASE, problem, words).after(problem.facts, aside.actions)
+    assert after != problem.facts
+    for agent in words.agents:
+        assert words.configuration(agent, after) == words.configuration(agent, problem.facts)
+
+
+def test_who_says_stop_ends_the_search_for_fragments() -> None:
+    problem, _, groups = posed("swap", 2, 0)
+    together = Group.of(groups.wanted).goals
+    asked = 0
+
+    def stop() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 2
+
+    index = Fragments(BASE).of(problem)
+    deadline = time.monotonic() + 60.0
+    assert index.alternatives(together, deadline=deadline, stop=stop) == ()
+    asked_before = asked
+    assert asked_before < 10
+    assert index.alternatives(together, deadline=deadline)
+    assert asked == asked_before

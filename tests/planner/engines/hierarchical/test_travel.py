@@ -1,0 +1,94 @@
+"""Configurations, needs and the ways between them, said once for agents that are alike."""
+
+import pytest
+
+from planner import Fact, KnowledgeBase
+from planner.engines.hierarchical.legs.setups import FactTable, Setups
+from planner.engines.hierarchical.legs.travel import NEAREST, Travel
+from tests.planner.engines.hierarchical.composing import Posed
+from tests.planner.engines.hierarchical.worlds import Store
+from tests.planner.store import inside
+
+
+def near(robot: str, place: str) -> frozenset[Fact]:
+    return frozenset({Fact("robot_position", (robot, "near", place))})
+
+
+def carrying(robot: str, sample: str, door: str, end: str) -> list[tuple[str, dict[str, str]]]:
+    """What brings a sample from a door to the end, as tags and arguments."""
+    one = {"object": sample, "robots": robot, "rel1": "near", "ref1": door}
+    other = one | {"rel1": "at", "rel2": "near", "ref2": end}
+    return [("DOCK", one), ("TRANSPORT", other | {"area": "yard"}), ("RELEASE2", other)]
+
+
+@pytest.fixture
+def world(knowledge_base: KnowledgeBase) -> Posed:
+    problem = Store(doors=6).problem([inside("sample", "bay_0_0")], {"sample": "door_4", "other": "door_5"})
+    return Posed.of(knowledge_base, problem)
+
+
+@pytest.fixture
+def travel(world: Posed) -> Travel:
+    statics = [fact for fact in world.problem.facts if not world.words.is_fluent(fact)]
+    shared = FactTable(fact for fact in statics if world.classes.own.isdisjoint(fact.args))
+    ways = {
+        number: Setups(world.base, world.problem, world.words, shared, members[0])
+        for number, members in world.classes.members.items()
+    }
+    made = Travel(world.classes, world.words, ways, world.setups)
+    for agent in world.classes.agents:
+        made.start(agent, world.words.configuration(agent, world.problem.facts))
+    return made
+
+
+def test_agents_of_a_class_share_needs(travel: Travel) -> None:
+    assert travel.need("yard_0", near("yard_0", "door_1")) == travel.need("yard_1", near("yard_1", "door_1"))
+    assert travel.need("yard_0", near("yard_0", "door_0")) != travel.need("yard_0", near("yard_0", "door_1"))
+
+
+def test_every_need_is_reached_from_every_start_of_the_class(travel: Travel) -> None:
+    need = travel.need("yard_0", near("yard_0", "door_1"))
+    travel.close()
+    for agent in ("yard_0", "yard_1"):
+        way = travel.way[travel.starts[agent], need]
+        assert [action.tag for action in travel.ways[way].actions] == ["NAVIGATE"]
+    assert (travel.starts["store_0_0"], need) not in travel.way
+
+
+def test_the_nearest_steps_are_few_and_sorted(travel: Travel) -> None:
+    for door in range(6):
+        travel.need("yard_0", near("yard_0", f"door_{door}"))
+    travel.close()
+    spans = [travel.ways[way].actions[0].duration_s for way in travel.nearest()[travel.starts["yard_0"]]]
+    assert len(spans) == NEAREST
+    assert spans == sorted(spans)
+
+
+def test_agents_go_on_from_places_near_to_where_several_legs_end(world: Posed, travel: Travel) -> None:
+    needs = [travel.need("yard_0", near("yard_0", f"door_{door}")) for door in range(6)]
+    for sample, door in (("sample", "door_4"), ("other", "door_5")):
+        brought = [
+            world.base.ground(tag, arguments, world.problem.functions, objects=world.problem.objects)
+            for tag, arguments in carrying("yard_0", sample, door, "interchange_0_0")
+        ]
+        travel.effect("yard_0", brought, travel.need("yard_0", near("yard_0", door)))
+    travel.close()
+    assert travel.ahead()[needs[5]] == []
+    travel.stop_near()
+    travel.close()
+    assert travel.ahead()[needs[5]][:3] == [needs[3], needs[2], needs[1]]
+
+
+def test_an_agent_leaves_for_what_is_in_nobodys_way(world: Posed, travel: Travel) -> None:
+    at_door = travel.need("yard_0", near("yard_0", "door_1"))
+    travel.close()
+    here = travel.ends[travel.way[travel.starts["yard_0"], at_door]]
+    clear = Fact("clear", ("door_1", "yard"))
+    wanted = frozenset({Fact("clear", ("door_0", "yard"))})
+    assert travel.leave("yard_0", here, clear, wanted)
+    ends = [
+        travel.ways[way].actions[0].arguments["ref2"] for at, way in travel.leaves["yard_0"] if at == here
+    ]
+    assert "door_0" not in ends
+    assert "door_2" in ends
+    assert not travel.leave("yard_0", here, clear, wanted), "the same ways are not added twice"

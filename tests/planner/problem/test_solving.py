@@ -1,0 +1,53 @@
+"""Several problems within one time limit."""
+
+from planner import (
+    UNOBSERVED,
+    Objective,
+    Observer,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+)
+from planner.problem.solving import Solving
+
+PROBLEM = PlanningProblem(objects={}, facts=frozenset(), goals=())
+
+
+class Noting:
+    """Finds nothing and notes what it was asked for."""
+
+    name = "noting"
+
+    def __init__(self) -> None:
+        self.requests: list[PlanningRequest] = []
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        self.requests.append(request)
+        return PlanningResult(status=PlanningStatus.NOT_FOUND, engine=self.name, planning_s=0.0)
+
+
+def test_the_time_limit_is_for_all_problems_together() -> None:
+    engine = Noting()
+    solving = Solving(engine, PlanningRequest(time_limit_s=60, objective=Objective.ENERGY), UNOBSERVED)
+    assert solving.solve(PROBLEM) is not None
+    assert solving.solve(PROBLEM, Objective.ROBOTS) is not None
+    one, other = engine.requests
+    assert 60 >= one.time_limit_s > other.time_limit_s > 0
+    assert (one.objective, other.objective) == (Objective.ENERGY, Objective.ROBOTS)
+
+
+def test_without_time_no_problem_is_begun() -> None:
+    engine = Noting()
+    assert Solving(engine, PlanningRequest(time_limit_s=0.01), UNOBSERVED).solve(PROBLEM) is None
+    assert engine.requests == []
+
+
+def test_who_wants_no_more_gets_no_more() -> None:
+    class Done(Observer):
+        def should_stop(self) -> bool:
+            return True
+
+    assert Solving(Noting(), PlanningRequest(), Done()).solve(PROBLEM) is None
