@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.agents import RobotBoard
+from robots.channel import Link
 from robots.clock import Clock
-from robots.link import Link
 from robots.mqtt import ServiceLink
 from robots.world import WorldFile
 

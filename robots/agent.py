@@ -3,19 +3,19 @@
 from dataclasses import replace
 
 from robots.body import Body
+from robots.channel import Link
 from robots.clock import Clock
 from robots.errors import RepertoireError, SensorFault
-from robots.executive import Executive
 from robots.facts import REPORTED
-from robots.link import Link
+from robots.fusion import Perception
 from robots.looking import conditions_of
 from robots.mailbox import Mailbox
 from robots.memory import RobotMemory
 from robots.patience import FAULT_S
-from robots.perception import Perception
 from robots.percepts import Percepts
 from robots.profile import BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, load_self_level
+from robots.script_executive import Executive
 from robots.sensing.actions import Mode, SensorAction
 from robots.sensing.controller import SensoryController
 from robots.sensing.energy import SensingMeter, load_powers

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from robots.link import Link, LinkClosed
+from robots.channel import Link, LinkClosed
 from robots.memory import MailboxMemory
 from robots.wire import (
     Acknowledgement,

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from math import isfinite
 
 from robots.body import Sensor
-from robots.executive import Executive
 from robots.packet_run import PacketRun
 from robots.percepts import GRIP, LOCATING, Percepts
+from robots.script_executive import Executive
 from robots.sensing.energy import SensingMeter
 from robots.sightings import Sightings
 from robots.wire import Telemetry

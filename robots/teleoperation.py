@@ -5,12 +5,12 @@ while it has no script but its own, slowly, and never for longer than the last s
 ends it.
 """
 
-from robots.executive import Executive
 from robots.facts import perceived
 from robots.geometry import clip
 from robots.percepts import Percepts
 from robots.profile import RobotProfile
 from robots.repertoire.parameters import MAX_VELOCITY
+from robots.script_executive import Executive
 from robots.wire import OWN, BehaviourPacket, BehaviourScript, PacketState, SetPoint, UpkeepReport
 from robots.wish import Wish
 

@@ -11,8 +11,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from robots.body import Body, Pose, Readings, Sensor
+from robots.channel import InMemoryLink, Link
 from robots.clock import Clock
-from robots.link import InMemoryLink, Link
 from robots.memory import RobotMemory
 from robots.world import Location, RobotSpec, WorldFile
 from robots.world.walls import panels_of

@@ -18,7 +18,7 @@ QUEUED_A_ROBOT = 100
 
 
 class FleetLink:
-    """One end for all robots of a world; implements `robots.link.Link`. `start` before use.
+    """One end for all robots of a world; implements `robots.channel.Link`. `start` before use.
 
     Only what is of this run of the world gets in: an order that was given to the robots of another run, whose place in
     the world is another, is dropped.

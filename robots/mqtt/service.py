@@ -33,7 +33,7 @@ class Listener(Protocol):
 
 
 class ServiceLink:
-    """The agent models' end; implements `robots.link.Link`. `start` before use.
+    """The agent models' end; implements `robots.channel.Link`. `start` before use.
 
     Messages pass in both directions only for the run of the world that the service has taken up (`take_up`): robots of
     another run stand elsewhere and know of nothing.

@@ -9,12 +9,12 @@ from typing import Protocol
 
 import numpy as np
 
-from robots.executive import Executive
 from robots.geometry import to_robot, to_world, wrap
 from robots.obstacles import Obstacles
 from robots.percepts import Percepts
 from robots.profile import Architecture
 from robots.progress import Progress
+from robots.script_executive import Executive
 from robots.sensing.actions import SensorAction
 from robots.sensing.machine import BehaviourState
 from robots.sightings import NONE_IN_VIEW, Sightings

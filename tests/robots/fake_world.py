@@ -11,9 +11,9 @@ import numpy as np
 
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
 from robots.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
+from robots.channel import InMemoryLink, Link
 from robots.clock import ManualClock
 from robots.geometry import wrap
-from robots.link import InMemoryLink, Link
 from robots.sightings import Sighting, Sightings
 
 STEP_S = 0.05

@@ -8,7 +8,7 @@ import numpy as np
 from robots.agent import BeaconSpec, RobotProfile
 from robots.body import Gripper, Pose, Readings
 from robots.datastore import MutualDataStore
-from robots.perception import Perception
+from robots.fusion import Perception
 from robots.percepts import Percepts
 from robots.sightings import Sighting, Sightings
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from math import pi
 
 from robots.agent import BeaconSpec
-from robots.link import InMemoryLink
+from robots.channel import InMemoryLink
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,

@@ -3,7 +3,7 @@
 import multiprocessing
 from threading import Thread
 
-from robots.link import AT_ONCE, PipeLink
+from robots.channel import AT_ONCE, PipeLink
 from robots.wire import Message, Performative, Receipt
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from robots.agent import BehaviouralAgent
 from robots.body import Pose
-from robots.link import InMemoryLink
+from robots.channel import InMemoryLink
 from robots.memory import RobotMemory
 from robots.repertoire import load_repertoire
 from robots.wire import (

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from robots.agent import BehaviouralAgent
 from robots.body import Pose
-from robots.link import InMemoryLink
+from robots.channel import InMemoryLink
 from robots.memory import RobotMemory, ScriptMemory
 from robots.wire import (
     Acknowledgement,

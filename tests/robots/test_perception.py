@@ -7,7 +7,7 @@ import pytest
 from robots.body import RADIUS_M, Pose, Readings
 from robots.datastore import MutualDataStore
 from robots.errors import SensorFault
-from robots.perception import Perception
+from robots.fusion import Perception
 from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from robots.body import Pose
-from robots.link import InMemoryLink, LinkClosed
+from robots.channel import InMemoryLink, LinkClosed
 from robots.mailbox import AT_ONCE, KEPT_REPORTS, Mailbox
 from robots.wire import (
     Acknowledgement,

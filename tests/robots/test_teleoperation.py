@@ -4,7 +4,7 @@ import pytest
 
 from robots.agent import BehaviouralAgent
 from robots.body import RADIUS_M, Pose
-from robots.link import InMemoryLink
+from robots.channel import InMemoryLink
 from robots.wire import Message, PacketState, Performative, SetPoint, SetPointRefusal
 from tests.robots.fake_world import STEP_S, FakeBody, FakeWorld
 from tests.robots.stories import EAST, NORTH, Service, packet, room, run, run_for, script

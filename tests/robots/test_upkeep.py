@@ -6,9 +6,9 @@ from math import pi
 import pytest
 
 from robots.body import Pose
-from robots.executive import Executive
 from robots.repertoire import load_repertoire, load_self_level
 from robots.repertoire.self_level import SelfLevel
+from robots.script_executive import Executive
 from robots.wire import (
     FailureCategory,
     Message,

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robots.agent import BehaviouralAgent
 from robots.body import Pose, Sensor
 from robots.datastore import MutualDataStore
-from robots.perception import Perception
+from robots.fusion import Perception
 from robots.percepts import Percepts
 from robots.profile import Architecture, RobotProfile
 from robots.sensing.loops import carried
