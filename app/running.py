@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.agents import RobotBoard
-from robots.channel import Link
 from robots.clock import Clock
-from robots.mqtt import ServiceLink
+from robots.link.channel import Link
+from robots.link.mqtt import ServiceLink
 from robots.world import WorldFile
 
 

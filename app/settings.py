@@ -13,7 +13,7 @@ from sqlalchemy import make_url
 from app.errors import Invalid, Unavailable
 
 if TYPE_CHECKING:
-    from robots.mqtt import Broker
+    from robots.link.mqtt import Broker
 
 
 class Settings(BaseSettings):
@@ -98,7 +98,7 @@ class Settings(BaseSettings):
         if self.broker_url is None:
             return None
         # NOTE: imported here, for an embedded service has no use for it.
-        from robots.mqtt import Broker, BrokerError
+        from robots.link.mqtt import Broker, BrokerError
 
         try:
             return Broker.at(

@@ -1,7 +1,7 @@
 """Operators who drive robots: who may, and the newest set-point of each, on its way to the robot.
 
 Kept in memory, for a set-point is worth nothing a second later. The robot itself decides who drives it
-(`robots.teleoperation`) and reports when a drive began and ended, so the record holds whoever sent the set-points; what
+(`robots.executive.teleoperation`) and reports when a drive began and ended, so the record holds whoever sent the set-points; what
 is known here beforehand spares the operator a wait.
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from app.errors import Conflict
 from app.states import Connection
 from app.world_model.desk import RobotReport, WorldDesk
-from robots.teleoperation import HELD, MOST_M_S, MOST_RAD_S
+from robots.executive.teleoperation import HELD, MOST_M_S, MOST_RAD_S
 from robots.wire import VALID_AT_MOST_S, Message, SetPoint, SetPointRefusal
 
 VALID_S = 0.5

@@ -24,8 +24,8 @@ from app.plans.worker import PlanningWorker
 from app.settings import Settings
 from app.states import MissionState
 from benchmarks.planned import planned
-from robots.channel import InMemoryLink
 from robots.clock import ManualClock
+from robots.link.channel import InMemoryLink
 from robots.world import load_world
 
 SETTLE_S, GIVE_UP_S = 20.0, 900.0

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
 from benchmarks.stack import Whole
-from robots.mailbox import KEPT_ANSWERS
+from robots.executive.mailbox import KEPT_ANSWERS
 from robots.wire import Message, Performative, StatusQuery
 from robots.world.generate import generate_world, store_shape
 from sim.snapshot import WorldSnapshot

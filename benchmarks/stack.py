@@ -19,7 +19,7 @@ import numpy as np
 import pybullet
 
 from benchmarks.errands import Leg, script, tour
-from robots.body import RADIUS_M
+from robots.physical.body import RADIUS_M
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, ScriptState, Telemetry
 from robots.world import WorldFile
 from robots.world.generate import generate_world, store_shape

@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robots.mqtt import Broker, ConnectionState, ServiceLink
-from robots.mqtt.reactor import Reactor
-from robots.mqtt.session import Parcel, Session
-from robots.mqtt.topics import Channel, robot_topic
+from robots.link.mqtt import Broker, ConnectionState, ServiceLink
+from robots.link.mqtt.reactor import Reactor
+from robots.link.mqtt.session import Parcel, Session
+from robots.link.mqtt.topics import Channel, robot_topic
 from robots.wire import Telemetry
 
 WORLD = "plain"

@@ -20,8 +20,8 @@ from app.composition import RunningWorld, Service, make_engine
 from app.plans.worker import PlanningWorker
 from app.settings import Settings
 from benchmarks.databases import SERVER, database_on
-from robots.channel import InMemoryLink, Link
 from robots.clock import ManualClock
+from robots.link.channel import InMemoryLink, Link
 from robots.wire import Acknowledgement, Message, Performative, ScriptReport, ScriptRequest, ScriptState
 from robots.world import load_world
 

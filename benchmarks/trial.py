@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from math import dist
 from typing import Any
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.repertoire import Repertoire
 from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptReport
 from robots.world import WorldFile

@@ -1,7 +1,7 @@
 """A rover's battery: goes down by what its parts draw, and is charged at the rover's home (our choice)."""
 
-from robots.body import Sensor
-from robots.sensing.energy import Powers
+from robots.physical.body import Sensor
+from robots.physical.energy import Powers
 
 CHARGE_BELOW, CHARGED = 0.25, 0.95
 """Charging begins below the one and ends at the other, so that a rover is not for ever about to be full."""

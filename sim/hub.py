@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from robots.channel import Link
+from robots.link.channel import Link
 from robots.wire import Message, Telemetry
 from sim.radio import Radio, Way
 
@@ -13,7 +13,7 @@ robots keep what matters."""
 
 
 class RobotLink:
-    """A robot's own end of the shared link; implements `robots.channel.Link`. Never blocks."""
+    """A robot's own end of the shared link; implements `robots.link.channel.Link`. Never blocks."""
 
     def __init__(self, send: Callable[[Message], None]) -> None:
         self._send = send

@@ -9,7 +9,7 @@ A long one is gripped at a handle and carried on compliant capture heads (`sim.b
 from collections.abc import Mapping, Sequence
 from math import cos, hypot, sin
 
-from robots.body import GRIPPER_REACH_M, Gripper, Pose
+from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
 from sim.beam import Beam, JawsPose, Press
 from sim.scene import TICK_S, Placed, Scene
 from sim.snapshot import JawsState

@@ -9,7 +9,7 @@ from dataclasses import replace
 from threading import Lock
 from typing import Self
 
-from robots.channel import LinkClosed
+from robots.link.channel import LinkClosed
 from robots.wire import Message
 from robots.world import WorldFile
 from sim.error import SimulationError
@@ -26,7 +26,7 @@ Start = Callable[[Keep], SimulationProcess]
 
 
 class LastingWorld:
-    """Implements `robots.channel.Link` and `robots.clock.Clock` over one process after the other.
+    """Implements `robots.link.channel.Link` and `robots.clock.Clock` over one process after the other.
 
     Whoever listens on the link notices that the process is gone and begins the next one; what was in the air is lost.
     The clock stands still meanwhile, and does not go back.

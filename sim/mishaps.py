@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from robots.body import RADIUS_M, READS, Body, Pose, Readings, Sensor
-from robots.geometry import wrap
-from robots.sightings import NONE_IN_VIEW, Sightings
+from robots.physical.body import RADIUS_M, READS, Body, Pose, Readings, Sensor
+from robots.physical.geometry import wrap
+from robots.physical.sightings import NONE_IN_VIEW, Sightings
 from robots.world.walls import clearance_m, panels_of
 from sim.agents import behavioural_agent
 from sim.world import Agent, Fitting, Simulation

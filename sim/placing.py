@@ -6,7 +6,7 @@ from math import cos, dist, hypot, radians, remainder, sin, sqrt, tau
 
 import numpy as np
 
-from robots.body import RADIUS_M, Pose
+from robots.physical.body import RADIUS_M, Pose
 from robots.world import RobotSpec, WorldFile
 from robots.world.walls import Panel, clearance_m
 from sim.scene import Placed

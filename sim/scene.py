@@ -15,7 +15,7 @@ from weakref import finalize
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
 from sim import shapes
 from sim.outlines import Outlines

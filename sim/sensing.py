@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import RADIUS_M, Pose
-from robots.sightings import Sightings
+from robots.physical.body import RADIUS_M, Pose
+from robots.physical.sightings import Sightings
 from robots.world import RobotSpec, Sample, WorldFile
 from sim.rays import FREE, free_shares, in_sight
 from sim.scene import AUDIBLE, WALLS, Scene

@@ -1,6 +1,6 @@
 """Collision shapes in PyBullet, by the client's number; metres."""
 
-from robots.body import GRIPPER_REACH_M, RADIUS_M
+from robots.physical.body import GRIPPER_REACH_M, RADIUS_M
 from sim.quiet import quietly
 
 with quietly():

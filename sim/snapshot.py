@@ -12,8 +12,8 @@ from typing import Annotated, Any, Final, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from robots.body import Pose, Sensor
-from robots.memory import RobotMemory
+from robots.executive.memory import RobotMemory
+from robots.physical.body import Pose, Sensor
 from robots.world import WorldFile
 
 FORMAT: Final = 1

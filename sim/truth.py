@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import hypot
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import WorldFile
 
 LIES_IN_M = 0.25

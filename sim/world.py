@@ -10,10 +10,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from robots.body import Body, Pose, Readings, Sensor
-from robots.channel import InMemoryLink, Link
 from robots.clock import Clock
-from robots.memory import RobotMemory
+from robots.executive.memory import RobotMemory
+from robots.link.channel import InMemoryLink, Link
+from robots.physical.body import Body, Pose, Readings, Sensor
 from robots.world import Location, RobotSpec, WorldFile
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, make_bodies

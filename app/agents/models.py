@@ -21,8 +21,8 @@ from app.missions.reports import ReportBook
 from app.states import ENDED, MissionState
 from app.teleoperation import Teleoperation
 from app.tuning import TuningDesk
-from robots.channel import Link, LinkClosed
 from robots.clock import Clock
+from robots.link.channel import Link, LinkClosed
 from robots.wire import (
     BehaviourScript,
     Body,

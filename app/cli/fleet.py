@@ -7,8 +7,8 @@ from typing import Any
 from app.cli.long_running import log_warnings, tell_why_afresh, told_to_end, warn_if_open
 from app.cli.settings import settings_of
 from app.errors import Invalid, Unavailable
-from robots.channel import LinkClosed
-from robots.mqtt import Broker, FleetLink
+from robots.link.channel import LinkClosed
+from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile
 from sim import Keep, LastingWorld
 from sim.snapshot import digest_of

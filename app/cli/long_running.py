@@ -10,7 +10,7 @@ from typing import TypeVar
 from rich.console import Console
 from rich.markup import escape
 
-from robots.mqtt import Broker
+from robots.link.mqtt import Broker
 
 T = TypeVar("T")
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from app.cli.long_running import warn_if_open
 from app.running import RunningWorld
-from robots.mqtt import Broker, ServiceLink
+from robots.link.mqtt import Broker, ServiceLink
 from robots.world import WorldFile
 from sim.snapshot import digest_of
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from app.errors import MactaError
 from app.organiser.template import Substitution, Template, matches
 from planner import Fact, KnowledgeBase, PlanNetAction
-from robots.yaml_text import read_yaml
+from robots.data import read_yaml
 
 
 class LibraryError(MactaError):

@@ -23,7 +23,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
-from robots.body import GRIPPER_REACH_M
+from robots.physical.body import GRIPPER_REACH_M
 from robots.wire import Telemetry
 
 FRAME = "world"

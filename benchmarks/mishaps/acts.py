@@ -6,8 +6,8 @@ from math import cos, nan, pi, sin
 
 import numpy as np
 
-from robots.body import RADIUS_M, Pose, Sensor
-from robots.geometry import wrap
+from robots.physical.body import RADIUS_M, Pose, Sensor
+from robots.physical.geometry import wrap
 from sim.mishaps import (
     Fault,
     Mishaps,

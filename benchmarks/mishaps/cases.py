@@ -25,7 +25,7 @@ from benchmarks.mishaps.acts import (
     wheels_nan,
 )
 from benchmarks.mishaps.undertakings import CARRIER, PARTNERS, Undertaking, errand, relocation
-from robots.body import Sensor
+from robots.physical.body import Sensor
 from sim.mishaps import dead, frozen, head_reads_nan, sees_nothing, sightings_read_nan
 
 PASSES_S = 3.0

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.mishaps.acts import Stage
 from benchmarks.mishaps.cases import Case, cases
-from robots.body import RADIUS_M, Pose
+from robots.physical.body import RADIUS_M, Pose
 from robots.wire import PacketState, ScriptState
 from robots.world.walls import clearance_m, panels_of
 from sim.crew import Crew

@@ -4,15 +4,15 @@ Each is a question to the percepts and answers with a verdict that says in words
 composable, so that data can state them.
 """
 
-from robots.conditions.believing import Believed, Close, Moving, NarrowPassage
-from robots.conditions.carrying import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
-from robots.conditions.composing import AllOf, AnyCondition, AnyOf, Not, in_words, unmet
+from robots.conditions.beliefs import Believed, Close, Moving, NarrowPassage
+from robots.conditions.composition import AllOf, AnyCondition, AnyOf, Not, in_words, unmet
 from robots.conditions.facing import Abeam, Facing, Opening, Reached
-from robots.conditions.gripping import BetweenJaws, Empty, Holding
-from robots.conditions.moving import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
+from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
+from robots.conditions.motion import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
+from robots.conditions.own_state import BetweenJaws, Empty, Holding
+from robots.conditions.position import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
 from robots.conditions.powering import Charged, Charging
-from robots.conditions.seeing import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
-from robots.conditions.standing import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
+from robots.conditions.sight import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
 from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
 from robots.conditions.wishing import LetGo, Wished

@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
-from robots.body import RADIUS_M
 from robots.conditions.verdict import Verdict
-from robots.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
-from robots.responses import STRICT
+from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.physical.body import RADIUS_M
+from robots.reactive.responses import STRICT
 
 BEAM_RAD = 0.45
 """To this angle off abeam the side is looked at: three beams of sixteen."""

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
-from robots.percepts import NOTHING, Needs, Percepts
-from robots.responses import STRICT
+from robots.perception.percepts import NOTHING, Needs, Percepts
+from robots.reactive.responses import STRICT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

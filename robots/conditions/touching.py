@@ -6,8 +6,8 @@ from typing import ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
-from robots.percepts import TOUCH, Needs, Percepts
-from robots.responses import STRICT
+from robots.perception.percepts import TOUCH, Needs, Percepts
+from robots.reactive.responses import STRICT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from robots.percepts import Needs, Percepts
+from robots.perception.percepts import Needs, Percepts
 
 
 @dataclass(frozen=True, slots=True)

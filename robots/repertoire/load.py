@@ -8,17 +8,17 @@ from importlib import resources
 import yaml
 from pydantic import ValidationError
 
-from robots.awaits import condition_for
+from robots.conditions.awaits import condition_for
+from robots.data import read_yaml
 from robots.errors import RepertoireError
-from robots.percepts import waypoint
-from robots.profile import RobotProfile
+from robots.perception.percepts import waypoint
+from robots.physical.profile import RobotProfile
 from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.repertoire.self_level import FILE as SELF_LEVEL
 from robots.repertoire.self_level import load_self_level
 from robots.repertoire.tuning import Tuning, tuned
 from robots.wire import BehaviourPacket
-from robots.yaml_text import read_yaml
 
 TARGET = ("object", "x", "y")
 OBJECT_STAND_OFF_M = 0.6

@@ -9,11 +9,11 @@ from typing import Any
 
 from pydantic import Field, TypeAdapter
 
-from robots.avoidance import AnyAvoidance
 from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
-from robots.events import TIMEOUT, TOO_FAR, TOO_FAST
-from robots.patience import RETRIES, STALLED_S
-from robots.patterns import BehaviourPattern, Level
+from robots.executive.events import TIMEOUT, TOO_FAR, TOO_FAST
+from robots.executive.patience import RETRIES, STALLED_S
+from robots.reactive.avoidance import AnyAvoidance
+from robots.reactive.patterns import BehaviourPattern, Level
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
 
 PATTERNS = "patterns"
@@ -35,7 +35,7 @@ class PacketSpec(Checked):
 
     SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
     an `object` or a way-point `x`, `y`; `events`; how to `avoid` obstacles: by the packet's `patterns`, or by a method
-    of `robots.avoidance`, under which the patterns of the environment level rest. A packet that is `basic` every robot
+    of `robots.reactive.avoidance`, under which the patterns of the environment level rest. A packet that is `basic` every robot
     can carry out.
     """
 

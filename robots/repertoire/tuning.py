@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from robots.errors import RepertoireError
-from robots.patterns import BehaviourPattern
+from robots.reactive.patterns import BehaviourPattern
 from robots.repertoire.schema import PacketSpec, behaviour_patterns, filled
 
 Tuning = Mapping[str, Mapping[str, float]]

@@ -6,10 +6,10 @@ from pathlib import Path
 import yaml
 from pydantic import ValidationError
 
+from robots.data import read_yaml
 from robots.errors import RepertoireError
 from robots.repertoire import load_repertoire
 from robots.world.file import WorldFile
-from robots.yaml_text import read_yaml
 
 
 class WorldFileError(ValueError):

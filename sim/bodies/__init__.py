@@ -1,4 +1,4 @@
-"""Rovers' simulated bodies: each implements `robots.body.Body`, so that the same software runs on any of them.
+"""Rovers' simulated bodies: each implements `robots.physical.body.Body`, so that the same software runs on any of them.
 
 `simulated.py` holds what all share (gripper, sensors, battery). Each kind has its own way to move and to count it:
 `velocity.py` has the velocity it is told, `wheeled.py` drives by its `axle.py` and counts by its `encoders.py`,

@@ -6,7 +6,7 @@ stops it. Its jaws work as all jaws do (our choice): what they hold goes with th
 
 from math import hypot, remainder, tau
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
 from sim.bodies.floor import FRONT_M, FloorMap

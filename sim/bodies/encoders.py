@@ -4,7 +4,7 @@ from math import floor, tau
 
 import numpy as np
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.odometry import SCALE_SIGMA, TURN_SCALE_SIGMA, reckoned
 from sim.snapshot import EncoderState

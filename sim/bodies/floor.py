@@ -6,7 +6,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.body import RADIUS_M, Pose
+from robots.physical.body import RADIUS_M, Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
 from sim.placing import Rock
 from sim.scene import SAMPLE_RADIUS_M

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robots.body import Pose
-from robots.sensing.sonar import VirtualSonar
+from robots.physical.body import Pose
+from robots.physical.sonar import VirtualSonar
 from robots.world import RobotSpec
 from robots.world.bodies import AvatarBodySpec, VelocityBodySpec, WheeledBodySpec
 from sim.bodies.avatar import AvatarBody

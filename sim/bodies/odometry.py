@@ -4,7 +4,7 @@ from math import cos, remainder, sin, tau
 
 import numpy as np
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from sim.snapshot import OdometryState
 
 SCALE_SIGMA = 0.01  # error of the wheels' radius, a constant of the robot

@@ -3,9 +3,9 @@
 from abc import ABC, abstractmethod
 from math import inf
 
-from robots.body import ALL_SENSORS, Pose, Readings, Sensor
-from robots.sensing.cascade import Activity, cascade
-from robots.sensing.energy import load_powers
+from robots.physical.body import ALL_SENSORS, Pose, Readings, Sensor
+from robots.physical.cascade import Activity, cascade
+from robots.physical.energy import load_powers
 from robots.world import RobotSpec
 from sim.battery import Battery
 from sim.jaws import Jaws
@@ -13,7 +13,7 @@ from sim.snapshot import BodyState, RampedState, WheeledState
 
 
 class SimulatedBody(ABC):
-    """Implements `robots.body.Body`, and knows no more than a real one would. How it moves its kind decides."""
+    """Implements `robots.physical.body.Body`, and knows no more than a real one would. How it moves its kind decides."""
 
     def __init__(self, spec: RobotSpec, jaws: Jaws) -> None:
         self.spec = spec

@@ -3,7 +3,7 @@
 The velocity-set one is moved by the scene, which stops it where something is in the way.
 """
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
 from sim.bodies.odometry import Odometry

@@ -4,7 +4,7 @@ from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.axle import STILL, Axle, Velocity

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from robots.geometry import to_robot
+from robots.physical.geometry import to_robot
 from sim.scene import Scene
 
 
 class SharedScene:
-    """Implements `robots.sensing.sonar.Workbench` by the scene's own poses (our choice: without delay and noise)."""
+    """Implements `robots.physical.sonar.Workbench` by the scene's own poses (our choice: without delay and noise)."""
 
     def __init__(self, scene: Scene, robot: str, others: Sequence[str]) -> None:
         """:param others: the avatars around."""

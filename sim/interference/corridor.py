@@ -2,7 +2,7 @@
 
 from importlib import resources
 
-from robots.profile import Architecture
+from robots.physical.profile import Architecture
 from robots.repertoire import Repertoire, load_repertoire
 from robots.wire import BehaviourPacket, BehaviourScript
 from robots.world import WorldFile

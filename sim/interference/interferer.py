@@ -7,8 +7,8 @@ from math import tau
 
 import numpy as np
 
-from robots.body import RADIUS_M, Pose
-from robots.geometry import to_robot, to_world
+from robots.physical.body import RADIUS_M, Pose
+from robots.physical.geometry import to_robot, to_world
 from sim.interference.corridor import DOOR_M, ROBOT, START_M, WIDTH_M
 from sim.scene import TICK_S
 from sim.world import TICKS_A_CONTROL, Simulation

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from robots.profile import Architecture
+from robots.physical.profile import Architecture
 from sim.interference.corridor import SONAR_MOST_M
 from sim.interference.interferer import THRESHOLD_M, Kind
 from sim.interference.table import Job

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean, pstdev
 
-from robots.profile import Architecture
+from robots.physical.profile import Architecture
 from sim.interference.interferer import Kind
 from sim.interference.trial import Trial, run_trial
 from sim.parallel import side_by_side

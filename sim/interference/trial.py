@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import partial
 
-from robots.profile import Architecture
+from robots.physical.profile import Architecture
 from robots.wire import Message, Performative, ScriptReport, ScriptRequest, ScriptState, Telemetry
 from sim.agents import behavioural_agent
 from sim.interference.corridor import ROBOT, SONAR_MOST_M, corridor, get_in_kitchen, repertoire

@@ -7,8 +7,8 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from robots.channel import InMemoryLink
 from robots.clock import ManualClock
+from robots.link.channel import InMemoryLink
 from robots.wire import (
     Acknowledgement,
     BehaviourPacket,

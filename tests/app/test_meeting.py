@@ -12,7 +12,7 @@ from app.composition import RunningWorld, Service
 from app.database import WorldRow
 from app.plans.worker import PlanningWorker
 from app.settings import Settings
-from robots.mqtt import Broker, FleetLink, ServiceLink
+from robots.link.mqtt import Broker, FleetLink, ServiceLink
 from robots.wire import Message, Performative, Telemetry
 from robots.world import WorldFile
 from tests.app.conftest import TOKEN

@@ -15,7 +15,7 @@ from app.database.migrate import migrate
 from app.plans.worker import PlanningWorker
 from app.replicas import Presence
 from app.settings import Settings
-from robots.mqtt import Broker, FleetLink
+from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile, load_world
 from sim.snapshot import digest_of
 from tests.app.conftest import TOKEN

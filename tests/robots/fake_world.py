@@ -9,12 +9,12 @@ from math import atan2, cos, hypot, inf, pi, sin
 
 import numpy as np
 
-from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
-from robots.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
-from robots.channel import InMemoryLink, Link
 from robots.clock import ManualClock
-from robots.geometry import wrap
-from robots.sightings import Sighting, Sightings
+from robots.executive.agent import BeaconSpec, BehaviouralAgent, RobotProfile
+from robots.link.channel import InMemoryLink, Link
+from robots.physical.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
+from robots.physical.geometry import wrap
+from robots.physical.sightings import Sighting, Sightings
 
 STEP_S = 0.05
 WHISKERS = 16

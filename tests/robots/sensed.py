@@ -5,12 +5,12 @@ from math import inf, pi
 
 import numpy as np
 
-from robots.agent import BeaconSpec, RobotProfile
-from robots.body import Gripper, Pose, Readings
-from robots.datastore import MutualDataStore
-from robots.fusion import Perception
-from robots.percepts import Percepts
-from robots.sightings import Sighting, Sightings
+from robots.executive.agent import BeaconSpec, RobotProfile
+from robots.perception.datastore import MutualDataStore
+from robots.perception.fusion import Perception
+from robots.perception.percepts import Percepts
+from robots.physical.body import Gripper, Pose, Readings
+from robots.physical.sightings import Sighting, Sightings
 
 PROFILE = RobotProfile(
     name="me",

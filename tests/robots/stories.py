@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable
 from math import pi
 
-from robots.agent import BeaconSpec
-from robots.channel import InMemoryLink
+from robots.executive.agent import BeaconSpec
+from robots.link.channel import InMemoryLink
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,

@@ -18,7 +18,7 @@ from app.settings import Settings
 from app.states import MissionState
 from benchmarks.errands import with_sample
 from benchmarks.radio import Ended, IsWorst, carry_out, finishes, sends, with_link
-from robots.mqtt import Broker, ServiceLink
+from robots.link.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
 from sim.radio import Way
 from sim.snapshot import digest_of

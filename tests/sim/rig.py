@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import WorldFile
 from sim.world import Fitting, Simulation
 

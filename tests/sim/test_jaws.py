@@ -2,7 +2,7 @@ from math import hypot, pi
 
 import pytest
 
-from robots.body import GRIPPER_REACH_M
+from robots.physical.body import GRIPPER_REACH_M
 from robots.world import WorldFile
 from sim.world import Simulation
 from tests.sim.rig import Puppet, fred, run_s, simulate, two_rooms

@@ -3,7 +3,7 @@ from math import dist, hypot, pi
 import numpy as np
 import pytest
 
-from robots.body import RADIUS_M
+from robots.physical.body import RADIUS_M
 from robots.world import Obstacle, Wall, load_world
 from robots.world.walls import solid_pieces
 from sim.placing import rocks_of

@@ -3,8 +3,8 @@ from math import atan2, hypot, inf, pi, radians
 import numpy as np
 import pytest
 
-from robots.body import RADIUS_M, Readings
-from robots.sightings import Sightings
+from robots.physical.body import RADIUS_M, Readings
+from robots.physical.sightings import Sightings
 from robots.world import load_world
 from sim.sensing import aspect_rad
 from sim.world import Simulation

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from robots.body import ALL_SENSORS, Sensor
-from robots.sensing.energy import load_powers
+from robots.physical.body import ALL_SENSORS, Sensor
+from robots.physical.energy import load_powers
 from sim.battery import CHARGE_BELOW, CHARGED, Battery
 from sim.rays import Cut, Floats, free_shares, in_sight
 from sim.world import Simulation

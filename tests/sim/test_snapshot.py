@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.bodies import embodied
 from benchmarks.relocation import THING, TO, scripts
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.wire import PacketState, ScriptState
 from robots.world import WorldFile, load_world
 from sim.agents import behavioural_agent

@@ -3,7 +3,7 @@ from math import hypot
 
 import pytest
 
-from robots.body import RADIUS_M
+from robots.physical.body import RADIUS_M
 from robots.world import load_world
 from robots.world.walls import clearance_m, panels_of
 from sim.world import Fitting, Simulation

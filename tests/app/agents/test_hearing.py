@@ -5,7 +5,7 @@ import pytest
 from app.agents.board import SILENT_AFTER_S, RobotBoard
 from app.agents.hearing import Hearing
 from robots.clock import ManualClock
-from robots.mqtt import ConnectionState
+from robots.link.mqtt import ConnectionState
 from robots.world import Contact, LinkSpec, Outage, WorldFile
 from robots.world.radio import QUIET_S
 from tests.robots.world.test_file import small

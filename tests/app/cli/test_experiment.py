@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import app.cli.experiment
 from app.cli.main import app as macta
-from robots.profile import Architecture
+from robots.physical.profile import Architecture
 from sim.interference.interferer import Interference, Kind
 from sim.interference.table import Cell, Figure, Row, Table
 from sim.interference.trial import Instant, Trial

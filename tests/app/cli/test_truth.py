@@ -3,7 +3,7 @@
 import pytest
 
 from app.cli.truth import holds
-from robots.body import Pose
+from robots.physical.body import Pose
 from sim import Truth
 from sim.truth import SampleTruth
 from tests.app.berthed_store import berthed_store

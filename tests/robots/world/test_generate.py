@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robots.body import RADIUS_M
+from robots.physical.body import RADIUS_M
 from robots.world import (
     StoreShape,
     StoreShapeError,

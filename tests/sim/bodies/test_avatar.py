@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.bodies import embodied
-from robots.body import RADIUS_M, Pose
+from robots.physical.body import RADIUS_M, Pose
 from robots.world import WorldFile
 from robots.world.walls import Panel
 from sim.bodies import FloorMap

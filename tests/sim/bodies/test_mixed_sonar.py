@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.bodies import embodied
 from benchmarks.trial import Trial, packet, room
-from robots.body import RADIUS_M
+from robots.physical.body import RADIUS_M
 from robots.world import WorldFile
 from sim.world import Fitting, Simulation
 from tests.sim.rig import run_s, simulate, two_rooms

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from benchmarks.bodies import embodied
-from robots.body import Pose
+from robots.physical.body import Pose
 from robots.world import WorldFile
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from robots.profile import Architecture
+from robots.physical.profile import Architecture
 from sim.interference.corridor import ROBOT, SONAR_LEAST_M, corridor
 from sim.interference.interferer import GAP_M, THRESHOLD_M, Kind
 from sim.interference.plots import figure

@@ -5,7 +5,7 @@ from math import atan2, dist, sin
 import pytest
 
 from benchmarks.trial import Trial, packet, room
-from robots.geometry import wrap
+from robots.physical.geometry import wrap
 
 
 def to_and_fro(time_s: float) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.trial import Trial, packet, room
-from robots.body import RADIUS_M
+from robots.physical.body import RADIUS_M
 from robots.wire import ScriptState
 from robots.world.walls import clearance_m, panels_of
 

@@ -5,7 +5,7 @@ from math import atan2, pi, radians
 import pytest
 
 from benchmarks.trial import Trial, packet, room
-from robots.geometry import wrap
+from robots.physical.geometry import wrap
 from robots.wire import ScriptState
 
 ODOMETRY = 0.05

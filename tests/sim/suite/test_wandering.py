@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.trial import Box, Trial, packet, room
-from robots.body import Pose
+from robots.physical.body import Pose
 
 
 def clutter(seed: int) -> list[Box]:

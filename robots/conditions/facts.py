@@ -1,0 +1,99 @@
+"""What a robot perceives, as symbolic facts in rel/ref form, for its reports."""
+
+from collections.abc import Container
+from math import isfinite
+
+from robots.conditions import AtHandle, Beside, Condition, LiesAt, Vacant
+from robots.perception.percepts import LOCATING, Needs, Percepts
+from robots.physical.body import GRIPPER_REACH_M
+from robots.wire import SymbolicFact
+
+NEAR_M = 0.2
+IN_THE_WAY_M = 0.5
+"""With empty jaws a robot is near a place as well if no other could stand at its approach point beside it."""
+AT_M = 0.12
+REPORTED: Needs = LOCATING
+"""What a report tells of is sensed as long as there is anything to report of."""
+TRUSTED_M = 3.0
+"""A tag farther off than this is not said to lie anywhere: its bearing is too coarse."""
+LOOKED_AT_M = 1.5
+"""Of a place in view that is no farther off, that nothing lies there is told as well."""
+
+
+def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
+    """The facts that hold as far as the robot can sense right now: its gripper, its place, samples at
+    locations.
+
+    Of places it names those on its map, also those that it looks at and sees no sample at. Nothing if it does not
+    sense.
+    """
+    if percepts is None or not percepts.data.holds(REPORTED):
+        return ()
+    me, holding = percepts.me, percepts.holding
+    facts = [_fact("robot_attribute", me, "gripper", "full" if holding else "empty")]
+    if holding:
+        facts.append(_fact("in", holding, me))
+    facts.extend(_position(percepts))
+    for tag in sorted(percepts.tags):
+        facts.extend(_whereabouts(percepts, tag))
+    facts.extend(_fact("vacant", place) for place in percepts.profile.beacons if _is_empty(percepts, place))
+    return tuple(facts)
+
+
+def _is_empty(percepts: Percepts, place: str) -> bool:
+    # NOTE: a long object's tag shines to its sides only, so that none is seen does not tell that none lies there.
+    if percepts.profile.lengths_m or not percepts.sees(place):
+        return False
+    at = percepts.locate(place)
+    return at is not None and abs(at) <= LOOKED_AT_M and Vacant(place=place).check(percepts).holds
+
+
+def _position(percepts: Percepts) -> list[SymbolicFact]:
+    """Where it stands; its own spot only if it stands by no beacon."""
+    profile = percepts.profile
+    for places in (list(profile.beacons), [name for name in profile.places if name not in profile.beacons]):
+        for near_m in (NEAR_M,) if percepts.holding else (NEAR_M, IN_THE_WAY_M):
+            found = [(_relation(percepts, place, near_m), place) for place in places]
+            facts = [_fact(relation, percepts.me, place) for relation, place in found if relation]
+            if facts:
+                return facts
+    return []
+
+
+def _relation(percepts: Percepts, place: str, near_m: float) -> str | None:
+    beacon, point = percepts.locate(place), percepts.approach_point(place)
+    if beacon is None or point is None:
+        return None
+    if abs(beacon - GRIPPER_REACH_M) < AT_M:
+        return "at"
+    return "near" if abs(point) < near_m else None
+
+
+def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
+    at = percepts.locate(tag)
+    if at is None or not isfinite(abs(at)) or abs(at) > TRUSTED_M:
+        return []
+    holders = [
+        name
+        for name in percepts.profile.others
+        if _held_by(tag, name, percepts.profile.lengths_m).check(percepts).holds
+    ]
+    # NOTE: one look does not tell whether it lies still; that no robot is by it does.
+    places = [
+        name
+        for name in percepts.profile.beacons
+        if LiesAt(object=tag, place=name, still_s=0.0).check(percepts).holds
+    ]
+    return [_fact("in", tag, name) for name in (holders or places)[:1]]
+
+
+def _held_by(tag: str, robot: str, long: Container[str]) -> Condition:
+    return (
+        AtHandle(object=tag, robot=robot, still_s=0.0)
+        if tag in long
+        else Beside(target=tag, other=robot, m=0.45)
+    )
+
+
+def _fact(predicate: str, *args: str) -> SymbolicFact:
+    return SymbolicFact(predicate=predicate, args=args)

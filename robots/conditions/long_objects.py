@@ -1,0 +1,144 @@
+"""Conditions on a long object that two robots carry."""
+
+from cmath import phase, rect
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+
+from robots.conditions.verdict import Verdict
+from robots.perception.formation import formation_with
+from robots.perception.percepts import LOCATING, SIGHT, STANDS_AT_M, Needs, Percepts
+from robots.physical.body import GRIPPER_REACH_M
+from robots.physical.profile import STAND_OFF_M
+from robots.reactive.carrying import put_down_point
+from robots.reactive.responses import STRICT
+
+HANDLES = ("left", "right")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtHandle:
+    """Another robot has its jaws at a handle of a long object and has stood still for `still_s`."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["at_handle"] = "at_handle"
+    object: str
+    robot: str
+    within_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M + 0.05
+    still_s: Annotated[float, Field(ge=0)] = 1.0
+
+    def check(self, percepts: Percepts) -> Verdict:
+        gap_m = to_handle_m(percepts, self.object, self.robot)
+        if gap_m is None:
+            return Verdict(False, f"does not see {self.robot} and {self.object}", unseen=True)
+        words = f"sees {self.robot} {gap_m:.2f} m from a handle of {self.object}"
+        if gap_m > self.within_m or percepts.still_for_s(self.robot) >= self.still_s:
+            return Verdict(gap_m <= self.within_m, words)
+        return Verdict(False, f"{words}, not still yet")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HoldsAlone:
+    """Holds an object, and no other robot stands at a handle of it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["holds_alone"] = "holds_alone"
+    object: str
+
+    def check(self, percepts: Percepts) -> Verdict:
+        if percepts.holding != self.object:
+            return Verdict(False, f"holds {percepts.holding or 'nothing'}")
+        gaps_m = {name: to_handle_m(percepts, self.object, name) for name, _ in percepts.robots_in_view()}
+        by = [name for name, gap_m in gaps_m.items() if gap_m is not None and gap_m <= STANDS_AT_M]
+        return Verdict(not by, f"sees {' and '.join(by) or 'no robot'} at {self.object}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointNear:
+    """The whole stands at a place's approach point and faces its beacon: its middle is where one robot would stand."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["joint_near"] = "joint_near"
+    object: str
+    place: str
+    within_m: Annotated[float, Field(gt=0)] = 0.15
+    facing_rad: Annotated[float, Field(gt=0)] = 0.16
+
+    def check(self, percepts: Percepts) -> Verdict:
+        whole = formation_with(percepts, self.object)
+        point, beacon = percepts.approach_point(self.place), percepts.locate(self.place)
+        if whole is None or point is None or beacon is None:
+            return Verdict(False, f"does not perceive {self.place} and {self.object} in its jaws")
+        off_m, turn_rad = abs(whole.to_formation(point)), phase(whole.to_formation(beacon))
+        holds = off_m <= self.within_m and abs(turn_rad) <= self.facing_rad
+        said = f"has {self.object} {off_m:.2f} m short of {self.place}, the beacon at {turn_rad:+.2f} rad"
+        return Verdict(holds, said)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinedUp:
+    """Stands before a handle, square enough to drive straight up to it: in a funnel that narrows towards it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["lined_up"] = "lined_up"
+    target: str
+    from_m: Annotated[float, Field(gt=0)] = STAND_OFF_M + 0.15
+    to_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M - 0.1
+    least_m: Annotated[float, Field(gt=0)] = 0.05
+    widening: Annotated[float, Field(ge=0)] = 0.12
+
+    def check(self, percepts: Percepts) -> Verdict:
+        at, axis = percepts.locate(self.target), percepts.axis(self.target)
+        if at is None or axis is None:
+            return Verdict(False, f"does not see {self.target}")
+        off = -at * rect(1.0, -axis)
+        width_m = self.least_m + self.widening * max(0.0, off.real - GRIPPER_REACH_M)
+        holds = self.to_m <= off.real <= self.from_m and abs(off.imag) <= width_m
+        return Verdict(holds, f"is {off.real:.2f} m before {self.target}, {off.imag:+.2f} m aside")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Still:
+    """Sees that something has not moved for a while."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SIGHT
+    sense: Literal["still"] = "still"
+    object: str
+    for_s: Annotated[float, Field(gt=0)] = 1.5
+
+    def check(self, percepts: Percepts) -> Verdict:
+        if not percepts.sees(self.object):
+            return Verdict(False, f"does not see {self.object}")
+        still_s = percepts.still_for_s(self.object)
+        return Verdict(still_s >= self.for_s, f"has seen {self.object} lie still for {still_s:.1f} s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Over:
+    """The middle of a held object is over a place's floor point."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["over"] = "over"
+    object: str
+    place: str
+    within_m: Annotated[float, Field(gt=0)] = 0.05
+
+    def check(self, percepts: Percepts) -> Verdict:
+        at = put_down_point(percepts, self.object, self.place)
+        off_m = abs(at - GRIPPER_REACH_M) if at is not None else float("inf")
+        return Verdict(off_m <= self.within_m, f"has {self.object} {off_m:.2f} m from {self.place}")
+
+
+def to_handle_m(percepts: Percepts, thing: str, robot: str) -> float | None:
+    """From another robot to the handle of an object that is nearer to it; None if either is not perceived."""
+    at = percepts.locate(robot)
+    handles = [percepts.locate(f"{thing}@{which}") for which in HANDLES]
+    gaps_m = [abs(handle - at) for handle in handles if handle is not None and at is not None]
+    return min(gaps_m, default=None)

@@ -1,0 +1,120 @@
+"""Conditions on where the robot stands, and what is around it."""
+
+from cmath import phase
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from pydantic import ConfigDict
+
+from robots.conditions.verdict import Verdict
+from robots.perception.course import guide
+from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.physical.body import GRIPPER_REACH_M
+from robots.reactive.responses import STRICT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Near:
+    """Stands at a place's approach point, facing its beacon."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["near"] = "near"
+    place: str
+    within_m: float = 0.12
+    facing_rad: float = 0.16
+
+    def check(self, percepts: Percepts) -> Verdict:
+        point, beacon = percepts.approach_point(self.place), percepts.locate(self.place)
+        if point is None or beacon is None:
+            return Verdict(False, f"does not know where {self.place} is")
+        holds = abs(point) <= self.within_m and abs(phase(beacon)) <= self.facing_rad
+        words = f"is {abs(point):.2f} m off the approach point of {self.place}"
+        return Verdict(holds, f"{words}, the beacon at {phase(beacon):+.2f} rad")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Closer:
+    """Is less than `m` metres from something, and faces it within `facing_rad`."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["closer"] = "closer"
+    target: str
+    m: float
+    facing_rad: float = 3.2
+
+    def check(self, percepts: Percepts) -> Verdict:
+        at = percepts.locate(self.target)
+        if at is None:
+            return Verdict(False, f"does not perceive {self.target}")
+        holds = abs(at) < self.m and abs(phase(at)) <= self.facing_rad
+        return Verdict(holds, f"is {abs(at):.2f} m from {self.target}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cramped:
+    """Something other than a robot is so close ahead that the jaws would meet it in a turn."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
+    sense: Literal["cramped"] = "cramped"
+    gap_m: float = 0.3
+    sector_rad: float = 0.9
+
+    def check(self, percepts: Percepts) -> Verdict:
+        ahead = [
+            one for one in percepts.obstacles if not one.is_robot and abs(phase(one.at)) <= self.sector_rad
+        ]
+        gap_m = min((one.gap_m for one in ahead), default=float("inf"))
+        return Verdict(gap_m < self.gap_m, f"has {gap_m:.2f} m free ahead")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffPoint:
+    """Is at least `m` metres from a place's approach point."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["off_point"] = "off_point"
+    place: str
+    m: float
+
+    def check(self, percepts: Percepts) -> Verdict:
+        point = percepts.approach_point(self.place)
+        if point is None:
+            return Verdict(False, f"does not know where {self.place} is")
+        return Verdict(abs(point) >= self.m, f"is {abs(point):.2f} m off the approach point of {self.place}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnCourse:
+    """Heads, within `rad`, in the direction that leads to stand near a place."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
+    sense: Literal["on_course"] = "on_course"
+    place: str
+    rad: float
+
+    def check(self, percepts: Percepts) -> Verdict:
+        guidance = guide(percepts, self.place)
+        if guidance is None:
+            return Verdict(False, f"sees no free way to {self.place}")
+        return Verdict(abs(guidance.turn_rad) <= self.rad, f"is {guidance.turn_rad:+.2f} rad off its way")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JawsAt:
+    """The jaws' middle is over a place's floor point."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["jaws_at"] = "jaws_at"
+    place: str
+    within_m: float = 0.03
+
+    def check(self, percepts: Percepts) -> Verdict:
+        at = percepts.locate(self.place)
+        off_m = abs(at - GRIPPER_REACH_M) if at is not None else float("inf")
+        return Verdict(off_m <= self.within_m, f"has its jaws {off_m:.2f} m from {self.place}")

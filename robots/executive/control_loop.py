@@ -1,0 +1,170 @@
+"""Control loops (P-SMPA, algorithm 1): sensing in parallel with acting, or sense, model, plan, act in turn."""
+
+from cmath import phase, rect
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+from math import hypot
+from typing import Protocol
+
+import numpy as np
+
+from robots.executive.actions import SensorAction
+from robots.executive.executive import Executive
+from robots.executive.sensing_plan import BehaviourState
+from robots.perception.obstacles import Obstacles
+from robots.perception.percepts import Percepts
+from robots.perception.progress import Progress
+from robots.physical.geometry import to_robot, to_world, wrap
+from robots.physical.profile import Architecture
+from robots.physical.sightings import NONE_IN_VIEW, Sightings
+from robots.reactive.synthesis import Motion
+
+SENSE_S = 0.5
+"""A sequential robot takes readings for this long, standing, and fuses them all (our choice)."""
+STRETCH_S = 1.0
+"""It then acts for this long without sensing. At 0.5 m/s, with speeding up and slowing down, it drives the half metre
+within which P-SMPA's sonar counts an obstacle as seen: as far as it has seen the way to be free.
+"""
+STANDS_M, STANDS_RAD = 0.001, 0.002
+
+
+class ControlLoop(Protocol):
+    """Generating plans is the executive's `accept`; the loop updates the model and executes the plan."""
+
+    def update(self, sensed: Percepts) -> Percepts:
+        """updateModel: what is known now."""
+        ...
+
+    def execute(self, known: Percepts, step_s: float) -> Motion:
+        """executePlans: S × P → A, by one tick."""
+        ...
+
+    @property
+    def beside(self) -> tuple[SensorAction, ...]:
+        """The sensor actions to run until the next tick."""
+        ...
+
+
+def control_loop(architecture: Architecture, executive: Executive) -> ControlLoop:
+    """The loop of a profile's architecture."""
+    loops: dict[Architecture, Callable[[Executive], ControlLoop]] = {
+        Architecture.PARALLEL: ParallelLoop,
+        Architecture.SEQUENTIAL: SequentialLoop,
+    }
+    return loops[architecture](executive)
+
+
+class ParallelLoop:
+    """P-SMPA: the sensor actions of the state under way run all the time."""
+
+    def __init__(self, executive: Executive) -> None:
+        self._executive = executive
+
+    def update(self, sensed: Percepts) -> Percepts:
+        return sensed
+
+    def execute(self, known: Percepts, step_s: float) -> Motion:
+        return self._executive.step(known, step_s)
+
+    @property
+    def beside(self) -> tuple[SensorAction, ...]:
+        behaviour = self._executive.behaviour
+        return behaviour.beside if behaviour else ()
+
+
+class Phase(StrEnum):
+    """What a sequential robot is at."""
+
+    SENSE = "sense"
+    MODEL = "model"
+    PLAN = "plan"
+    ACT = "act"
+
+
+class SequentialLoop:
+    """SMPA: stands and senses all that the state under way needs, models, plans, and acts for a stretch on that model.
+
+    Modelling and planning take a tick each. While the robot acts the model is carried along by odometry, so that it
+    steers and stops by what it saw. The stretch ends early where the model does not tell what the next action needs, or
+    there is nothing to do.
+    """
+
+    def __init__(self, executive: Executive) -> None:
+        self._executive = executive
+        self._model: Percepts | None = None
+        self._phase = Phase.SENSE
+        self._stands = False
+        self._since_s = 0.0
+
+    def update(self, sensed: Percepts) -> Percepts:
+        last, model = self._model, sensed
+        if last is not None:
+            step = to_robot(last.odometry, complex(sensed.odometry.x_m, sensed.odometry.y_m))
+            turned = wrap(sensed.odometry.heading_rad - last.odometry.heading_rad)
+            self._stands = hypot(step.real, step.imag) < STANDS_M and abs(turned) < STANDS_RAD
+            if self._phase is not Phase.SENSE:
+                model = carried(last, sensed)
+        self._model = model
+        return model
+
+    def execute(self, known: Percepts, step_s: float) -> Motion:
+        behaviour = self._executive.behaviour
+        if behaviour is None:
+            self._turn(Phase.SENSE)
+            return self._executive.step(known, step_s)
+        informed = known.data.holds(behaviour.action.percepts)
+        self._since_s += step_s if informed else 0.0
+        if self._phase is Phase.ACT:
+            return self._act(behaviour, known, step_s)
+        if self._phase is Phase.PLAN:
+            self._turn(Phase.ACT)
+        elif self._phase is Phase.MODEL:
+            self._turn(Phase.PLAN)
+        elif self._since_s >= SENSE_S:
+            self._turn(Phase.MODEL)
+        return Motion()
+
+    @property
+    def beside(self) -> tuple[SensorAction, ...]:
+        behaviour = self._executive.behaviour
+        return behaviour.beside if behaviour and self._stands and self._phase is Phase.SENSE else ()
+
+    def _act(self, behaviour: BehaviourState, known: Percepts, step_s: float) -> Motion:
+        motion = self._executive.step(known, step_s)
+        informed = known.data.holds(behaviour.action.percepts)
+        idle = motion == Motion() and self._executive.behaviour is behaviour
+        if informed and not idle and self._since_s < STRETCH_S:
+            return motion
+        self._turn(Phase.SENSE)
+        return replace(motion, linear_m_s=0.0, angular_rad_s=0.0)
+
+    def _turn(self, phase: Phase) -> None:
+        self._phase, self._since_s = phase, 0.0
+
+
+def carried(model: Percepts, now: Percepts) -> Percepts:
+    """What was sensed a while ago as it lies from where the robot has come to by dead reckoning since."""
+
+    def moved(known: Obstacles) -> Obstacles:
+        at = [to_robot(now.pose, to_world(model.pose, one)) for one in known.at.tolist()]
+        return Obstacles(np.array(at, dtype=np.complex128), known.radii_m, known.robots)
+
+    turned = now.pose.heading_rad - model.pose.heading_rad
+    seen = []
+    for one in (model.seen or NONE_IN_VIEW).values():
+        at = to_robot(now.pose, to_world(model.pose, rect(one.range_m, one.bearing_rad)))
+        aspect = wrap(phase(at) - one.bearing_rad + turned + one.aspect_rad)
+        seen.append(replace(one, range_m=abs(at), bearing_rad=phase(at), aspect_rad=aspect))
+    return replace(
+        model,
+        time_s=now.time_s,
+        pose=now.pose,
+        odometry=now.odometry,
+        battery=now.battery,
+        charging=now.charging,
+        progress=Progress(),
+        seen=None if model.seen is None else Sightings.of(seen),
+        solid=None if model.solid is None else moved(model.solid),
+        about=None if model.about is None else moved(model.about),
+    )

@@ -1,0 +1,36 @@
+"""Events of a packet (SRA fig. 4): conditions whose coming true is told to the service, and to the packet itself."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from robots.conditions import Condition
+from robots.perception.percepts import Percepts
+
+TOO_FAST, TOO_FAR, TIMEOUT = "toofast", "toofar", "timeout"
+FLICKER_S = 0.5
+"""Conditions that hold again after less than this have flickered with their sensors' noise."""
+
+
+@dataclass(slots=True)
+class EventWatch:
+    """Raises an event when all of its conditions come to hold; again only after they have not held for a while."""
+
+    events: Mapping[str, tuple[Condition, ...]]
+    raised: frozenset[str] = frozenset()
+    held_s: dict[str, float] = field(default_factory=dict)
+    """When, in the packet's time, the conditions of each last held."""
+
+    def update(self, percepts: Percepts) -> dict[str, str]:
+        """The events raised at this instant, each with what was perceived, in words."""
+        news: dict[str, str] = {}
+        for name, conditions in self.events.items():
+            verdicts = [condition.check(percepts) for condition in conditions]
+            if False in [verdict.holds for verdict in verdicts]:
+                continue
+            now_s = percepts.progress.elapsed_s
+            if now_s - self.held_s.get(name, -FLICKER_S) >= FLICKER_S:
+                news[name] = "; ".join(verdict.words for verdict in verdicts)
+            self.held_s[name] = now_s
+        if news:
+            self.raised |= news.keys()
+        return news

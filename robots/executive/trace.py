@@ -1,0 +1,125 @@
+"""What a robot's synthesis did, tick by tick: every pattern's utilitor, the resultants, and what was driven."""
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain, groupby
+from typing import Any, NamedTuple
+
+from robots.reactive.patterns import BehaviourPattern, Responses
+from robots.reactive.synthesis import DegreeOfFreedom, Motion, Utilitor
+from robots.wire import TracedCondition, TracedPattern, TracedStretch, TracedTick, TraceReport
+
+KEPT = 1200
+"""Ticks kept: the last minute at 20 Hz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """One tick. `motion` is what the body was told, after obstacle avoidance; `responses` what led to it."""
+
+    at_s: float
+    packet_id: str
+    responses: Responses
+    motion: Motion
+
+    def __str__(self) -> str:
+        answers = " ".join(f"{name} {r:+.2f}/{u:.2f}" for name, (r, u) in self.responses.shown().items())
+        resultants = " ".join(
+            f"{dof} {r:+.2f}/{u:.2f}" for dof, (r, u) in self.responses.resultants().items()
+        )
+        driven = f"{self.motion.linear_m_s:+.2f} m/s {self.motion.angular_rad_s:+.2f} rad/s"
+        return f"{self.at_s:.2f} s {self.packet_id}: {answers} => {resultants} => {driven}"
+
+
+class Shape(NamedTuple):
+    """What the ticks of one stretch have in common."""
+
+    packet_id: str
+    patterns: tuple[BehaviourPattern, ...]
+    dofs: tuple[DegreeOfFreedom, ...]
+
+
+class Trace:
+    """A ring of the newest instants, oldest first.
+
+    Each is kept as one flat row of numbers, and made an instant again for who asks: a minute of 64 robots, kept as the
+    tick made it, is a million objects, which the interpreter's collector would go through again and again.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._shapes: deque[Shape] = deque(maxlen=kept)
+        self._rows: deque[tuple[Any, ...]] = deque(maxlen=kept)
+
+    def record(self, instant: Instant) -> None:
+        responses, motion = instant.responses, instant.motion
+        shape = Shape(instant.packet_id, responses.patterns, tuple(responses.resultant))
+        # NOTE: the ticks of a stretch share one shape.
+        self._shapes.append(self._shapes[-1] if self._shapes and self._shapes[-1] == shape else shape)
+        utilitors = chain.from_iterable((*responses.answers, *responses.resultant.values()))
+        self._rows.append(
+            (instant.at_s, motion.linear_m_s, motion.angular_rad_s, motion.close_gripper, *utilitors)
+        )
+
+    def __iter__(self) -> Iterator[Instant]:
+        return (_instant(shape, row) for shape, row in zip(self._shapes, self._rows, strict=True))
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @property
+    def latest(self) -> Instant | None:
+        return _instant(self._shapes[-1], self._rows[-1]) if self._rows else None
+
+    def of(self, packet_id: str) -> list[Instant]:
+        """The instants of one packet that are still kept."""
+        return [instant for instant in self if instant.packet_id == packet_id]
+
+    def report(
+        self, now_s: float, seconds: float, conditions: tuple[TracedCondition, ...] = ()
+    ) -> TraceReport:
+        """What is kept of the last seconds, as it is sent, with the conditions of the packet under way."""
+        recent = [instant for instant in self if instant.at_s >= now_s - seconds]
+        return TraceReport(
+            at_s=now_s,
+            stretches=tuple(_stretch(list(one)) for _, one in groupby(recent, _common)),
+            conditions=conditions,
+        )
+
+
+def _instant(shape: Shape, row: tuple[Any, ...]) -> Instant:
+    at_s, linear_m_s, angular_rad_s, close_gripper, *flat = row
+    utilitors = [Utilitor(r, u) for r, u in zip(flat[::2], flat[1::2], strict=True)]
+    answers, resultants = utilitors[: len(shape.patterns)], utilitors[len(shape.patterns) :]
+    responses = Responses(shape.patterns, tuple(answers), dict(zip(shape.dofs, resultants, strict=True)))
+    motion = Motion(linear_m_s=linear_m_s, angular_rad_s=angular_rad_s, close_gripper=close_gripper)
+    return Instant(at_s, shape.packet_id, responses, motion)
+
+
+def _common(instant: Instant) -> tuple[str, tuple[TracedPattern, ...], tuple[str, ...]]:
+    """What the ticks of one stretch, as it is sent, have in common."""
+    responses = instant.responses
+    patterns = tuple(TracedPattern(name=f"{p.dof}/{p.name}", level=p.level) for p in responses.patterns)
+    return instant.packet_id, patterns, tuple(str(dof) for dof in responses.resultant)
+
+
+def _stretch(instants: list[Instant]) -> TracedStretch:
+    packet_id, patterns, dofs = _common(instants[0])
+    return TracedStretch(
+        packet_id=packet_id, patterns=patterns, dofs=dofs, ticks=tuple(_tick(one) for one in instants)
+    )
+
+
+def _tick(instant: Instant) -> TracedTick:
+    responses, motion = instant.responses, instant.motion
+    return TracedTick(
+        at_s=round(instant.at_s, 3),
+        patterns=tuple(_rounded(utilitor) for utilitor in responses.answers),
+        resultants=tuple(_rounded(utilitor) for utilitor in responses.resultant.values()),
+        linear_m_s=round(motion.linear_m_s, 4),
+        angular_rad_s=round(motion.angular_rad_s, 4),
+    )
+
+
+def _rounded(utilitor: Utilitor) -> tuple[float, float]:
+    return round(utilitor.response, 4), round(utilitor.u, 4)

@@ -1,0 +1,176 @@
+"""Turns a body's raw readings into percepts, tick by tick, and finds out when a sensor lies."""
+
+from cmath import rect
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from robots.errors import SensorFault
+from robots.perception.datastore import MutualDataStore
+from robots.perception.localisation import Localiser
+from robots.perception.observation import Observation
+from robots.perception.obstacles import NOTHING_SOLID, ROBOT, Obstacles, Surroundings
+from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
+from robots.perception.recognition import by_infra_red, by_touch, by_whiskers
+from robots.perception.tracker import ObjectTracking
+from robots.physical.body import RADIUS_M, Pose, Sensor
+from robots.physical.geometry import to_robot
+from robots.physical.profile import RobotProfile
+from robots.physical.sightings import NONE_IN_VIEW, Sightings
+
+GONE_S = 0.5
+"""What is felt again within this time is still the same."""
+BUMP_RADIUS_M = 0.08
+"""What was bumped into is taken to be of this size and ahead: the bumper tells no direction, and a robot drives ahead
+(our choice).
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bump:
+    """Something felt by the bumper: world frame, the robot's clock. `heading_rad` is how the robot ran into it."""
+
+    at: complex
+    felt_s: float
+    heading_rad: float
+
+
+class Perception:
+    """The robot's fused senses: localisation, recent memory, obstacles."""
+
+    def __init__(self, profile: RobotProfile) -> None:
+        self._profile = profile
+        self.localiser = Localiser(profile.start, profile.beacons)
+        self._tracking = ObjectTracking()
+        self._bump: Bump | None = None
+        self._in_view: Sightings | None = None
+        self._looked_s = 0.0
+        self._last_seen: dict[str, tuple[float, float]] = {}
+        self._things = NONE_IN_VIEW
+        self._thing_names: tuple[str, ...] = ()
+        self._thing_rows = np.empty(0, np.int64)
+        self._measured: tuple[tuple[str, ...], str | None] = ((), None)
+        self._lengths_m = np.empty(0)
+
+    def perceive(
+        self,
+        data: MutualDataStore,
+        odometry: Pose,
+        now_s: float,
+        *,
+        battery: float = 1.0,
+        charging: bool = False,
+        degraded: tuple[str, ...] = (),
+    ) -> Percepts:
+        """Fuse one instant, of the sensors that run.
+
+        :raises SensorFault: if a reading cannot be; names the sensor.
+        """
+        check(data, odometry, battery)
+        sightings: Sightings | None = data.values.get(Sensor.INFRA_RED)
+        pose = self.localiser.update(odometry, NONE_IN_VIEW if sightings is None else sightings)
+        self._look(sightings, now_s)
+        if data.values.get(Sensor.BUMPER):
+            self._bump = self._felt(pose, now_s)
+        self._tracking.observe(self._told(data, pose, now_s), now_s)
+        solid, about = self._in_the_way(data, pose, now_s)
+        return Percepts(
+            profile=self._profile,
+            time_s=now_s,
+            pose=pose,
+            odometry=odometry,
+            data=data,
+            seen=sightings,
+            solid=solid,
+            about=about,
+            cursors=self._tracking.cursors.copy(),
+            bumped_s=self._bump.felt_s if self._bump else None,
+            battery=battery,
+            charging=charging,
+            degraded=degraded,
+            last_seen=self._last_seen,
+        )
+
+    def _look(self, sightings: Sightings | None, now_s: float) -> None:
+        """Tell things in view from places, and remember of what goes out of view when and how far off it was."""
+        last, self._in_view = self._in_view, sightings
+        known = NONE_IN_VIEW.names if last is None else last.names
+        names = NONE_IN_VIEW.names if sightings is None else sightings.names
+        if names != known:
+            gone = [] if last is None else [last[name] for name in set(known).difference(names)]
+            self._last_seen.update((one.identity, (self._looked_s, one.range_m)) for one in gone)
+            rows = [row for row, name in enumerate(names) if name not in self._profile.places]
+            self._thing_rows, self._thing_names = np.array(rows, np.int64), tuple(names[row] for row in rows)
+        self._looked_s = now_s
+        if sightings is not None:
+            self._things = Sightings(self._thing_names, sightings.read[self._thing_rows])
+
+    def _told(self, data: MutualDataStore, pose: Pose, now_s: float) -> Iterator[Observation]:
+        """What the sensors that run tell of things; of places it has the map."""
+        if Sensor.INFRA_RED in data.values:
+            yield by_infra_red(self._things, pose)
+        if Sensor.ULTRASONIC in data.values:
+            yield by_whiskers(data.get(Sensor.ULTRASONIC), pose, self._tracking.cursors)
+        if self._bump is not None and self._bump.felt_s == now_s:
+            yield by_touch(self._bump.at, self._tracking.cursors)
+
+    def _in_the_way(
+        self, data: MutualDataStore, pose: Pose, now_s: float
+    ) -> tuple[Obstacles | None, Obstacles | None]:
+        """Bodies in view, and with them what whiskers meet and what was bumped into; None of what is not sensed."""
+        if not data.holds(LOCATING):
+            return None, None
+        things, held = self._things, data.get(Sensor.GRIPPER).holding
+        if self._measured != (things.names, held):
+            self._measured = (things.names, held)
+            self._lengths_m = np.array([self._length_m(name, held) for name in things.names], np.float64)
+        ranges_m = data.values.get(Sensor.ULTRASONIC)
+        around = Surroundings(things.read, self._lengths_m, 0 if ranges_m is None else len(ranges_m))
+        solid = around.so_far()
+        if ranges_m is None:
+            return solid, None
+        around.add_hits(ranges_m, self._profile.whisker_least_m)
+        if self._bump is not None and now_s - self._bump.felt_s <= REMEMBERED_S:
+            # NOTE: no other sensor may tell of it.
+            around.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)
+        return solid, around.so_far()
+
+    def _length_m(self, thing: str, held: str | None) -> float:
+        """As `Surroundings` takes it."""
+        if thing in self._profile.fellows:
+            return ROBOT
+        if thing in (held, self._profile.name):
+            return NOTHING_SOLID
+        return self._profile.lengths_m.get(thing, 0.0)
+
+    def _felt(self, pose: Pose, now_s: float) -> Bump:
+        """Where the robot ran into something; it does not turn with the robot while they touch."""
+        last = self._bump
+        still = last is not None and now_s - last.felt_s < GONE_S
+        heading_rad = last.heading_rad if last is not None and still else pose.heading_rad
+        at = complex(pose.x_m, pose.y_m) + rect(RADIUS_M + BUMP_RADIUS_M, heading_rad)
+        return Bump(at=at, felt_s=now_s, heading_rad=heading_rad)
+
+
+def check(data: MutualDataStore, odometry: Pose, battery: float) -> None:
+    """Refuse readings that cannot be.
+
+    :raises SensorFault: naming the sensor and what it read.
+    """
+    ranges_m = data.values.get(Sensor.ULTRASONIC)
+    if ranges_m is not None and not ranges_m.min(initial=0.0) >= 0:
+        beam = np.flatnonzero(~(ranges_m >= 0))[0]
+        raise SensorFault(f"whisker {beam} reads {ranges_m[beam]}")
+    sightings: Sightings = data.values.get(Sensor.INFRA_RED, NONE_IN_VIEW)
+    if not sightings.sound:
+        wrong = next(one for one in sightings.values() if not one.sound)
+        raise SensorFault(f"the beacon sensor reads {wrong.read} for {wrong.identity}")
+    if not all(map(isfinite, (odometry.x_m, odometry.y_m, odometry.heading_rad))):
+        raise SensorFault(f"odometry reads {odometry}")
+    head_m = data.values.get(Sensor.CAPTURE_HEAD, (0.0, 0.0))
+    if not all(map(isfinite, head_m)):
+        raise SensorFault(f"the capture head reads {head_m}")
+    if not 0 <= battery <= 1:
+        raise SensorFault(f"the battery reads {battery}")

@@ -1,0 +1,265 @@
+"""What a robot perceives at one instant: readings, pose estimate, and a short memory of what it saw."""
+
+from cmath import phase, rect
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import isfinite, pi
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.errors import SensorOff
+from robots.perception.datastore import MutualDataStore
+from robots.perception.obstacles import Obstacles
+from robots.perception.progress import Progress
+from robots.perception.tracking import Cursor
+from robots.perception.wish import Wish
+from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose, Sensor
+from robots.physical.geometry import to_robot, wrap
+from robots.physical.profile import STAND_OFF_M, RobotProfile
+from robots.physical.sightings import Sightings
+
+REMEMBERED_S = 5.0
+"""How long a tag that went out of sight is still believed to lie where it was."""
+FRESH_S = 1.0
+"""How long another robot is still believed to stand where it was seen."""
+HANDLE_OF = "@"
+STANDS_AT_M = 0.5
+"""A robot this near to a handle stands at it."""
+
+T = TypeVar("T")
+
+Needs = frozenset[Sensor]
+"""The sensors whose percepts a word asks for: they must run while it is in use."""
+NOTHING: Needs = frozenset()
+GRIP: Needs = frozenset({Sensor.GRIPPER})
+SIGHT: Needs = frozenset({Sensor.INFRA_RED})
+HEAD: Needs = frozenset({Sensor.CAPTURE_HEAD})
+TOUCH: Needs = frozenset({Sensor.BUMPER})
+LOCATING: Needs = SIGHT | GRIP
+SURROUNDINGS: Needs = LOCATING | {Sensor.ULTRASONIC}
+TRACKING: Needs = SURROUNDINGS | TOUCH
+
+
+@dataclass(slots=True, kw_only=True)
+class Percepts:
+    """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres.
+
+    `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
+    are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
+    is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
+    come to by it: the packet fills it in; `wish` what an operator who drives it wishes, None if nobody does: the agent
+    does; nothing else is changed. `degraded`: what readings the robot does without,
+    in words. `last_seen`: when each beacon or tag that went out of view was there last, and how far off.
+    """
+
+    profile: RobotProfile
+    time_s: float
+    pose: Pose
+    odometry: Pose
+    data: MutualDataStore = field(default_factory=MutualDataStore)
+    seen: Sightings | None = None
+    solid: Obstacles | None = None
+    about: Obstacles | None = None
+    cursors: Mapping[str, Cursor] = field(default_factory=dict)
+    bumped_s: float | None = None
+    battery: float = 1.0
+    charging: bool = False
+    degraded: tuple[str, ...] = ()
+    last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    progress: Progress = field(default_factory=Progress)
+    wish: Wish | None = None
+    _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
+
+    def once(self, asked: Hashable, work: Callable[[], T]) -> T:
+        """What is asked for, worked out for the first who asks: several patterns want the same of one instant.
+
+        :param asked: names it.
+        """
+        if asked not in self._found:
+            self._found[asked] = work()
+        found: T = self._found[asked]
+        return found
+
+    @property
+    def me(self) -> str:
+        return self.profile.name
+
+    @property
+    def sightings(self) -> Sightings:
+        """The infra-red beacons in view, by identity."""
+        return _known(self.seen, SIGHT)
+
+    @property
+    def bodies(self) -> Obstacles:
+        """Obstacles that infra-red tells of: other robots and samples that lie about."""
+        return _known(self.solid, LOCATING)
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Everything in the way, by infra-red and whiskers."""
+        return _known(self.about, SURROUNDINGS)
+
+    @property
+    def ranges_m(self) -> NDArray[np.float64]:
+        """Shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range."""
+        ranges: NDArray[np.float64] = self.data.get(Sensor.ULTRASONIC)
+        return ranges
+
+    @property
+    def bumper(self) -> bool:
+        return bool(self.data.get(Sensor.BUMPER))
+
+    @property
+    def gripper(self) -> Gripper:
+        gripper: Gripper = self.data.get(Sensor.GRIPPER)
+        return gripper
+
+    @property
+    def capture_head_m(self) -> tuple[float, float]:
+        """Deflection (x, y), metres."""
+        deflection: tuple[float, float] = self.data.get(Sensor.CAPTURE_HEAD)
+        return deflection
+
+    @property
+    def holding(self) -> str | None:
+        return self.gripper.holding
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Samples in view, without the one held."""
+        places, fellows, mine = self.profile.places, self.profile.fellows, (self.me, self.holding)
+        seen = self.sightings.names
+        return tuple([one for one in seen if one not in places and one not in fellows and one not in mine])
+
+    def sees(self, identity: str) -> bool:
+        return identity in self.sightings
+
+    def locate(self, identity: str) -> complex | None:
+        """Where something is: in my jaws, as sighted, on the map, a way-point, or remembered; None if it is not
+        known. Of a long object its middle, or one of its handles: `beam@left`, `beam@right` as seen from the side
+        from which it is gripped, `beam@free`, the first of them at which no other robot stands.
+        """
+        if identity not in self._found:
+            self._found[identity] = self._locate(identity)
+        at: complex | None = self._found[identity]
+        return at
+
+    def _locate(self, identity: str) -> complex | None:  # noqa: PLR0911
+        if HANDLE_OF in identity:
+            return self._handle(identity)
+        if identity == self.holding and identity not in self.profile.lengths_m:
+            return complex(GRIPPER_REACH_M)
+        sighting = self.sightings.get(identity)
+        if sighting is not None:
+            return rect(sighting.range_m, sighting.bearing_rad)
+        place = self.profile.places.get(identity)
+        if place is not None:
+            return to_robot(self.pose, place.point)
+        point = _waypoint(identity)
+        if point is not None:
+            return to_robot(self.pose, point)
+        track = self.cursors.get(identity)
+        if track is None:
+            return None
+        patience_s = FRESH_S if identity in self.profile.fellows else REMEMBERED_S
+        return to_robot(self.pose, track.at) if self.time_s - track.seen_s <= patience_s else None
+
+    def axis(self, place: str) -> float | None:
+        """Direction in which a place's beacon emits on my side, radians in the robot's frame; None if not
+        known. Of a long object's handle: square to the object, on the side from which it is gripped.
+        """
+        if HANDLE_OF in place:
+            return self._side(place.partition(HANDLE_OF)[0])
+        sighting = self.sightings.get(place)
+        if sighting is not None:
+            return wrap(sighting.bearing_rad + pi - sighting.aspect_rad)
+        spec, beacon = self.profile.places.get(place), self.locate(place)
+        if spec is None or beacon is None:
+            return None
+        mine = phase(-beacon)
+        axes = [wrap(angle - self.pose.heading_rad) for angle in spec.approach_rad]
+        return min(axes, key=lambda angle: abs(wrap(angle - mine)))
+
+    def approach_point(self, place: str) -> complex | None:
+        """The point `near` a place: on the emitting axis, the stand-off away from the beacon."""
+        return self.once(("near", place), lambda: self._approach_point(place))
+
+    def _approach_point(self, place: str) -> complex | None:
+        beacon, axis = self.locate(place), self.axis(place)
+        return None if beacon is None or axis is None else beacon + rect(STAND_OFF_M, axis)
+
+    def _handle(self, identity: str) -> complex | None:
+        """A handle of a long object in view."""
+        thing, _, which = identity.partition(HANDLE_OF)
+        middle, axis, length_m = self.locate(thing), self.axis(identity), self.profile.lengths_m.get(thing)
+        if middle is None or axis is None or length_m is None:
+            return None
+        left = middle + rect(length_m / 2, axis - pi / 2)
+        if which == "free":
+            taken = any(abs(at - left) <= STANDS_AT_M for _, at in self.robots_in_view())
+            which = "right" if taken else "left"
+        return left if which == "left" else 2 * middle - left
+
+    def _side(self, thing: str) -> float | None:
+        """From which direction a long object is gripped: from mine, or from where another robot stands at it."""
+        middle, axis = self.locate(thing), self.axis(thing)
+        if middle is None or axis is None:
+            return None
+        half = rect(self.profile.lengths_m.get(thing, 0.0) / 2, axis + pi / 2)
+        for _, at in self.robots_in_view():
+            gap = min(at - middle - half, at - middle + half, key=abs)
+            if abs(gap) <= STANDS_AT_M and (gap * rect(1.0, -axis)).real < 0:
+                return wrap(axis + pi)
+        return axis
+
+    def robots_in_view(self) -> Iterator[tuple[str, complex]]:
+        """Other robots and where they are, seen now or a moment ago."""
+        for name in self.profile.others:
+            at = self.locate(name) if name in self.sightings or name in self.cursors else None
+            if at is not None:
+                yield name, at
+
+    def in_view_for_s(self, identity: str) -> float:
+        """How long something has been in view without a break; 0 if it is not in view."""
+        track = self.cursors.get(identity)
+        return self.time_s - track.in_view_since_s if track is not None and self.sees(identity) else 0.0
+
+    def still_for_s(self, identity: str) -> float:
+        """How long something in view has not moved."""
+        track = self.cursors.get(identity)
+        return self.time_s - track.still_since_s if track is not None and self.sees(identity) else 0.0
+
+    def evidence(self, identity: str) -> float:
+        """How sure it is that something is where it is believed to be, in [0, 1], by all that track it."""
+        cursor = self.cursors.get(identity)
+        evidence = 0.0 if cursor is None else cursor.evidence_at(self.time_s)
+        return _known(evidence if self.data.holds(TRACKING) else None, TRACKING)
+
+
+def waypoint(x_m: float, y_m: float) -> str:
+    """The name that stands for a point of the world's frame (SRA's [X, Y]).
+
+    :raises ValueError: if it is no point.
+    """
+    if not (isfinite(x_m) and isfinite(y_m)):
+        raise ValueError(f"({x_m}, {y_m}) is no point")
+    return f"({x_m:.3f}, {y_m:.3f})"
+
+
+@lru_cache(maxsize=1024)
+def _waypoint(identity: str) -> complex | None:
+    """The point that a name stands for, if it is a way-point's."""
+    if not identity.startswith("("):
+        return None
+    x, _, y = identity.strip("()").partition(", ")
+    return complex(float(x), float(y))
+
+
+def _known(made: T | None, of: Needs) -> T:
+    """:raises SensorOff: if a sensor it is made of does not run."""
+    if made is None:
+        raise SensorOff(f"an action asks for what only {', '.join(sorted(of))} tell, and not all of them run")
+    return made

@@ -1,0 +1,72 @@
+"""How far a packet has come since its patterns began to act, by odometry (SRA, MaxDistance)."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from robots.executive.memory import WayMemory
+from robots.physical.body import Pose
+from robots.physical.geometry import to_robot, wrap
+
+WINDOW = 5
+"""Ticks over which speed and turn rate are taken: one tick's odometry is too coarse."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """Since the start of the packet: time, way, turn; and the speed right now.
+
+    `travelled_m` adds up the way driven, ahead or back; `advanced_m` counts back as negative; `turned_rad` is
+    not wrapped, counter-clockwise positive. `raised`: the events raised so far.
+    """
+
+    elapsed_s: float = 0.0
+    travelled_m: float = 0.0
+    advanced_m: float = 0.0
+    turned_rad: float = 0.0
+    speed_m_s: float = 0.0
+    turn_rad_s: float = 0.0
+    raised: frozenset[str] = frozenset()
+
+
+class Odometer:
+    """Adds up odometry's steps from its first update on."""
+
+    def __init__(self) -> None:
+        self._last: Pose | None = None
+        self._elapsed_s = self._travelled_m = self._advanced_m = self._turned_rad = 0.0
+        self._window: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)
+
+    def memory(self) -> WayMemory:
+        return WayMemory(
+            elapsed_s=self._elapsed_s,
+            travelled_m=self._travelled_m,
+            advanced_m=self._advanced_m,
+            turned_rad=self._turned_rad,
+        )
+
+    def recall(self, memory: WayMemory) -> None:
+        """Go on adding; the first update to come counts nothing."""
+        self._elapsed_s, self._travelled_m = memory.elapsed_s, memory.travelled_m
+        self._advanced_m, self._turned_rad = memory.advanced_m, memory.turned_rad
+
+    def update(self, odometry: Pose, step_s: float, raised: frozenset[str] = frozenset()) -> Progress:
+        """Account for one tick; the first is the start and counts nothing."""
+        last, self._last = self._last, odometry
+        if last is not None:
+            ahead_m = to_robot(last, complex(odometry.x_m, odometry.y_m)).real
+            self._elapsed_s += step_s
+            self._travelled_m += abs(ahead_m)
+            self._advanced_m += ahead_m
+            self._turned_rad += wrap(odometry.heading_rad - last.heading_rad)
+        self._window.append((self._elapsed_s, self._advanced_m, self._turned_rad))
+        since_s, since_m, since_rad = self._window[0]
+        span_s = self._elapsed_s - since_s
+        return Progress(
+            elapsed_s=self._elapsed_s,
+            travelled_m=self._travelled_m,
+            advanced_m=self._advanced_m,
+            turned_rad=self._turned_rad,
+            speed_m_s=(self._advanced_m - since_m) / span_s if span_s > 0 else 0.0,
+            turn_rad_s=(self._turned_rad - since_rad) / span_s if span_s > 0 else 0.0,
+            raised=raised,
+        )

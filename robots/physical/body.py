@@ -1,0 +1,115 @@
+"""The physical level (SRA): what a robot can feel and do. Simulated and real bodies implement `Body`.
+
+Frames: a robot's own frame has x ahead, y to the left, angles counter-clockwise in radians (-pi, pi].
+A robot never sees the simulator's truth, only what is declared here.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.physical.sightings import Sightings
+
+RADIUS_M = 0.22
+"""Radius of a rover's round body."""
+GRIPPER_REACH_M = 0.34
+"""From the rover's centre to the middle of its jaws."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pose:
+    """A place and heading in the plane; metres and radians."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gripper:
+    """The gripper's own sensing: closed or open, and the tag of what the jaws' light barrier meets, if anything."""
+
+    closed: bool
+    between_jaws: str | None
+
+    @property
+    def holding(self) -> str | None:
+        return self.between_jaws if self.closed else None
+
+
+class Sensor(StrEnum):
+    """What can be switched on and off. Odometry and battery gauge are the drive's and the supply's own counters: they
+    always run.
+    """
+
+    ULTRASONIC = "ultrasonic"
+    BUMPER = "bumper"
+    INFRA_RED = "infra_red"
+    GRIPPER = "gripper"
+    CAPTURE_HEAD = "capture_head"
+
+    # NOTE: an enumeration's own is written in Python, and sensors are looked up a hundred times a tick.
+    __hash__ = str.__hash__
+
+
+ALL_SENSORS = frozenset(Sensor)
+
+READS = {
+    Sensor.ULTRASONIC: "ranges_m",
+    Sensor.BUMPER: "bumper",
+    Sensor.INFRA_RED: "sightings",
+    Sensor.GRIPPER: "gripper",
+    Sensor.CAPTURE_HEAD: "capture_head_m",
+}
+"""The name among `Readings` of what each sensor reads."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Readings:
+    """Everything a body's sensors say at one instant; None of a sensor that is off.
+
+    `ranges_m`: shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range.
+    `bumper`: touched since the last reading. `capture_head_m`: (x, y) deflection of the compliant capture head,
+    metres, (0, 0) when nothing is on it. `battery`: what is left of its charge, 0 to 1.
+    """
+
+    time_s: float
+    ranges_m: NDArray[np.float64] | None
+    bumper: bool | None
+    sightings: Sightings | None
+    gripper: Gripper | None
+    capture_head_m: tuple[float, float] | None = (0.0, 0.0)
+    battery: float = 1.0
+    charging: bool = False
+
+    def by_sensor(self) -> dict[Sensor, object]:
+        """What the sensors that run have read."""
+        read = {sensor: getattr(self, name) for sensor, name in READS.items()}
+        return {sensor: value for sensor, value in read.items() if value is not None}
+
+
+class Body(Protocol):
+    """What the behavioural agent commands and senses through."""
+
+    def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
+        """Command forward speed and turn rate; held until the next command."""
+        ...
+
+    def set_gripper(self, *, closed: bool) -> None:
+        """Close or open the gripper."""
+        ...
+
+    def get_position(self) -> Pose:
+        """Odometry: dead-reckoned from the start pose the robot was told; it drifts."""
+        ...
+
+    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+        """Run these sensors and no others; held until the next command. All run at the start."""
+        ...
+
+    def sense(self) -> Readings:
+        """Read the sensors that run."""
+        ...

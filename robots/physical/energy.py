@@ -1,0 +1,65 @@
+"""What sensing costs, and what is saved by running only what is needed (P-SMPA §4.1: least commitment)."""
+
+from collections.abc import Container
+from functools import cache
+from importlib import resources
+
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, model_validator
+
+from robots.data import read_yaml
+from robots.physical.body import ALL_SENSORS, Sensor
+
+
+class _Checked(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class MotorPowers(_Checked):
+    """Watts a metre a second of driving, watts a radian a second of turning."""
+
+    per_m_s: NonNegativeFloat
+    per_rad_s: NonNegativeFloat
+
+
+class Powers(_Checked):
+    """What a rover's parts draw, watts, and its battery's capacity, watt-hours."""
+
+    capacity_wh: float = Field(gt=0)
+    electronics_w: NonNegativeFloat
+    charger_w: NonNegativeFloat
+    motors: MotorPowers
+    sensors: dict[Sensor, NonNegativeFloat]
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Powers":
+        if missing := ALL_SENSORS - self.sensors.keys():
+            raise ValueError(f"sensors: no power of {', '.join(sorted(missing))}")
+        return self
+
+    def sensing_w(self, running: Container[Sensor]) -> float:
+        return sum(watts for sensor, watts in self.sensors.items() if sensor in running)
+
+    def driving_w(self, linear_m_s: float, angular_rad_s: float) -> float:
+        return self.motors.per_m_s * abs(linear_m_s) + self.motors.per_rad_s * abs(angular_rad_s)
+
+
+@cache
+def load_powers() -> Powers:
+    """The powers that ship with the robots' software."""
+    text = resources.files("robots.physical").joinpath("powers.yaml").read_text(encoding="utf-8")
+    return Powers.model_validate(read_yaml(text))
+
+
+class SensingMeter:
+    """Adds up the energy of the sensors that run, and of those that might have run beside them; joules."""
+
+    def __init__(self, powers: Powers, *, used_j: float = 0.0, saved_j: float = 0.0) -> None:
+        """:param used_j, saved_j: what has been added up before."""
+        self._powers = powers
+        self._all_w = powers.sensing_w(ALL_SENSORS)
+        self.used_j, self.saved_j = used_j, saved_j
+
+    def count(self, running: frozenset[Sensor], step_s: float) -> None:
+        used_j = self._powers.sensing_w(running) * step_s
+        self.used_j += used_j
+        self.saved_j += self._all_w * step_s - used_j

@@ -1,0 +1,74 @@
+"""What a robot was told of itself and of the places it can sense, before it was sent out."""
+
+from cmath import rect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from math import pi
+
+from robots.physical.body import ALL_SENSORS, Pose, Sensor
+
+STAND_OFF_M = 0.8
+"""`near` a location: on its beacon's emitting axis, this far from the beacon's floor point, facing it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeaconSpec:
+    """A fixed beacon on the robot's map: world frame, metres; directions in which it emits, radians."""
+
+    x_m: float
+    y_m: float
+    approach_rad: tuple[float, ...]
+
+    @property
+    def point(self) -> complex:
+        return complex(self.x_m, self.y_m)
+
+
+class Architecture(StrEnum):
+    """How sensing goes with acting: beside it (P-SMPA), or in turn with it (SMPA), to compare."""
+
+    PARALLEL = "parallel"
+    SEQUENTIAL = "sequential"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotProfile:
+    """A robot as it was told to be. `sensors` are those its body is fitted with; what is nearer than
+    `whisker_least_m` its whiskers read as that.
+
+    `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
+    nor one of `others` it takes for the tag of a sample. `lengths_m`: of the objects that take two robots.
+    `home` is the beacon where it is charged, None without one. `round_trip_s`: there and back by its radio.
+    """
+
+    name: str
+    start: Pose
+    beacons: Mapping[str, BeaconSpec]
+    speed_m_s: float = 0.5
+    turn_rad_s: float = 1.5
+    repertoire: tuple[str, ...] = ("NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
+    others: tuple[str, ...] = ()
+    home: str | None = None
+    architecture: Architecture = Architecture.PARALLEL
+    sensors: frozenset[Sensor] = ALL_SENSORS
+    whisker_least_m: float = 0.0
+    lengths_m: Mapping[str, float] = field(default_factory=dict)
+    round_trip_s: float = 0.0
+    places: Mapping[str, BeaconSpec] = field(init=False)
+    fellows: frozenset[str] = field(init=False)
+    """`others`, to be looked up."""
+
+    def __post_init__(self) -> None:
+        """Adds the robot's own spot: the place of its start, for which no beacon stands (our choice).
+
+        As for any place, its approach point is the stand-off before it: so `near` the spot is the start pose.
+        """
+        ahead = complex(self.start.x_m, self.start.y_m) + rect(STAND_OFF_M, self.start.heading_rad)
+        spot = BeaconSpec(x_m=ahead.real, y_m=ahead.imag, approach_rad=(self.start.heading_rad + pi,))
+        object.__setattr__(self, "fellows", frozenset(self.others))
+        object.__setattr__(self, "places", {f"{self.name}_spot": spot, **self.beacons})
+
+    def is_tag(self, identity: str) -> bool:
+        """True for the tag of a sample."""
+        return identity not in self.places and identity not in self.fellows and identity != self.name

@@ -1,0 +1,118 @@
+"""Stimuli of two robots that carry a long object together, and of the one that puts it down."""
+
+from cmath import phase
+from dataclasses import dataclass
+from math import cos, pi
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+
+from robots.perception.formation import formation_with, guide_formation
+from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.physical.body import GRIPPER_REACH_M
+from robots.physical.geometry import clip
+from robots.reactive.responses import STRICT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointWayOn:
+    """How fast to go on so that the whole comes to stand near a place: 1 is the robot's full speed.
+
+    The middle goes at `cruise`, less within `full_m` of the point; in a bend the robot on the inside goes slower than
+    the middle, the one on the outside faster.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
+    sense: Literal["joint_way_on"] = "joint_way_on"
+    object: str
+    place: str
+    cruise: Annotated[float, Field(gt=0, le=1)] = 0.5
+    full_m: Annotated[float, Field(gt=0, le=5)] = 0.5
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
+    turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.45
+
+    def read(self, percepts: Percepts) -> float | None:
+        whole, guidance = (
+            formation_with(percepts, self.object),
+            guide_formation(percepts, self.object, self.place),
+        )
+        if whole is None or guidance is None:
+            return None
+        middle = self.cruise * clip(guidance.advance_m / self.full_m)
+        turn_rad_s = self.turn_rad_s * clip(guidance.turn_rad / self.full_rad)
+        return clip(middle - turn_rad_s * whole.offset_m / percepts.profile.speed_m_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointWayRound:
+    """How fast to turn with the whole so that it comes to stand near a place: 1 is the robot's full turn rate."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = SURROUNDINGS
+    sense: Literal["joint_way_round"] = "joint_way_round"
+    object: str
+    place: str
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
+    turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.45
+
+    def read(self, percepts: Percepts) -> float | None:
+        guidance = guide_formation(percepts, self.object, self.place)
+        if guidance is None:
+            return None
+        return clip(self.turn_rad_s * clip(guidance.turn_rad / self.full_rad) / percepts.profile.turn_rad_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Askew:
+    """How far the robot is off square to the long object it holds; 1 if it has to turn `full_rad` to the left."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["askew"] = "askew"
+    object: str
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
+
+    def read(self, percepts: Percepts) -> float | None:
+        whole = formation_with(percepts, self.object)
+        return None if whole is None else clip(whole.heading_rad / self.full_rad)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PutAhead:
+    """How far ahead the middle of the held object has to go to lie at a place; 1 at `full_m`."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["put_ahead"] = "put_ahead"
+    object: str
+    place: str
+    full_m: Annotated[float, Field(gt=0, le=5)] = 0.4
+
+    def read(self, percepts: Percepts) -> float | None:
+        at = put_down_point(percepts, self.object, self.place)
+        if at is None:
+            return None
+        return clip((abs(at) - GRIPPER_REACH_M) * max(0.0, cos(phase(at))) ** 4 / self.full_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PutAside:
+    """The direction that the held object's middle has to go to lie at a place; 1 at `full_rad` to the left."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = LOCATING
+    sense: Literal["put_aside"] = "put_aside"
+    object: str
+    place: str
+    full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
+
+    def read(self, percepts: Percepts) -> float | None:
+        at = put_down_point(percepts, self.object, self.place)
+        return None if at is None else clip(phase(at) / self.full_rad)
+
+
+def put_down_point(percepts: Percepts, thing: str, place: str) -> complex | None:
+    """Where the place would be seen if the object's middle were in the jaws; robot's frame."""
+    middle, at = percepts.locate(thing), percepts.locate(place)
+    return None if middle is None or at is None else at - middle + GRIPPER_REACH_M

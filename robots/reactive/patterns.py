@@ -1,0 +1,83 @@
+"""Behaviour patterns: a response and a utility, each a function of one stimulus (MACTA §3, eq. 1)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import ClassVar
+
+from pydantic import ConfigDict
+
+from robots.conditions import AnyCondition
+from robots.perception.percepts import Percepts
+from robots.reactive.responses import STRICT, AnyResponse
+from robots.reactive.stimuli import AnyStimulus
+from robots.reactive.synthesis import REST, DegreeOfFreedom, Resultants, Utilitor, synthesise
+
+
+class Level(StrEnum):
+    """The four behaviour levels of the BSA (MACTA §3, fig. 2)."""
+
+    SELF = "self"
+    ENVIRONMENT = "environment"
+    SPECIES = "species"
+    TASK = "task"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BehaviourPattern:
+    """bp = [f_r(s), f_u(s)] on one degree of freedom.
+
+    `when`: the context within the packet outside of which the utility is forced to zero irrespective of the
+    stimulus (MACTA §3 asks for that between packets; within one it is our choice).
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    name: str
+    dof: DegreeOfFreedom
+    level: Level
+    stimulus: AnyStimulus
+    r: AnyResponse
+    u: AnyResponse
+    when: tuple[AnyCondition, ...] = ()
+
+    def respond(self, percepts: Percepts) -> Utilitor:
+        """The utilitor for what is perceived; without stimulus or out of context it has no utility."""
+        for condition in self.when:
+            if not condition.check(percepts).holds:
+                return REST
+        s = self.stimulus.read(percepts)
+        if s is None:
+            return REST
+        response = max(-1.0, min(1.0, self.r.at(s)))
+        return Utilitor.normalised(response, max(0.0, min(1.0, self.u.at(s))))
+
+
+@dataclass(frozen=True, slots=True)
+class Responses:
+    """What every active pattern answered at one instant, and what the synthesis made of it."""
+
+    patterns: tuple[BehaviourPattern, ...] = ()
+    answers: tuple[Utilitor, ...] = ()
+    resultant: Resultants = field(default_factory=dict)
+
+    @property
+    def of(self) -> Sequence[tuple[BehaviourPattern, Utilitor]]:
+        """Each pattern with its answer."""
+        return tuple(zip(self.patterns, self.answers, strict=True))
+
+    def resultants(self) -> dict[str, tuple[float, float]]:
+        """Normalised (r, u) of each degree of freedom."""
+        return {str(dof): (one.response, one.u) for dof, one in self.resultant.items()}
+
+    def shown(self) -> dict[str, tuple[float, float]]:
+        """Normalised (r, u) by "dof/name"."""
+        return {f"{one.dof}/{one.name}": (utilitor.response, utilitor.u) for one, utilitor in self.of}
+
+
+def respond(patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Responses:
+    """Ask every pattern, and resolve the related utilitors: by degree of freedom."""
+    answers = tuple([pattern.respond(percepts) for pattern in patterns])
+    related: dict[DegreeOfFreedom, list[Utilitor]] = {}
+    for pattern, utilitor in zip(patterns, answers, strict=True):
+        related.setdefault(pattern.dof, []).append(utilitor)
+    return Responses(patterns, answers, synthesise(related))

@@ -1,0 +1,281 @@
+"""Messages over a real broker: both ways, each to its own robot, with the broker killed, hung and restarted."""
+
+import threading
+import time
+
+import pytest
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion
+
+from robots.link.mqtt import Broker, ConnectionState, FleetLink
+from robots.link.mqtt.session import MOST_BYTES
+from robots.link.mqtt.topics import Channel, robot_topic
+from robots.wire import Message, SetPoint
+from tests.mosquitto import Mosquitto, needs_mosquitto
+from tests.robots.link.mqtt.ends import (
+    ROBOTS,
+    RUN,
+    WORLD,
+    Board,
+    a_fleet,
+    a_service,
+    both,
+    received,
+    report,
+    script_request,
+    telemetry,
+    to_robot,
+)
+from tests.waiting import until
+
+pytestmark = needs_mosquitto
+
+
+def at(broker: Mosquitto) -> Broker:
+    return Broker.at(broker.url)
+
+
+def shout(broker: Mosquitto, topic: str, payload: bytes) -> None:
+    """Anything at all, on any topic."""
+    client = Client(CallbackAPIVersion.VERSION2)
+    client.connect("127.0.0.1", broker.port)
+    client.loop_start()
+    client.publish(topic, payload, qos=1).wait_for_publish(10)
+    client.disconnect()
+    client.loop_stop()
+
+
+class Watching:
+    """A client that notes with what quality of service a topic's messages were published."""
+
+    def __init__(self, broker: Mosquitto, topic: str) -> None:
+        self.qos: list[int] = []
+        self._hears = threading.Event()
+        self._client = Client(CallbackAPIVersion.VERSION2)
+        self._client.on_message = lambda client, data, message: self.qos.append(message.qos)
+        self._client.on_subscribe = lambda *_: self._hears.set()
+        self._port, self._topic = broker.port, topic
+
+    def __enter__(self) -> "Watching":
+        self._client.connect("127.0.0.1", self._port)
+        self._client.loop_start()
+        self._client.subscribe(self._topic, qos=2)
+        assert self._hears.wait(10)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.disconnect()
+        self._client.loop_stop()
+
+
+def test_messages_pass_both_ways_unchanged(broker: Mosquitto) -> None:
+    with both(at(broker)) as (service, fleet):
+        orders = [script_request("fred"), to_robot("ginger")]
+        for order in orders:
+            service.send(order)
+        assert {m.id: m for m in received(fleet, 2)} == {m.id: m for m in orders}
+        fleet.send(report("ginger"))
+        (said,) = received(service, 1)
+        assert (said.sender, said.body.kind) == ("ginger", "packet_report")
+
+
+def test_a_set_point_does_not_wait_for_a_robot_that_is_away(broker: Mosquitto) -> None:
+    """What was published at least once waits at the broker for a client that keeps its session."""
+    with both(at(broker)) as (service, _):
+        with Watching(broker, robot_topic(WORLD, "fred", Channel.INSTANT_ACTIONS)) as watching:
+            service.send(to_robot("fred", SetPoint(driver="ada", number=1, valid_s=0.5)))
+            service.send(to_robot("fred"))
+            until(lambda: len(watching.qos) == 2, "both orders pass")
+        assert watching.qos == [0, 1]
+
+
+def test_telemetry_and_connections_are_told_at_once(broker: Mosquitto) -> None:
+    board = Board()
+    with both(at(broker), board) as (_, fleet):
+        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        fleet.send(telemetry("fred", 2.5))
+        until(lambda: board.telemetry == [("fred", 2.5)])
+
+
+def test_a_fleet_that_leaves_says_offline(broker: Mosquitto) -> None:
+    board = Board()
+    with a_fleet(at(broker)) as fleet:
+        until(lambda: fleet.connected)
+    with a_service(at(broker), board):
+        until(lambda: board.remembered == set(ROBOTS))
+    assert board.states == dict.fromkeys(ROBOTS, ConnectionState.OFFLINE)
+
+
+def test_what_the_broker_remembers_is_not_taken_for_a_fleet_that_is_there(broker: Mosquitto) -> None:
+    with a_fleet(at(broker)) as fleet:
+        until(lambda: fleet.connected)
+        fleet.proclaim(41.5, 1.0)
+    with a_service(at(broker)) as service:
+        until(lambda: service.run == RUN)
+        stands_s = service.clock.now_s()
+        time.sleep(0.2)
+        assert service.clock.now_s() == stands_s == 41.5
+
+
+def test_an_order_for_another_run_of_the_world_is_dropped_and_so_is_a_report_of_one(
+    broker: Mosquitto,
+) -> None:
+    with both(at(broker)) as (service, fleet):
+        service.take_up("another")
+        service.send(to_robot("fred"))
+        fleet.send(report("fred", "of the other run"))
+        time.sleep(0.3)
+        service.take_up(RUN)
+        service.send(script_request("fred"))
+        fleet.send(report("fred", "of this run"))
+        assert [m.body.kind for m in received(fleet, 1)] == ["script_request"]
+        assert [getattr(m.body, "packet_id", "") for m in received(service, 1)] == ["of this run"]
+
+
+def test_nothing_is_sent_before_a_run_is_taken_up(broker: Mosquitto) -> None:
+    with a_service(at(broker)) as service, a_fleet(at(broker)) as fleet:
+        until(lambda: service.run == RUN and fleet.connected)
+        service.send(to_robot("fred"))
+        service.take_up(RUN)
+        service.send(script_request("fred"))
+        assert [m.body.kind for m in received(fleet, 1)] == ["script_request"]
+
+
+@pytest.mark.parametrize(
+    "topic", ["fred/state", "fred/visualization", "fred/connection", "fred/order", "world"]
+)
+def test_what_cannot_be_understood_is_counted_and_harms_nothing(broker: Mosquitto, topic: str) -> None:
+    with both(at(broker)) as (service, fleet):
+        for payload in (b"", b"\xff\x00", b"[1, 2]", b'{"kind": "telemetry"}', b'{"state": "happy"}'):
+            shout(broker, f"macta/v1/hall/{topic}", payload)
+        hearers = 2 if topic == "world" else 1
+        until(lambda: service.malformed + fleet.malformed == 5 * hearers)
+        fleet.send(report("ginger"))
+        assert received(service, 1)
+
+
+def test_a_robot_cannot_speak_for_another_nor_take_its_orders(broker: Mosquitto) -> None:
+    with both(at(broker)) as (service, fleet):
+        shout(broker, "macta/v1/hall/ginger/state", report("fred").model_dump_json().encode())
+        shout(broker, "macta/v1/hall/ginger/order", script_request("fred").model_dump_json().encode())
+        until(lambda: (service.malformed, fleet.malformed) == (1, 1))
+        assert list(service.receive()) == list(fleet.receive()) == []
+
+
+def test_after_the_broker_was_killed_both_ends_meet_again(broker: Mosquitto) -> None:
+    board = Board()
+    with both(at(broker), board) as (service, fleet):
+        broker.kill()
+        until(lambda: not service.connected and not fleet.connected)
+        for _ in range(50):
+            service.send(to_robot("fred"))
+            fleet.send(report("fred"))
+            fleet.send(telemetry("fred", 1))
+        board.states.clear()
+        broker.start()
+        until(lambda: service.connected and fleet.connected)
+        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        fleet.send(report("ginger", "afterwards"))
+        service.send(script_request("ginger"))
+        assert [getattr(m.body, "packet_id", "") for m in received(service, 1)] == ["afterwards"]
+        assert [m.body.kind for m in received(fleet, 1)] == ["script_request"]
+
+
+def test_a_broker_that_is_not_there_yet_is_waited_for(broker: Mosquitto) -> None:
+    broker.kill()
+    with a_service(at(broker)) as service, a_fleet(at(broker)) as fleet:
+        until(lambda: "cannot be reached" in service.complaint and "cannot be reached" in fleet.complaint)
+        broker.start()
+        until(lambda: service.run == RUN and fleet.connected)
+        assert (service.complaint, fleet.complaint) == ("", "")
+
+
+def test_what_waits_for_a_broker_that_hangs_is_bounded(broker: Mosquitto) -> None:
+    with both(at(broker)) as (service, fleet):
+        broker.pause()
+        try:
+            for at_s in range(5000):
+                fleet.send(telemetry("fred", at_s))
+                fleet.send(report("fred"))
+                service.send(to_robot("fred"))
+            assert fleet.dropped >= 4900, "a robot has at most 100 letters under way"
+            assert service.dropped >= 4000, "the service at most 1000"
+        finally:
+            broker.pause(False)
+        fleet.send(report("ginger"))
+        until(lambda: any(m.sender == "ginger" for m in service.receive(0.05)))
+
+
+def test_a_robot_that_is_lost_is_reported_broken_by_its_last_will_and_comes_again(broker: Mosquitto) -> None:
+    board = Board()
+    with both(at(broker), board) as (_, fleet):
+        until(lambda: len(board.states) == 2)
+        states: list[tuple[str, ConnectionState]] = []
+        board.connected = lambda robot, state, **_: states.append((robot, state))  # type: ignore[method-assign]
+        sock = fleet._robots["fred"].client.socket()
+        assert sock is not None
+        sock.shutdown(2)  # what the kernel does for a process that is killed
+        until(lambda: len(states) == 2)
+        assert states == [("fred", ConnectionState.CONNECTION_BROKEN), ("fred", ConnectionState.ONLINE)]
+
+
+def test_a_second_fleet_of_a_world_supersedes_the_first_which_does_not_come_again(broker: Mosquitto) -> None:
+    with a_fleet(at(broker)) as first:
+        until(lambda: first.connected)
+        with a_fleet(at(broker), run="run-2") as second:
+            until(lambda: first.superseded)
+            until(lambda: second.connected)
+            first.close()
+            time.sleep(1.0)
+            assert second.connected
+            assert not second.superseded
+            board = Board()
+            with a_service(at(broker), board) as service:
+                until(lambda: service.run == "run-2" and len(board.states) == 2)
+            assert board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE)
+
+
+def test_a_fleet_of_another_world_file_is_not_listened_to(broker: Mosquitto) -> None:
+    with a_service(at(broker), digest="ours") as service, a_fleet(at(broker), digest="theirs"):
+        until(lambda: "another world file" in service.complaint)
+        assert service.run is None
+
+
+def test_messages_of_many_threads_all_arrive(broker: Mosquitto) -> None:
+    with both(at(broker)) as (service, fleet):
+
+        def tell(robot: str) -> None:
+            for number in range(40):
+                fleet.send(report(robot, str(number)))
+
+        threads = [threading.Thread(target=tell, args=(robot,)) for robot in ROBOTS]
+        for thread in threads:
+            thread.start()
+        came: list[Message] = received(service, 80)
+        for thread in threads:
+            thread.join()
+        assert len({message.id for message in came}) == 80
+
+
+def test_sixty_four_robots_take_one_thread(broker: Mosquitto) -> None:
+    before = threading.active_count()
+    names = [f"robot_{number}" for number in range(64)]
+    fleet = FleetLink(WORLD, names, at(broker), run=RUN)
+    fleet.start()
+    try:
+        until(lambda: fleet.connected)
+        assert threading.active_count() == before + 1
+    finally:
+        fleet.close()
+    assert threading.active_count() == before
+
+
+def test_what_is_too_large_to_be_a_message_does_not_come_through_and_the_link_goes_on(
+    broker: Mosquitto,
+) -> None:
+    with both(at(broker)) as (service, fleet):
+        shout(broker, robot_topic(WORLD, "fred", Channel.STATE), b"x" * (MOST_BYTES + 1))
+        fleet.send(report("ginger"))
+        (said,) = received(service, 1)
+        assert said.sender == "ginger"
+        assert (service.malformed, service.connected) == (0, True)
