@@ -18,7 +18,7 @@ from robots.wire import ScriptState
 from robots.world import WorldFile, generate_world, load_world, store_shape
 from sim.crew import Crew
 from sim.parallel import side_by_side
-from sim.world import Fitting, Simulation
+from sim.simulation import Fitting, Simulation
 
 KINDS: dict[str, tuple[Any, ...]] = {
     "velocity": ("velocity",),

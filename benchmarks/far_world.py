@@ -12,7 +12,7 @@ from sim.agents import behavioural_agent
 from sim.hub import Hub
 from sim.pacing import Pacer
 from sim.radio import Radio
-from sim.world import TICKS_A_CONTROL, AgentMaker, Simulation
+from sim.simulation import TICKS_A_CONTROL, AgentMaker, Simulation
 
 RATE = 20.0
 """World seconds a second, if the machine can."""

@@ -26,7 +26,7 @@ from robots.world.generate import generate_world, store_shape
 from sim.agents import behavioural_agent
 from sim.scene import AUDIBLE
 from sim.sensing import WHISKER_HEIGHT_M
-from sim.world import TICKS_A_CONTROL, Simulation
+from sim.simulation import TICKS_A_CONTROL, Simulation
 
 SETTLE_S, TICKS_A_S = 2, 60
 MEASURED_S, MANY_MEASURED_S, MANY = 5, 2, 100

@@ -11,7 +11,7 @@ from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptRe
 from robots.world import WorldFile
 from sim.agents import behavioural_agent
 from sim.crew import Crew
-from sim.world import Agent, Fitting, Simulation
+from sim.simulation import Agent, Fitting, Simulation
 
 SCRIPT = "script"
 Box = tuple[float, float, float, float]

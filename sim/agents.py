@@ -5,7 +5,7 @@ from math import radians
 from robots.agent import BeaconSpec, BehaviouralAgent, RobotProfile
 from robots.profile import Architecture
 from robots.repertoire import Repertoire, load_repertoire
-from sim.world import Fitting
+from sim.simulation import Fitting
 
 
 def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) -> BehaviouralAgent:

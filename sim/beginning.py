@@ -7,8 +7,8 @@ from sim.agents import behavioural_agent
 from sim.error import NotResumable
 from sim.hub import Hub
 from sim.keep import Keep
+from sim.simulation import Simulation
 from sim.snapshot_file import SnapshotFile
-from sim.world import Simulation
 
 
 @dataclass(frozen=True, slots=True)

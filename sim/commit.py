@@ -7,8 +7,8 @@ exempt: nobody builds on it.
 import logging
 from collections.abc import Callable
 
+from sim.simulation import Simulation
 from sim.snapshot_file import SnapshotFile
-from sim.world import Simulation
 
 EVERY_S = 1.0
 """A world in which nobody says anything is kept this often; all in wall-clock seconds."""

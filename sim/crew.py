@@ -19,8 +19,8 @@ from robots.wire import (
 )
 from robots.world import WorldFile
 from sim.agents import behavioural_agent
+from sim.simulation import AgentMaker, Simulation
 from sim.snapshot import WorldSnapshot
-from sim.world import AgentMaker, Simulation
 
 
 class Crew:

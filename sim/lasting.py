@@ -14,7 +14,7 @@ from robots.wire import Message
 from robots.world import WorldFile
 from sim.error import SimulationError
 from sim.keep import Keep
-from sim.process import SimulationProcess
+from sim.simulation_process import SimulationProcess
 from sim.truth import Truth
 
 MOST, WITHIN_S = 5, 120.0

@@ -17,7 +17,7 @@ from robots.geometry import wrap
 from robots.sightings import NONE_IN_VIEW, Sightings
 from robots.world.walls import clearance_m, panels_of
 from sim.agents import behavioural_agent
-from sim.world import Agent, Fitting, Simulation
+from sim.simulation import Agent, Fitting, Simulation
 
 Fault = Callable[[Readings], Readings]
 """What a failing sensor makes of what it would read."""

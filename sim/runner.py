@@ -69,8 +69,8 @@ class WorldLoop:
         from sim.agents import behavioural_agent
         from sim.beginning import begin
         from sim.commit import OutputCommit
+        from sim.simulation import Simulation
         from sim.snapshot_file import SnapshotFile
-        from sim.world import Simulation
 
         world, keep = order.world, order.keep
         hub = Hub(

@@ -98,8 +98,8 @@ def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     # NOTE: imported here, for they load the physics.
     from sim.agents import behavioural_agent
     from sim.mishaps import push
+    from sim.simulation import Simulation
     from sim.snapshot_file import SnapshotFile
-    from sim.world import Simulation
 
     try:
         with SnapshotFile(data / "worlds" / f"{world.name}.json") as file:

@@ -31,8 +31,8 @@ def truth_of(data: Path, world: WorldFile) -> Truth:
     """The world as its last snapshot in a data folder has it."""
     # NOTE: imported here, for they load the physics.
     from sim.agents import behavioural_agent
+    from sim.simulation import Simulation
     from sim.snapshot import WorldSnapshot
-    from sim.world import Simulation
 
     snapshot = WorldSnapshot.model_validate_json((data / "worlds" / f"{world.name}.json").read_bytes())
     simulation = Simulation(world, make_agent=behavioural_agent, snapshot=snapshot)

@@ -20,7 +20,7 @@ from sim.mishaps import (
     sees_nothing,
     sightings_read_nan,
 )
-from sim.world import Simulation
+from sim.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

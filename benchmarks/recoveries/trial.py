@@ -24,8 +24,8 @@ from benchmarks.recoveries.watch import WatchedRadio
 from robots.wire import SymbolicFact
 from robots.world import load_world
 from sim.mishaps import Mishaps
+from sim.simulation import Simulation
 from sim.truth import Truth
-from sim.world import Simulation
 
 RATE = 20.0
 PATIENCE_S = 2.0

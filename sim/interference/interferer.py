@@ -11,7 +11,7 @@ from robots.body import RADIUS_M, Pose
 from robots.geometry import to_robot, to_world
 from sim.interference.corridor import DOOR_M, ROBOT, START_M, WIDTH_M
 from sim.scene import TICK_S
-from sim.world import TICKS_A_CONTROL, Simulation
+from sim.simulation import TICKS_A_CONTROL, Simulation
 
 CONTROL_S = TICKS_A_CONTROL * TICK_S
 

@@ -8,7 +8,7 @@ from robots.wire import Message, Performative, ScriptReport, ScriptRequest, Scri
 from sim.agents import behavioural_agent
 from sim.interference.corridor import ROBOT, SONAR_MOST_M, corridor, get_in_kitchen, repertoire
 from sim.interference.interferer import Interference, Interferer, Kind
-from sim.world import TICKS_A_CONTROL, Simulation
+from sim.simulation import TICKS_A_CONTROL, Simulation
 
 TIMEOUT_S = 600.0
 

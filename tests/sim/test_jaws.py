@@ -4,7 +4,7 @@ import pytest
 
 from robots.body import GRIPPER_REACH_M
 from robots.world import WorldFile
-from sim.world import Simulation
+from sim.simulation import Simulation
 from tests.sim.rig import Puppet, fred, run_s, simulate, two_rooms
 
 BEFORE_PASS = (2 - GRIPPER_REACH_M - 0.3, 1.0, 0.0)

@@ -19,10 +19,10 @@ from sim.beginning import Begun, begin
 from sim.commit import EVERY_S, OutputCommit
 from sim.error import NotResumable
 from sim.hub import Hub
-from sim.process import SimulationProcess
+from sim.simulation import Simulation
+from sim.simulation_process import SimulationProcess
 from sim.snapshot import WorldSnapshot
 from sim.snapshot_file import SnapshotFile
-from sim.world import Simulation
 from tests.sim.rig import run_s, two_rooms
 from tests.waiting import until
 

@@ -9,7 +9,7 @@ import pytest
 from robots.world import load_world
 from sim.rays import Cut, free_shares, in_sight
 from sim.scene import AUDIBLE, WALLS
-from sim.world import Simulation
+from sim.simulation import Simulation
 
 NOTHING = Cut(np.empty((0, 6)), np.empty((0, 3)))
 BOX = np.array([[2.0, 0.0, 1.0, 0.0, 0.5, 1.0]])

@@ -7,7 +7,7 @@ from robots.body import RADIUS_M, Readings
 from robots.sightings import Sightings
 from robots.world import load_world
 from sim.sensing import aspect_rad
-from sim.world import Simulation
+from sim.simulation import Simulation
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 

@@ -8,7 +8,7 @@ from robots.body import ALL_SENSORS, Sensor
 from robots.sensing.energy import load_powers
 from sim.battery import CHARGE_BELOW, CHARGED, Battery
 from sim.rays import Cut, Floats, free_shares, in_sight
-from sim.world import Simulation
+from sim.simulation import Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 

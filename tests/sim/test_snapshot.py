@@ -12,9 +12,9 @@ from robots.wire import PacketState, ScriptState
 from robots.world import WorldFile, load_world
 from sim.agents import behavioural_agent
 from sim.crew import Crew
+from sim.simulation import Fitting, Simulation
 from sim.snapshot import WorldSnapshot, digest_of
 from sim.truth import Truth
-from sim.world import Fitting, Simulation
 from tests.sim.rig import run_s, two_rooms
 
 STILL_M = 1e-9

@@ -7,7 +7,7 @@ from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, T
 from robots.world import WorldFile, load_world
 from sim.agents import behavioural_agent
 from sim.battery import CHARGE_BELOW, CHARGED
-from sim.world import Simulation
+from sim.simulation import Simulation
 from tests.robots.stories import packet, script
 
 

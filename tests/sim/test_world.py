@@ -6,7 +6,7 @@ import pytest
 from robots.body import RADIUS_M
 from robots.world import load_world
 from robots.world.walls import clearance_m, panels_of
-from sim.world import Fitting, Simulation
+from sim.simulation import Fitting, Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 

@@ -6,7 +6,7 @@ from benchmarks.bodies import embodied
 from robots.wire import Message, Performative, SetPoint, Telemetry
 from robots.world import load_world
 from sim.agents import behavioural_agent
-from sim.world import Simulation
+from sim.simulation import Simulation
 
 ROBOT = "yard_1"
 
