@@ -16,9 +16,9 @@ from typing import Any
 from benchmarks.errands import to_store
 from robots.wire import ScriptState
 from robots.world import WorldFile, generate_world, load_world, store_shape
-from sim.crew import Crew
-from sim.parallel import side_by_side
-from sim.simulation import Fitting, Simulation
+from sim.trials.parallel import side_by_side
+from sim.trials.script_runner import Crew
+from sim.world.simulation import Fitting, Simulation
 
 KINDS: dict[str, tuple[Any, ...]] = {
     "velocity": ("velocity",),

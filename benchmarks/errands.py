@@ -10,7 +10,7 @@ from math import dist
 
 from robots.wire import BehaviourPacket, BehaviourScript, PacketState, ScriptState, SymbolicFact
 from robots.world import WorldFile
-from sim.crew import Crew
+from sim.trials.script_runner import Crew
 
 TIMEOUT_S = 120.0
 WAIT_S = 400.0

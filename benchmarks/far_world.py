@@ -8,11 +8,11 @@ from typing import Self
 from app.composition import RunningWorld
 from robots.link import InMemoryLink
 from robots.world import WorldFile
-from sim.agents import behavioural_agent
-from sim.hub import Hub
-from sim.pacing import Pacer
-from sim.radio import Radio
-from sim.simulation import TICKS_A_CONTROL, AgentMaker, Simulation
+from sim.process.pacing import Pacer
+from sim.world.agents import behavioural_agent
+from sim.world.hub import Hub
+from sim.world.radio import Radio
+from sim.world.simulation import TICKS_A_CONTROL, AgentMaker, Simulation
 
 RATE = 20.0
 """World seconds a second, if the machine can."""

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from benchmarks.errands import packet
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import WorldFile
-from sim.crew import Crew
+from sim.trials.script_runner import Crew
 
 LONG_M = 7.0
 WIDTHS_M = (2.0, 1.6, 1.3, 1.0)

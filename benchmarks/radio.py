@@ -24,7 +24,7 @@ from benchmarks.far_world import RATE, FarWorld
 from benchmarks.planned import planned
 from robots.wire import Message, PacketReport, PacketState, ScriptState, SymbolicFact, Telemetry
 from robots.world import LinkSpec, WorldFile, load_world
-from sim.radio import Radio, Way
+from sim.world.radio import Radio, Way
 
 GOAL = "move sample_1 to bay_7"
 LIMIT_S = 1500.0

@@ -14,8 +14,8 @@ from statistics import median
 from benchmarks.errands import Ran, fact, figures, packet
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import load_world
-from sim.crew import Crew
-from sim.parallel import side_by_side
+from sim.trials.parallel import side_by_side
+from sim.trials.script_runner import Crew
 
 GIVE_UP_S = 400.0
 THING, FROM, TO = "rock_sample", "quarry", "lander"

@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.errands import Ran, Result, carry_out, figures, to_retrieve, to_store, tour, with_sample
 from robots.wire import ScriptState
 from robots.world import load_world
-from sim.crew import Crew
+from sim.trials.script_runner import Crew
 
 BAYS = [f"bay_{number}" for number in range(1, 13)]
 DRIVING = ("NAVIGATE", "TRANSPORT")

@@ -17,8 +17,8 @@ from benchmarks.stack import Whole
 from robots.mailbox import KEPT_ANSWERS
 from robots.wire import Message, Performative, StatusQuery
 from robots.world.generate import generate_world, store_shape
+from sim.process.snapshot_file import SnapshotFile
 from sim.snapshot import WorldSnapshot
-from sim.snapshot_file import SnapshotFile
 
 SETTLE_S, TIMES = 3, 15
 

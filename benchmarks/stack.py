@@ -23,10 +23,10 @@ from robots.body import RADIUS_M
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, ScriptState, Telemetry
 from robots.world import WorldFile
 from robots.world.generate import generate_world, store_shape
-from sim.agents import behavioural_agent
-from sim.scene import AUDIBLE
-from sim.sensing import WHISKER_HEIGHT_M
-from sim.simulation import TICKS_A_CONTROL, Simulation
+from sim.physics.scene import AUDIBLE
+from sim.physics.sensors import WHISKER_HEIGHT_M
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import TICKS_A_CONTROL, Simulation
 
 SETTLE_S, TICKS_A_S = 2, 60
 MEASURED_S, MANY_MEASURED_S, MANY = 5, 2, 100

@@ -9,9 +9,9 @@ from robots.body import Pose
 from robots.repertoire import Repertoire
 from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptReport
 from robots.world import WorldFile
-from sim.agents import behavioural_agent
-from sim.crew import Crew
-from sim.simulation import Agent, Fitting, Simulation
+from sim.trials.script_runner import Crew
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Agent, Fitting, Simulation
 
 SCRIPT = "script"
 Box = tuple[float, float, float, float]

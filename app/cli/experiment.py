@@ -13,8 +13,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from app.errors import Invalid
-from sim.interference.plots import write_plots
-from sim.interference.table import Cell, Figure, Row, run_table
+from sim.trials.interference.plots import write_plots
+from sim.trials.interference.table import Cell, Figure, Row, run_table
 
 Written = TypeVar("Written")
 

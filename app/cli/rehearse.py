@@ -7,7 +7,7 @@ from app.cli.truth import holds
 from app.sweep import Mission, Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
-from sim.crew import Crew
+from sim.trials.script_runner import Crew
 
 PATIENCE_S, PATIENCE_FACTOR = 300.0, 6.0
 """The longest that a mission may take: so much, and so many times its estimate."""

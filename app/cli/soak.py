@@ -96,10 +96,10 @@ def real(data: Path, world: WorldFile) -> Real:
 def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     """While nobody simulates the world, somebody pushes a rover in what is kept of it; nothing if there is no room."""
     # NOTE: imported here, for they load the physics.
-    from sim.agents import behavioural_agent
-    from sim.mishaps import push
-    from sim.simulation import Simulation
-    from sim.snapshot_file import SnapshotFile
+    from sim.process.snapshot_file import SnapshotFile
+    from sim.trials.mishaps import push
+    from sim.world.agents import behavioural_agent
+    from sim.world.simulation import Simulation
 
     try:
         with SnapshotFile(data / "worlds" / f"{world.name}.json") as file:

@@ -22,7 +22,7 @@ from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowled
 from planner.engines import portfolio
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-from sim.parallel import side_by_side
+from sim.trials.parallel import side_by_side
 
 TIME_LIMIT_S = 30.0
 SHOWN_SEEDS = 8

@@ -30,9 +30,9 @@ def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
 def truth_of(data: Path, world: WorldFile) -> Truth:
     """The world as its last snapshot in a data folder has it."""
     # NOTE: imported here, for they load the physics.
-    from sim.agents import behavioural_agent
-    from sim.simulation import Simulation
     from sim.snapshot import WorldSnapshot
+    from sim.world.agents import behavioural_agent
+    from sim.world.simulation import Simulation
 
     snapshot = WorldSnapshot.model_validate_json((data / "worlds" / f"{world.name}.json").read_bytes())
     simulation = Simulation(world, make_agent=behavioural_agent, snapshot=snapshot)

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.mishaps.cases import Case, cases
 from benchmarks.mishaps.trial import OUTCOMES, Outcome, run
-from sim.parallel import side_by_side
+from sim.trials.parallel import side_by_side
 
 
 def line(case: Case, outcomes: Sequence[Outcome]) -> str:

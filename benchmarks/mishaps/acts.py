@@ -8,7 +8,7 @@ import numpy as np
 
 from robots.body import RADIUS_M, Pose, Sensor
 from robots.geometry import wrap
-from sim.mishaps import (
+from sim.trials.mishaps import (
     Fault,
     Mishaps,
     beams_read,
@@ -20,7 +20,7 @@ from sim.mishaps import (
     sees_nothing,
     sightings_read_nan,
 )
-from sim.simulation import Simulation
+from sim.world.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

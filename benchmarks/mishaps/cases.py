@@ -26,7 +26,7 @@ from benchmarks.mishaps.acts import (
 )
 from benchmarks.mishaps.undertakings import CARRIER, PARTNERS, Undertaking, errand, relocation
 from robots.body import Sensor
-from sim.mishaps import dead, frozen, head_reads_nan, sees_nothing, sightings_read_nan
+from sim.trials.mishaps import dead, frozen, head_reads_nan, sees_nothing, sightings_read_nan
 
 PASSES_S = 3.0
 """How long something passing lasts."""

@@ -9,8 +9,8 @@ from benchmarks.mishaps.cases import Case, cases
 from robots.body import RADIUS_M, Pose
 from robots.wire import PacketState, ScriptState
 from robots.world.walls import clearance_m, panels_of
-from sim.crew import Crew
-from sim.mishaps import Mishaps
+from sim.trials.mishaps import Mishaps
+from sim.trials.script_runner import Crew
 
 WALL_M = RADIUS_M - 0.03
 """A rover whose middle is nearer to a wall's surface than this is in it."""

@@ -23,9 +23,9 @@ from benchmarks.recoveries.cases import DISPATCH, Case, MissionStage
 from benchmarks.recoveries.watch import WatchedRadio
 from robots.wire import SymbolicFact
 from robots.world import load_world
-from sim.mishaps import Mishaps
-from sim.simulation import Simulation
+from sim.trials.mishaps import Mishaps
 from sim.truth import Truth
+from sim.world.simulation import Simulation
 
 RATE = 20.0
 PATIENCE_S = 2.0

@@ -13,7 +13,7 @@ from robots.wire import (
     ScriptRequest,
 )
 from robots.world import LinkSpec
-from sim.radio import Radio, Way
+from sim.world.radio import Radio, Way
 
 
 @dataclass(slots=True, kw_only=True)

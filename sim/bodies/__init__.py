@@ -7,8 +7,8 @@ a robot has, and by which sonar it hears: the real one, a virtual one that hears
 in a row.
 """
 
+from sim.bodies.base import SimulatedBody
+from sim.bodies.factory import make_bodies
 from sim.bodies.floor import FloorMap
-from sim.bodies.making import make_bodies
-from sim.bodies.simulated import SimulatedBody
 
 __all__ = ["FloorMap", "SimulatedBody", "make_bodies"]

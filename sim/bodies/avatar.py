@@ -12,8 +12,8 @@ from robots.world.bodies import Ramps
 from sim.bodies.floor import FRONT_M, FloorMap
 from sim.bodies.odometry import Odometry, reckoned
 from sim.bodies.velocity import RampedBody
-from sim.jaws import Jaws
-from sim.scene import TICK_S, Scene
+from sim.physics.jaws import Jaws
+from sim.physics.scene import TICK_S, Scene
 
 
 class AvatarBody(RampedBody):

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from robots.world.bodies import WheeledBodySpec
-from sim.scene import ROVER_INERTIA_KG_M2, ROVER_MASS_KG, TICK_S
+from sim.physics.scene import ROVER_INERTIA_KG_M2, ROVER_MASS_KG, TICK_S
 from sim.snapshot import AxleState
 
 GRAVITY_M_S2 = 9.81

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from robots.body import RADIUS_M, Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
-from sim.placing import Rock
-from sim.scene import SAMPLE_RADIUS_M
-from sim.shapes import front_m
+from sim.physics.scene import SAMPLE_RADIUS_M
+from sim.physics.shapes import front_m
+from sim.world.placement import Rock
 
 JAW_M = SAMPLE_RADIUS_M
 """Half the jaws' breadth."""

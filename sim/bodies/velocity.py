@@ -6,10 +6,10 @@ The velocity-set one is moved by the scene, which stops it where something is in
 from robots.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
+from sim.bodies.base import SimulatedBody, clip
 from sim.bodies.odometry import Odometry
-from sim.bodies.simulated import SimulatedBody, clip
-from sim.jaws import Jaws
-from sim.scene import TICK_S, Scene
+from sim.physics.jaws import Jaws
+from sim.physics.scene import TICK_S, Scene
 from sim.snapshot import RampedState, WheeledState
 
 

@@ -8,10 +8,10 @@ from robots.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.axle import STILL, Axle, Velocity
+from sim.bodies.base import SimulatedBody
 from sim.bodies.encoders import Encoders
-from sim.bodies.simulated import SimulatedBody
-from sim.jaws import Jaws
-from sim.scene import TICK_S, Scene
+from sim.physics.jaws import Jaws
+from sim.physics.scene import TICK_S, Scene
 from sim.snapshot import RampedState, StreamState, WheeledState
 
 LIFTED_M_S, LIFTED_RAD_S = 5.0, 30.0

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from robots.geometry import to_robot
-from sim.scene import Scene
+from sim.physics.scene import Scene
 
 
 class SharedScene:

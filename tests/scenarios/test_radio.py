@@ -20,8 +20,8 @@ from benchmarks.errands import with_sample
 from benchmarks.radio import Ended, IsWorst, carry_out, finishes, sends, with_link
 from robots.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
-from sim.radio import Way
 from sim.snapshot import digest_of
+from sim.world.radio import Way
 from tests.app.scripted import ScriptedWorker
 from tests.app.store import Store
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto

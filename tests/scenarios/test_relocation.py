@@ -8,8 +8,8 @@ from benchmarks.relocation import THING, TO, relocate, scripts
 from robots.patience import UNSEEN_S
 from robots.wire import PacketState, ScriptState
 from robots.world import load_world
-from sim.beam import TRAVEL_M
-from sim.crew import Crew
+from sim.physics.beam import TRAVEL_M
+from sim.trials.script_runner import Crew
 
 
 @pytest.mark.parametrize("seed", [0, 1])

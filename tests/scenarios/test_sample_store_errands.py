@@ -9,7 +9,7 @@ from benchmarks.errands import carry_out, packet, to_retrieve, to_store, tour, w
 from benchmarks.sample_store import all_tour
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import WorldFile, load_world
-from sim.crew import Crew
+from sim.trials.script_runner import Crew
 
 
 def store_with(*moved: tuple[str, str, str]) -> WorldFile:

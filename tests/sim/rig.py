@@ -5,7 +5,7 @@ from typing import Any
 
 from robots.body import Pose
 from robots.world import WorldFile
-from sim.simulation import Fitting, Simulation
+from sim.world.simulation import Fitting, Simulation
 
 
 class Puppet:

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 import app.cli.experiment
 from app.cli.main import app as macta
 from robots.profile import Architecture
-from sim.interference.interferer import Interference, Kind
-from sim.interference.table import Cell, Figure, Row, Table
-from sim.interference.trial import Instant, Trial
+from sim.trials.interference.interferer import Interference, Kind
+from sim.trials.interference.table import Cell, Figure, Row, Table
+from sim.trials.interference.trial import Instant, Trial
 
 EXACT = Figure(0.0, 0.0)
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from app.cli.soak import push_one, real, with_outages
 from robots.world import load_world, world_yaml
-from sim.agents import behavioural_agent
-from sim.simulation import Simulation
-from sim.snapshot_file import SnapshotFile
+from sim.process.snapshot_file import SnapshotFile
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Simulation
 
 WORLD = load_world("sample_store")
 

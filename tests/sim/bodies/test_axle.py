@@ -4,7 +4,7 @@ import pytest
 
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.axle import STILL, Axle, Velocity
-from sim.scene import ROVER_MASS_KG, TICK_S
+from sim.physics.scene import ROVER_MASS_KG, TICK_S
 
 NO_SLIP = (0.0, 0.0)
 

@@ -5,8 +5,8 @@ import pytest
 from benchmarks.bodies import embodied
 from robots.wire import Message, Performative, SetPoint, Telemetry
 from robots.world import load_world
-from sim.agents import behavioural_agent
-from sim.simulation import Simulation
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Simulation
 
 ROBOT = "yard_1"
 

@@ -10,7 +10,7 @@ from benchmarks.bodies import embodied
 from benchmarks.trial import Trial, packet, room
 from robots.body import RADIUS_M
 from robots.world import WorldFile
-from sim.simulation import Fitting, Simulation
+from sim.world.simulation import Fitting, Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 

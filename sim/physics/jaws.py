@@ -1,0 +1,182 @@
+"""Grippers and samples: what the light barriers meet, and who holds what.
+
+Our choices: closing jaws lift what is between them at once, so that it passes above standing samples and the
+whiskers' plane; a held sample touches nothing, only the rover's jaws are solid. Two robots may hold one
+sample (MACTA's RELEASE1): it follows the first of them, and slips out of the other's jaws if they part.
+A long one is gripped at a handle and carried on compliant capture heads (`sim.physics.beam`).
+"""
+
+from collections.abc import Mapping, Sequence
+from math import cos, hypot, sin
+
+from robots.body import GRIPPER_REACH_M, Gripper, Pose
+from sim.physics.beam import Beam, JawsPose, Press
+from sim.physics.scene import TICK_S, Placed, Scene
+from sim.snapshot import JawsState
+
+BARRIER_M = 0.07
+"""The light barrier meets a sample whose middle is this near to the jaws' middle."""
+HANDLE_M = 0.03
+"""It meets a long one whose handle is this near."""
+SLIP_M = 0.15
+"""A sample farther than this from a second holder's jaws has slipped out."""
+
+
+def jaws_point(pose: Pose) -> tuple[float, float]:
+    """The middle of the jaws, in the world's frame."""
+    ahead = (GRIPPER_REACH_M * cos(pose.heading_rad), GRIPPER_REACH_M * sin(pose.heading_rad))
+    return (pose.x_m + ahead[0], pose.y_m + ahead[1])
+
+
+class Jaws:
+    """The grippers of all rovers of one scene."""
+
+    def __init__(self, scene: Scene, rovers: Sequence[str], samples: Mapping[str, Placed]) -> None:
+        self._scene = scene
+        self._closed = dict.fromkeys(rovers, False)
+        self._holders: dict[str, list[str]] = {sample: [] for sample in samples}
+        self._lengths_m = {name: placed.length_m for name, placed in samples.items() if placed.length_m}
+        self._beams: dict[str, Beam] = {}
+        self.slipped = 0
+        """How often a handle has slipped out of a capture head."""
+
+    def snapshot(self) -> JawsState:
+        return JawsState(
+            closed=dict(self._closed),
+            holders={sample: tuple(holders) for sample, holders in self._holders.items()},
+            beams={sample: beam.state() for sample, beam in self._beams.items()},
+            slipped=self.slipped,
+        )
+
+    def recall(self, state: JawsState) -> None:
+        """Hold again what was held, where the scene has it: it is lifted, and nothing moves."""
+        self._closed, self.slipped = dict(state.closed), state.slipped
+        self._holders = {sample: list(holders) for sample, holders in state.holders.items()}
+        for sample in (sample for sample, holders in self._holders.items() if holders):
+            point, heading_rad = self._scene.sample_point(sample)[:2], self._scene.sample_heading(sample)
+            self._scene.lift(sample)
+            self._scene.carry(sample, point, heading_rad)
+            if sample in state.beams:
+                self._beams[sample] = self._beam(sample)
+                self._beams[sample].recall(state.beams[sample])
+
+    def holders(self, sample: str) -> tuple[str, ...]:
+        """The rovers that hold a sample, the one that carries it first."""
+        return tuple(self._holders[sample])
+
+    def hidden(self) -> list[tuple[str, str]]:
+        """Rovers and the compact samples in their jaws, whose tags they do not see; those of long ones they do."""
+        return [
+            (rover, sample)
+            for sample, holders in self._holders.items()
+            if sample not in self._lengths_m
+            for rover in holders
+        ]
+
+    def state(self, rover: str) -> Gripper:
+        """The gripper's own sensing."""
+        if self._closed[rover]:
+            return Gripper(closed=True, between_jaws=self._held_by(rover))
+        return Gripper(closed=False, between_jaws=self._between(rover))
+
+    def move(self, rover: str, *, closed: bool) -> None:
+        """Close or open. Closing on a sample grips and lifts it, opening sets it down below the jaws."""
+        if closed == self._closed[rover]:
+            return
+        sample = self._between(rover) if closed else self._held_by(rover)
+        self._closed[rover] = closed
+        if sample is not None:
+            self._grip(rover, sample) if closed else self._let_go(rover, sample)
+
+    def deflection_m(self, rover: str) -> tuple[float, float]:
+        """Where the object is off the middle of a rover's capture head, x and y of the rover's frame."""
+        sample = self._held_by(rover)
+        if sample not in self._beams:
+            return (0.0, 0.0)
+        deflection = self._beams[sample].deflection(rover)
+        return (deflection.real, deflection.imag)
+
+    def drop(self, sample: str) -> None:
+        """A sample slips out of all jaws that hold it, which stay closed."""
+        for rover in self.holders(sample):
+            self._let_go(rover, sample)
+
+    def carry(self) -> None:
+        """Bring every held sample to its carrier's jaws."""
+        for sample, beam in list(self._beams.items()):
+            self._carry_beam(sample, beam)
+        for sample, holders in self._holders.items():
+            if not holders or sample in self._beams:
+                continue
+            point = jaws_point(self._scene.pose(holders[0]))
+            self._scene.carry(sample, point)
+            for other in holders[1:]:
+                if _distance_m(point, jaws_point(self._scene.pose(other))) > SLIP_M:
+                    holders.remove(other)
+
+    def _carry_beam(self, sample: str, beam: Beam) -> None:
+        """Let the heads and what presses against a long sample move it; set it down if the last head loses it."""
+        jaws = {rover: self._pose_of(rover) for rover in self._holders[sample]}
+        presses = [
+            Press(complex(*at), complex(*normal), depth_m)
+            for at, normal, depth_m in self._scene.presses(sample)
+        ]
+        lost = beam.advance(jaws, presses, TICK_S)
+        self._scene.carry(sample, (beam.middle.real, beam.middle.imag), beam.heading_rad)
+        for rover in lost:
+            self.slipped += 1
+            self._let_go(rover, sample)
+
+    def _grip(self, rover: str, sample: str) -> None:
+        if not self._holders[sample]:
+            self._scene.lift(sample)
+        self._holders[sample].append(rover)
+        if sample in self._lengths_m:
+            beam = self._beams.setdefault(sample, self._beam(sample))
+            jaws = self._pose_of(rover)
+            beam.grip(rover, min((1, -1), key=lambda end: abs(beam.handle(end) - jaws.middle)), jaws)
+
+    def _let_go(self, rover: str, sample: str) -> None:
+        point = self._scene.sample_point(sample)
+        self._holders[sample].remove(rover)
+        if sample in self._beams:
+            self._beams[sample].let_go(rover)
+        if not self._holders[sample]:
+            beam = self._beams.pop(sample, None)
+            self._scene.set_down(sample, point[:2], beam.heading_rad if beam else 0.0)
+
+    def _held_by(self, rover: str) -> str | None:
+        return next((sample for sample, holders in self._holders.items() if rover in holders), None)
+
+    def _between(self, rover: str) -> str | None:
+        jaws = jaws_point(self._scene.pose(rover))
+        near = [
+            (_distance_m(self._scene.sample_point(sample)[:2], jaws), sample)
+            for sample in self._scene.samples_near(jaws, BARRIER_M)
+            if sample not in self._lengths_m
+        ]
+        distance_m, sample = min(near, default=(float("inf"), ""))
+        return sample if distance_m <= BARRIER_M else self._handle_between(jaws)
+
+    def _handle_between(self, jaws: tuple[float, float]) -> str | None:
+        """The long sample one of whose handles is between the jaws, and in nobody else's."""
+        for sample in self._lengths_m:
+            beam = self._beams.get(sample) or self._beam(sample)
+            taken = {beam.end_of(holder) for holder in self._holders[sample]}
+            free = [beam.handle(end) for end in (1, -1) if end not in taken]
+            if any(abs(handle - complex(*jaws)) <= HANDLE_M for handle in free):
+                return sample
+        return None
+
+    def _beam(self, sample: str) -> Beam:
+        """A long sample as it lies or is held."""
+        x, y, _ = self._scene.sample_point(sample)
+        return Beam(self._lengths_m[sample], complex(x, y), self._scene.sample_heading(sample))
+
+    def _pose_of(self, rover: str) -> JawsPose:
+        pose = self._scene.pose(rover)
+        return JawsPose(complex(*jaws_point(pose)), pose.heading_rad)
+
+
+def _distance_m(one: tuple[float, float], other: tuple[float, float]) -> float:
+    return hypot(one[0] - other[0], one[1] - other[1])

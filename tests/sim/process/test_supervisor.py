@@ -1,0 +1,299 @@
+"""A world is kept on the disk: nothing leaves before it is there, and what cannot be gone on with is said plainly."""
+
+import json
+import os
+import re
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from benchmarks.errands import Leg, script
+from robots.link import InMemoryLink, LinkClosed
+from robots.wire import Acknowledgement, Message, Performative, ScriptRequest, Telemetry
+from robots.world import WorldFile, load_world
+from sim import Keep, LastingWorld, SimulationError
+from sim.error import NotResumable
+from sim.process.output_commit import EVERY_S, OutputCommit
+from sim.process.process import SimulationProcess
+from sim.process.snapshot_file import SnapshotFile
+from sim.process.world_start import Begun, begin
+from sim.snapshot import WorldSnapshot
+from sim.world.agents import behavioural_agent
+from sim.world.hub import Hub
+from sim.world.simulation import Simulation
+from tests.sim.rig import run_s, two_rooms
+from tests.waiting import until
+
+WORLD = two_rooms()
+
+
+def hub(world: WorldFile = WORLD) -> Hub:
+    return Hub(InMemoryLink.pair()[1], [spec.name for spec in world.robots])
+
+
+def begun(folder: Path, *, world: WorldFile = WORLD, **keep: object) -> Begun:
+    kept = Keep(folder=folder, **keep)  # type: ignore[arg-type]
+    with SnapshotFile(kept.file_of(world)) as file:
+        return begin(world, kept, file, hub(world), seed=1, jitter_m=0.4)
+
+
+def kept(folder: Path, *, after_s: float = 0.5) -> Simulation:
+    """A world that ran for a while and is kept."""
+    simulation = begun(folder).simulation
+    run_s(simulation, after_s)
+    with SnapshotFile(folder / "two_rooms.json") as file:
+        file.write(simulation.snapshot())
+    return simulation
+
+
+def test_the_first_world_of_a_folder_begins_without_a_word(tmp_path: Path) -> None:
+    assert begun(tmp_path).why_afresh == ""
+
+
+def test_a_kept_world_goes_on_where_it_stood(tmp_path: Path) -> None:
+    before = kept(tmp_path)
+    after = begun(tmp_path, run=before.run)
+    assert after.why_afresh == ""
+    assert after.simulation.run == before.run
+    assert after.simulation.truth().robots == before.truth().robots
+    assert after.simulation.clock.ticks == before.clock.ticks
+    assert (tmp_path / "two_rooms.json").stat().st_mode & 0o777 == 0o600
+
+
+def test_who_keeps_no_record_goes_on_with_whatever_run_is_there(tmp_path: Path) -> None:
+    before = kept(tmp_path)
+    assert begun(tmp_path, any_run=True).simulation.run == before.run
+
+
+def test_the_clock_goes_on_from_where_it_was_last_shown(tmp_path: Path) -> None:
+    before = kept(tmp_path)
+    with SnapshotFile(tmp_path / "two_rooms.json") as file:
+        file.show_time(before.clock.now_s() + 0.75)
+    after = begun(tmp_path, run=before.run).simulation
+    assert after.clock.now_s() == pytest.approx(before.clock.now_s() + 0.75, abs=1 / 120)
+    assert after.truth().robots == before.truth().robots
+
+
+def other_world(folder: Path) -> Begun:
+    run = kept(folder).run
+    return begun(folder, run=run, world=two_rooms((0.7, 1, 0)))
+
+
+def torn(folder: Path) -> Begun:
+    run, path = kept(folder).run, folder / "two_rooms.json"
+    path.write_bytes(path.read_bytes()[:-200])
+    return begun(folder, run=run)
+
+
+def other_format(folder: Path) -> Begun:
+    run, path = kept(folder).run, folder / "two_rooms.json"
+    path.write_text(json.dumps({"format": 0, "run": run}))
+    return begun(folder, run=run)
+
+
+def other_software(folder: Path) -> Begun:
+    run, path = kept(folder).run, folder / "two_rooms.json"
+    data = json.loads(path.read_text())
+    del data["bodies"]["fred"]
+    path.write_text(json.dumps(data, separators=(",", ":")))
+    return begun(folder, run=run)
+
+
+@pytest.mark.parametrize(
+    ("case", "why"),
+    [
+        (other_world, "its snapshot is of another world file"),
+        (torn, "its snapshot cannot be read: .*EOF"),
+        (other_format, "its snapshot is not of format 1"),
+        (other_software, "its snapshot does not fit: KeyError: 'fred'"),
+        (lambda f: begun(f, run=kept(f).run, afresh=True), "an operator wished it so"),
+        (lambda f: begun(f, run="another" + kept(f).run), "of a run that the record does not tell of"),
+        (lambda f: begun(f, run="gone"), "there is no snapshot of it"),
+    ],
+)
+def test_what_cannot_be_gone_on_with_begins_afresh_and_says_why(
+    tmp_path: Path, case: Callable[[Path], Begun], why: str
+) -> None:
+    found = case(tmp_path)
+    assert re.search(why, found.why_afresh)
+    assert found.simulation.clock.ticks == 0
+
+
+def test_a_world_that_must_go_on_does_not_begin_afresh(tmp_path: Path) -> None:
+    with pytest.raises(NotResumable, match="there is no snapshot"):
+        begun(tmp_path, run="gone", resume_only=True)
+
+
+def test_two_processes_cannot_keep_their_world_in_one_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sim.process.snapshot_file.PATIENCE_S", 0.1)
+    with SnapshotFile(tmp_path / "w.json"), pytest.raises(SimulationError, match="another process keeps"):
+        SnapshotFile(tmp_path / "w.json")
+    SnapshotFile(tmp_path / "w.json").close()
+
+
+class Kept:
+    """A sample store that is kept, with the service's end of its link and a wall clock set by hand."""
+
+    def __init__(self, folder: Path) -> None:
+        world = load_world("sample_store")
+        self.wall_s = 0.0
+        self.service, robots_end = InMemoryLink.pair()
+        self.file = SnapshotFile(folder / "store.json")
+        self.simulation = Simulation(
+            world,
+            make_agent=behavioural_agent,
+            seed=2,
+            jitter_m=0.0,
+            hub=Hub(robots_end, [spec.name for spec in world.robots], holds=True),
+        )
+        self.commit = OutputCommit(self.simulation, self.file, lambda: self.wall_s)
+        self.path = folder / "store.json"
+
+    def order(self) -> None:
+        leg = Leg(robot="yard_1", fetch="door_1", deposit="interchange_1")
+        order = ScriptRequest(script=script(leg, "sample_1", handed_over=False))
+        self.service.send(
+            Message(
+                performative=Performative.REQUEST,
+                sender="service",
+                receiver="yard_1",
+                sent_at_s=0,
+                body=order,
+            )
+        )
+
+    def said(self) -> list[Message]:
+        """What has left, but telemetry."""
+        return [message for message in self.service.receive() if not isinstance(message.body, Telemetry)]
+
+    def remembered(self) -> set[str]:
+        """The ids of all that robots are known to have said, by the snapshot on the disk."""
+        boxes = [
+            robot.mailbox
+            for robot in WorldSnapshot.model_validate_json(self.path.read_bytes()).robots.values()
+        ]
+        answers = {answer.id for box in boxes for answer in box.answers}
+        return answers | {report.id for box in boxes for report in box.reports}
+
+
+def test_nothing_leaves_before_the_snapshot_that_contains_it(tmp_path: Path) -> None:
+    world = Kept(tmp_path)
+    world.commit.take()
+    world.order()
+    left = []
+    for _ in range(600):
+        world.simulation.step()
+        world.wall_s += 1 / 60
+        before = world.said()
+        assert {message.id for message in before} <= world.remembered()
+        world.commit.consider()
+        left += [*before, *world.said()]
+    assert len({message.id for message in left}) >= 4
+
+
+def test_what_is_said_waits_while_the_disk_refuses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    world = Kept(tmp_path)
+
+    def full(snapshot: WorldSnapshot) -> None:
+        raise OSError(28, "No space left on device")
+
+    world.commit.take()
+    monkeypatch.setattr(world.file, "write", full)
+    world.order()
+    for _ in range(90):
+        world.simulation.step()
+        world.wall_s += 1 / 60
+        world.commit.consider()
+    assert world.said() == []
+    assert caplog.text.count("No space left on device; its robots' letters wait") == 1
+    monkeypatch.undo()
+    world.wall_s += EVERY_S
+    world.commit.consider()
+    assert world.said()
+
+
+def test_snapshots_take_no_more_than_their_share_of_the_time(tmp_path: Path) -> None:
+    world = Kept(tmp_path)
+    taken = []
+
+    def slow(snapshot: WorldSnapshot) -> None:
+        taken.append(world.wall_s)
+        world.wall_s += 0.05
+
+    world.file.write = slow  # type: ignore[method-assign]
+    while world.wall_s < 10:
+        world.simulation.hub.end_of("yard_1").send(
+            Message(
+                performative=Performative.INFORM,
+                sender="yard_1",
+                receiver="service",
+                sent_at_s=0,
+                body=Acknowledgement(script_id="s"),
+            )
+        )
+        world.commit.consider()
+        world.wall_s += 0.01
+    assert 0.4 < 10 / 0.5 / len(taken) < 1.1
+
+
+def test_a_world_whose_process_is_killed_goes_on_from_its_snapshot(tmp_path: Path) -> None:
+    def start(keep: Keep) -> SimulationProcess:
+        return SimulationProcess.start(WORLD, seed=1, speed=20.0, keep=keep)
+
+    with LastingWorld(start, Keep(folder=tmp_path)) as world:
+        until(lambda: world.now_s() > 5)
+        pid, run = world.pid, world.run
+        assert pid is not None
+        os.kill(pid, signal.SIGKILL)
+        died_at_s, seen_s = world.now_s(), []
+        with pytest.raises(SimulationError, match="gone"):
+            world.truth()
+        heard: list[Message] = []
+        while not heard:
+            arrived = world.receive(0.05)
+            heard += arrived if world.pid != pid else []
+            seen_s.append(world.now_s())
+        assert seen_s == sorted(seen_s)
+        assert seen_s[0] >= died_at_s
+        assert heard[0].sent_at_s >= died_at_s
+    with pytest.raises(LinkClosed):
+        world.receive()
+    with LastingWorld(start, Keep(folder=tmp_path, run=run)) as again:
+        assert (again.run, again.why_afresh) == (run, "")
+        assert again.now_s() >= seen_s[-1]
+
+
+def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
+    class Dying:
+        run = "r"
+        why_afresh = ""
+        pid = 1
+
+        def __init__(self) -> None:
+            self.link = self
+
+        def receive(self, timeout_s: float) -> None:
+            raise LinkClosed("gone")
+
+        def stop(self) -> None: ...
+
+        def pause(self, paused: bool) -> None: ...
+
+    started: list[Keep] = []
+
+    def start(keep: Keep) -> Dying:
+        started.append(keep)
+        return Dying()
+
+    world = LastingWorld(start, Keep(folder=tmp_path), wall_s=lambda: 0.0)  # type: ignore[arg-type]
+    for _ in range(5):
+        assert world.receive() == ()
+    with pytest.raises(LinkClosed, match="died 6 times"):
+        world.receive()
+    assert [(keep.run, keep.resume_only) for keep in started] == [(None, False)] + [("r", True)] * 5

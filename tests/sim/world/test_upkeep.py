@@ -1,0 +1,86 @@
+"""A rover whose battery is low drives home by itself, is charged there, and takes a script again."""
+
+import pytest
+
+from robots.repertoire import load_repertoire, load_self_level
+from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, Telemetry, UpkeepReport
+from robots.world import WorldFile, load_world
+from sim.bodies.battery import CHARGE_BELOW, CHARGED
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Simulation
+from tests.robots.stories import packet, script
+
+
+def store(battery: float, body: str = "velocity") -> WorldFile:
+    """The sample store with yard_1 alone, that begins by door_2, far from home."""
+    data = load_world("sample_store").model_dump(mode="json")
+    yard_1 = next(robot for robot in data["robots"] if robot["name"] == "yard_1")
+    yard_1.update(start=[5.0, 1.0, 0.0], battery=battery, body=body)
+    data["robots"] = [yard_1]
+    return WorldFile.model_validate(data)
+
+
+class Operator:
+    """The service's end of a simulation's link, for yard_1."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation = simulation
+        self.heard: list[Message] = []
+
+    def order(self, order: BehaviourScript) -> Message:
+        message = Message(
+            performative=Performative.REQUEST,
+            sender="service",
+            receiver="yard_1",
+            sent_at_s=self.simulation.clock.now_s(),
+            body=ScriptRequest(script=order),
+        )
+        self.simulation.link.send(message)
+        return message
+
+    def listen(self) -> list[Message]:
+        self.heard += [one for one in self.simulation.link.receive() if one.sender == "yard_1"]
+        return self.heard
+
+    def telemetry(self) -> Telemetry:
+        return next(one.body for one in reversed(self.listen()) if isinstance(one.body, Telemetry))
+
+    def answer(self, request: Message) -> Performative | None:
+        return next((one.performative for one in self.listen() if one.in_reply_to == request.id), None)
+
+    def upkeep(self) -> list[str]:
+        reports = {one.id: one.body for one in self.listen() if isinstance(one.body, UpkeepReport)}
+        return [f"{one.tag} {one.state}" for one in reports.values()]
+
+
+def test_the_levels_fit_the_charger() -> None:
+    levels = load_self_level()
+    assert levels.low <= CHARGE_BELOW
+    assert load_repertoire().specs["CHARGE"].defaults()["to"] < CHARGED
+
+
+@pytest.mark.parametrize("body", ["velocity", "wheeled", "avatar"])
+def test_a_weak_rover_refuses_drives_home_charges_and_then_takes_the_script(body: str) -> None:
+    simulation = Simulation(store(0.199, body), make_agent=behavioural_agent, seed=3)
+    operator = Operator(simulation)
+    order = script("yard_1", packet("NAVIGATE", ref2="door_2"))
+    refused = operator.order(order)
+    assert simulation.run_until(lambda: "CHARGE running" in operator.upkeep(), timeout_s=90)
+    assert operator.answer(refused) is Performative.REFUSE
+    assert simulation.run_until(lambda: operator.telemetry().battery > 0.2, timeout_s=60)
+    assert operator.telemetry().charging
+    accepted = operator.order(order.model_copy(update={"id": "another"}))
+    assert simulation.run_until(lambda: not operator.telemetry().charging, timeout_s=5)
+    assert operator.answer(accepted) is Performative.AGREE
+    assert operator.telemetry().packet_tag == "NAVIGATE"
+
+
+def test_a_rover_with_an_empty_battery_stands_still_and_says_so() -> None:
+    simulation = Simulation(store(0.0), make_agent=behavioural_agent, seed=3)
+    operator = Operator(simulation)
+    before = simulation.truth().robots["yard_1"]
+    simulation.run_until(lambda: False, timeout_s=10)
+    after = simulation.truth().robots["yard_1"]
+    assert (after.x_m, after.y_m) == (before.x_m, before.y_m)
+    assert operator.telemetry().battery == 0.0
+    assert operator.telemetry().packet_tag == "SEEK_CHARGER"
