@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import BeforeValidator, Field
 
-from web.layout import Fact, Layout, Part, Point, RobotTelemetry
+from web.api_types import Fact, Layout, Part, Point, RobotTelemetry
 from web.scene import Frame
 
 EARLY_S = 0.5

@@ -19,13 +19,13 @@ from typing import Any
 import httpx2
 import viser
 
-from web.feed import WorldFeed
-from web.fetched import Fetched
-from web.layout import Layout, Plan, Shown
+from web.api_types import Layout, Plan, Shown
+from web.document_cache import Fetched
+from web.live_world import LiveWorld
+from web.page_feed import PagesFeed
 from web.recording import Recording
 from web.scene import Frame, Stage
-from web.views import PagesFeed
-from web.worlds import LiveWorld
+from web.world_feed import WorldFeed
 
 UPDATE_EVERY_S = 0.05
 NAMES_EVERY = 6

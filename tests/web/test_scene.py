@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web.layout import Fact, Layout, Plan, PlannedAction, RobotTelemetry, Wall
+from web.api_types import Fact, Layout, Plan, PlannedAction, RobotTelemetry, Wall
 from web.scene import palette
+from web.scene.building import wall_pieces
 from web.scene.camera import BACK, FILLED, FOV_RAD, TURN, distance_m
 from web.scene.eye import Eye
 from web.scene.frame import RADIUS_M, whiskers
@@ -26,7 +27,6 @@ from web.scene.labels import (
 from web.scene.paths import routes
 from web.scene.robots import label_text
 from web.scene.samples import LIFTED_M, SamplePlaces
-from web.scene.store import wall_pieces
 
 LAYOUT = Layout.model_validate(
     {

@@ -22,13 +22,13 @@ from tests.waiting import until
 from tests.web.fake_api import TOKEN, create_app, served
 from tests.web.fake_browser import FakeBrowser, browsing
 from tests.web.fake_service import WORLD, FakeService
-from web.feed import WorldFeed
-from web.layout import Layout, Shown
+from web.api_types import Layout, Shown
 from web.scene import Frame, Stage, palette
 from web.scene.eye import Eye
 from web.scene.labels import LINE_PX
 from web.scene.robots import LABEL_HEIGHT_M
 from web.viewer import Viewer, page_of
+from web.world_feed import WorldFeed
 
 PROJECT = Path(__file__).parents[2]
 

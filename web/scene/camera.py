@@ -5,7 +5,7 @@ from math import cos, radians, sin
 import numpy as np
 import viser
 
-from web.layout import Layout, Point
+from web.api_types import Layout, Point
 from web.scene.eye import Eye, Floats
 
 FOV_RAD = radians(45)

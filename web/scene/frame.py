@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from web.layout import Fact, Point, RobotTelemetry
+from web.api_types import Fact, Point, RobotTelemetry
 from web.scene import palette
 from web.scene.geometry import Floats, turned
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import viser
 
-from web.layout import Layout, Plan, Point
+from web.api_types import Layout, Plan, Point
 from web.scene import palette
 from web.scene.geometry import Floats, cylinder, segments, turned
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import viser
 
-from web.layout import RobotTelemetry
+from web.api_types import RobotTelemetry
 from web.scene import palette
-from web.scene.clicks import Click, on_instance
 from web.scene.frame import RADIUS_M, Frame, whiskers
 from web.scene.geometry import Floats, Mesh, box, cylinder, merged, segments, turned
+from web.scene.nodes import Click, on_instance
 
 HULL_TOP_M = 0.2
 LABEL_HEIGHT_M = 0.5

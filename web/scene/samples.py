@@ -6,10 +6,10 @@ from math import pi, radians
 import numpy as np
 import viser
 
-from web.layout import Fact, Layout, Lying, Point, RobotTelemetry
+from web.api_types import Fact, Layout, Lying, Point, RobotTelemetry
 from web.scene import palette
-from web.scene.clicks import Click, on_instance
 from web.scene.geometry import box, cylinder, turned
+from web.scene.nodes import Click, on_instance
 
 RADIUS_M, HEIGHT_M = 0.06, 0.15
 BAR_M = 0.06

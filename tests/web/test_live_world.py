@@ -4,9 +4,9 @@ from typing import cast
 
 import pytest
 
-from web.feed import Known, WorldFeed
-from web.layout import Layout, Telemetry
-from web.worlds import LONGEST, LiveWorld
+from web.api_types import Layout, Telemetry
+from web.live_world import LONGEST, LiveWorld
+from web.world_feed import Known, WorldFeed
 
 LAYOUT = Layout.model_validate(
     {

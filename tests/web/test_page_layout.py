@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.web.fake_service import FakeService
-from tests.web.hiding import hide
+from tests.web.page_controls import hide
 
 playwright = pytest.importorskip("playwright.sync_api")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")

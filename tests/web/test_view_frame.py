@@ -11,7 +11,7 @@ import viser
 from tests.waiting import until
 from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
 from tests.web.fake_service import FakeService
-from tests.web.hiding import hide
+from tests.web.page_controls import hide
 from web.scene import palette
 from web.scene.eye import Eye
 from web.viewer import Viewer

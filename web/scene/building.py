@@ -6,11 +6,11 @@ from math import atan2, cos, radians, sin
 import numpy as np
 import viser
 
-from web.layout import Fact, Floor, Layout, Location, Point, Rock, Wall
+from web.api_types import Fact, Floor, Layout, Location, Point, Rock, Wall
 from web.scene import palette
-from web.scene.clicks import Click, on_instance
 from web.scene.geometry import box, cylinder, merged, turned
 from web.scene.labels import FloorLabel
+from web.scene.nodes import Click, on_instance
 
 FLOOR_M = 0.04
 WALL_HEIGHT_M, WALL_WIDTH_M = 0.32, 0.08

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from web.layout import Part, Shown
+from web.api_types import Part, Shown
 
 
 class Changed(Part):

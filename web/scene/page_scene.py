@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import viser
 
-from web.layout import Layout, Plan, Shown
+from web.api_types import Layout, Plan, Shown
 from web.scene import camera, palette
+from web.scene.building import PlacesView, draw_store, names_of_places
 from web.scene.eye import Eye
 from web.scene.frame import Frame
 from web.scene.labels import CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST, FloorLabelsView, Label, LabelsView
@@ -13,7 +14,6 @@ from web.scene.paths import PathsView
 from web.scene.robots import LABEL_HEIGHT_M, RobotsView, label_text
 from web.scene.samples import HEIGHT_M, SamplesView
 from web.scene.selection import SelectionView
-from web.scene.store import PlacesView, draw_store, names_of_places
 
 Pick = Callable[[str, str], None]
 """Told of what is clicked on: its kind, `robot`, `sample` or `place`, and its name."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import httpx2
 from pydantic import TypeAdapter, ValidationError
 
-from web.layout import Fact, Layout, Telemetry
+from web.api_types import Fact, Layout, Telemetry
 
 FACTS = TypeAdapter(tuple[Fact, ...])
 

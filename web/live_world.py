@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable, Mapping
 from math import hypot, inf, remainder, tau
 
-from web.feed import WorldFeed
-from web.layout import Layout, Point, RobotTelemetry, Telemetry
+from web.api_types import Layout, Point, RobotTelemetry, Telemetry
 from web.scene import Frame
+from web.world_feed import WorldFeed
 
 STEP_M = 0.1
 """A point of a trail is so far from the last."""
