@@ -1,5 +1,7 @@
 """How fragments are cut into legs, and how agents get to where they begin."""
 
+from dataclasses import replace
+
 from planner import Fact, KnowledgeBase
 from tests.planner.engines.hierarchical.composing import Posed, said
 from tests.planner.engines.hierarchical.worlds import Store
@@ -35,6 +37,18 @@ def test_anybody_of_its_class_may_take_a_leg(knowledge_base: KnowledgeBase) -> N
     first, second = posed(knowledge_base).legs(STORED)
     assert first.bound == second.bound == (False,)
     assert set(first.roles).isdisjoint(second.roles)
+
+
+def test_a_robot_that_holds_the_sample_already_is_bound_to_its_leg(knowledge_base: KnowledgeBase) -> None:
+    """Its like of the same class cannot release what only this one carries."""
+    problem = Store().problem([STORED], {"sample": "door_1"}, robots_at={"yard_1": "door_1"})
+    empty = Fact("robot_attribute", ("yard_1", "gripper", "empty"))
+    full = Fact("robot_attribute", ("yard_1", "gripper", "full"))
+    held = problem.facts - {empty, inside("sample", "door_1")} | {full, inside("sample", "yard_1")}
+    world = Posed.of(knowledge_base, replace(problem, facts=held))
+    first, second = world.legs(STORED)
+    assert (first.agents, first.bound) == (("yard_1",), (True,))
+    assert second.bound == (False,)
 
 
 def test_a_goal_about_where_a_robot_ends_is_a_leg_without_work_of_just_that_robot(
