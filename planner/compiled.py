@@ -12,7 +12,16 @@ from typing import Any
 
 import numba
 
-KERNEL = ("compiled.py", "model.py", "board.py", "timelines.py", "placing.py", "decoder.py", "annealing.py")
+SCHEDULING = "engines/hierarchical/scheduling"
+KERNEL = (
+    "compiled.py",
+    f"{SCHEDULING}/model.py",
+    f"{SCHEDULING}/decoder_state.py",
+    f"{SCHEDULING}/timelines.py",
+    f"{SCHEDULING}/placement.py",
+    f"{SCHEDULING}/decoder.py",
+    f"{SCHEDULING}/annealing.py",
+)
 
 
 def _cache_folder() -> Path:

@@ -1,8 +1,8 @@
 """Operators who drive robots: who may, and the newest set-point of each, on its way to the robot.
 
 Kept in memory, for a set-point is worth nothing a second later. The robot itself decides who drives it
-(`robots.executive.teleoperation`) and reports when a drive began and ended, so the record holds whoever sent the set-points; what
-is known here beforehand spares the operator a wait.
+(`robots.executive.teleoperation`) and reports when a drive began and ended, so the record holds whoever sent the
+set-points; what is known here beforehand spares the operator a wait.
 """
 
 import threading

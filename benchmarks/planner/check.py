@@ -1,7 +1,7 @@
 """Plan-nets checked once more, by carrying them out in time; shares no code with the planner's own validation.
 
-Semantics (planner/plan_nets/plan_net.py): pre-conditions hold from an action's start to its end except those it deletes itself,
-deletes happen at its start, effects at its end; what ends at a time comes before what starts then.
+Semantics (planner/plan_nets/plan_net.py): pre-conditions hold from an action's start to its end except those it
+deletes itself, deletes happen at its start, effects at its end; what ends at a time comes before what starts then.
 """
 
 import random

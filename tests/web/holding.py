@@ -8,7 +8,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class MissionReservation:
+class Held:
     """The first answer that the page was to get, taken from the service at once."""
 
     page: "Page"
@@ -26,9 +26,9 @@ class MissionReservation:
         self.page.wait_for_timeout(300)
 
 
-def hold_first(page: "Page", what: str) -> MissionReservation:
+def hold_first(page: "Page", what: str) -> Held:
     """Hold back the first answer, from now on, to a question of this kind; the later ones pass."""
-    held = MissionReservation(page)
+    held = Held(page)
 
     def take(route: "Route") -> None:
         if held.taken:

@@ -35,7 +35,7 @@ class Aries:
             folder=folder,
             limits=limits,
             # It leaves its log in the folder for temporary files.
-            environment={"PYTHONPATH": str(Path(__file__).parents[2]), "TMPDIR": str(folder)},
+            environment={"PYTHONPATH": str(Path(__file__).parents[3]), "TMPDIR": str(folder)},
             is_enough=found.is_enough,
         )
         found.take(is_over=True)

@@ -16,7 +16,7 @@ class ConnectionState(StrEnum):
     CONNECTION_BROKEN = "connection_broken"
 
 
-class ExecutorRegistry(Wire):
+class Presence(Wire):
     """On a robot's connection topic. `CONNECTION_BROKEN` is its last will, `OFFLINE` its word of leaving."""
 
     state: ConnectionState

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from pydantic import ValidationError
 
-from robots.link.mqtt.announcement import ConnectionState, ExecutorRegistry, Proclamation
+from robots.link.mqtt.announcement import ConnectionState, Presence, Proclamation
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
@@ -165,7 +165,7 @@ class FleetLink:
     def _presence(self, robot: str, state: ConnectionState) -> Parcel:
         topic = robot_topic(self._world, robot, Channel.CONNECTION)
         return Parcel(
-            topic=topic, payload=ExecutorRegistry(state=state).model_dump_json().encode(), retain=True
+            topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True
         )
 
     def _proclamation(self, state: ConnectionState, qos: int = 1) -> Parcel:

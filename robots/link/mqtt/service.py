@@ -8,7 +8,7 @@ from typing import Protocol
 
 from pydantic import ValidationError
 
-from robots.link.mqtt.announcement import ConnectionState, ExecutorRegistry, Proclamation
+from robots.link.mqtt.announcement import ConnectionState, Presence, Proclamation
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.following import FollowingClock
 from robots.link.mqtt.inbox import Inbox
@@ -141,7 +141,7 @@ class ServiceLink:
             if self._listener is not None:
                 self._listener.heard(robot, telemetry)
         elif channel is Channel.CONNECTION:
-            presence = ExecutorRegistry.model_validate_json(parcel.payload)
+            presence = Presence.model_validate_json(parcel.payload)
             if self._listener is not None:
                 self._listener.connected(robot, presence.state, now=not parcel.retain)
         else:

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from planner import Fact, GroundAction, InvalidPlan, KnowledgeBase
+from planner import GOAL, Fact, GroundAction, InvalidPlan, KnowledgeBase
 from planner.plan_nets.assembly import assemble
-from planner.plan_nets.extraction import extract, fault_of, without_redundant
-from planner.plan_nets.redundancy import indispensable
+from planner.plan_nets.causality import Link, causal_links
+from planner.plan_nets.extraction import extract, fault_of
+from planner.plan_nets.redundancy import indispensable, without_redundant
 from planner.plan_nets.validation import faults_of
 from tests.planner.large_store import LargeStore
 
@@ -80,6 +81,42 @@ def test_a_goal_is_achieved_by_an_intended_effect_only() -> None:
     with pytest.raises(InvalidPlan, match="is not achieved"):
         extract([by_the_way], frozenset(), (Fact("goal"),))
     assert left([by_the_way, act("on_purpose", intends=["goal"])], ["goal"]) == ["on_purpose"]
+
+
+def test_the_causal_link_to_a_goal_comes_from_an_action_that_intends_it() -> None:
+    sequence = [act("by_the_way", intends=["p"], other=["goal"]), act("on_purpose", intends=["goal"])]
+    goals = (Fact("goal"),)
+    assert causal_links(sequence, frozenset(), goals) == (Link(1, Fact("goal"), 2),)
+    with pytest.raises(InvalidPlan, match=r"nothing brings about goal\(\)"):
+        causal_links(sequence[:1], frozenset(), goals)
+
+
+def test_an_action_that_has_a_goal_as_another_effect_is_dispensable() -> None:
+    sequence = [act("by_the_way", intends=["p"], other=["goal"]), act("on_purpose", intends=["goal"])]
+    assert indispensable(sequence, frozenset(), (Fact("goal"),)) == {1, 2}
+
+
+def test_a_causal_link_to_a_goal_from_an_effect_that_is_not_intended_is_a_fault(
+    knowledge_base: KnowledgeBase,
+) -> None:
+    store = LargeStore(aisles=1, samples=1)
+    problem = store.problem()
+    order = extract(store.sequence(problem, knowledge_base), problem.facts, problem.goals)
+    plan_net = assemble(order, problem.goals, knowledge_base, {})
+    (goal,) = problem.goals
+    (achiever,) = (link.producer for link in plan_net.causal_links if link.consumer == GOAL)
+    by_the_way = [
+        replace(
+            action,
+            intended_effects=tuple(fact for fact in action.intended_effects if fact != goal),
+            other_effects=(*action.other_effects, goal),
+        )
+        if action.id == achiever
+        else action
+        for action in plan_net.actions
+    ]
+    faults = faults_of(replace(plan_net, actions=tuple(by_the_way)), problem.facts, knowledge_base)
+    assert f"{achiever} does not bring about {goal} for goal" in faults
 
 
 def test_deletes_by_actions_that_do_not_need_the_fact_are_all_kept_away() -> None:

@@ -1,13 +1,23 @@
 """Only intended effects achieve goals (MACTA §5, table 3), on small knowledge bases of our own."""
 
+from dataclasses import replace
+from typing import Protocol
+
+import pytest
+
 from planner import (
     Fact,
     FastDownwardEngine,
+    KnowledgeBase,
     PlanningProblem,
     PlanningRequest,
+    PlanningResult,
     PlanningStatus,
     read_knowledge_base,
 )
+from planner.engines.detours import without_detours
+from planner.engines.registry import engine_named
+from planner.interchange.up_validation import up_fault
 
 SMALL = """
 types: {robot: {}, lamp: {}}
@@ -39,49 +49,111 @@ actions:
     duration: "2"
     description: "{robot} dust {lamp}"
 """
+PATROL = """
+types: {robot: {}, place: {}}
+predicates:
+  at: {arguments: {robot: robot, place: place}}
+  seen: {arguments: {place: place}}
+actions:
+  - identifier: 1
+    name: GO
+    parameters: [{name: robot, type: robot}, {name: start, type: place}, {name: end, type: place}]
+    agents: [robot]
+    preconditions: ["at(robot, start)"]
+    delete: ["at(robot, start)"]
+    intended_effects: ["at(robot, end)", seen(end)]
+    other_effects: [seen(start)]
+    duration: "1"
+    description: "{robot} go to {end}"
+"""
+BASE = read_knowledge_base(SMALL.replace("MAKE_WAY", "false"), "small.yaml")
+MAKING_WAY = read_knowledge_base(SMALL.replace("MAKE_WAY", "true"), "small.yaml")
+OBJECTS = {"fred": "robot", "lamp_1": "lamp"}
 READY = Fact("ready", ("fred",))
+LIT = Fact("lit", ("lamp_1",))
+WARM = Fact("warm", ("lamp_1",))
 
 
-def plan(*goals: Fact, facts: frozenset[Fact] = frozenset({READY}), make_way: bool = False):  # type: ignore[no-untyped-def]
-    base = read_knowledge_base(SMALL.replace("MAKE_WAY", str(make_way).lower()), "small.yaml")
-    problem = PlanningProblem(objects={"fred": "robot", "lamp_1": "lamp"}, facts=facts, goals=goals)
-    return FastDownwardEngine(base).plan(problem, PlanningRequest(time_limit_s=60))
+def problem(*goals: Fact, facts: frozenset[Fact] = frozenset({READY})) -> PlanningProblem:
+    return PlanningProblem(objects=OBJECTS, facts=facts, goals=goals)
 
 
-def test_an_intended_effect_achieves_a_goal() -> None:
-    result = plan(Fact("lit", ("lamp_1",)))
+class Plan(Protocol):
+    def __call__(
+        self, *goals: Fact, facts: frozenset[Fact] = frozenset({READY}), base: KnowledgeBase = BASE
+    ) -> PlanningResult: ...
+
+
+@pytest.fixture(params=["fast-downward", "macta"])
+def plan(request: pytest.FixtureRequest) -> Plan:
+    def planned(
+        *goals: Fact, facts: frozenset[Fact] = frozenset({READY}), base: KnowledgeBase = BASE
+    ) -> PlanningResult:
+        engine = engine_named(request.param, base)
+        return engine.plan(problem(*goals, facts=facts), PlanningRequest(time_limit_s=60))
+
+    return planned
+
+
+def test_an_intended_effect_achieves_a_goal(plan: Plan) -> None:
+    result = plan(LIT)
     assert [action.tag for action in result.plan_net.actions] == ["LIGHT"]
 
 
-def test_a_goal_that_only_comes_about_by_the_way_is_unsolvable() -> None:
-    result = plan(Fact("warm", ("lamp_1",)))
+def test_a_goal_that_only_comes_about_by_the_way_is_unsolvable(plan: Plan) -> None:
+    result = plan(WARM)
     assert result.status is PlanningStatus.UNSOLVABLE
     assert "only comes about by the way" in result.reason
 
 
-def test_a_goal_that_already_holds_needs_no_action() -> None:
-    warm = Fact("warm", ("lamp_1",))
-    result = plan(warm, facts=frozenset({READY, warm}))
+def test_a_goal_that_already_holds_needs_no_action(plan: Plan) -> None:
+    result = plan(WARM, facts=frozenset({READY, WARM}))
     assert result.status is PlanningStatus.SOLVED
     assert result.plan_net.actions == ()
 
 
-def test_a_goal_beside_another_is_not_achieved_by_the_way_either() -> None:
-    result = plan(Fact("lit", ("lamp_1",)), Fact("warm", ("lamp_1",)))
+def test_a_goal_beside_another_is_not_achieved_by_the_way_either(plan: Plan) -> None:
+    result = plan(LIT, WARM)
     assert result.status is PlanningStatus.UNSOLVABLE
 
 
-def test_an_action_chosen_for_its_own_goal_may_serve_another_by_the_way() -> None:
-    result = plan(Fact("lit", ("lamp_1",)), Fact("dusted", ("lamp_1",)))
+def test_an_action_chosen_for_its_own_goal_may_serve_another_by_the_way(plan: Plan) -> None:
+    result = plan(LIT, Fact("dusted", ("lamp_1",)))
     assert [action.tag for action in result.plan_net.actions] == ["LIGHT", "DUST"]
 
 
-def test_no_action_is_there_only_for_what_it_does_not_intend() -> None:
-    result = plan(Fact("dusted", ("lamp_1",)))
-    assert result.status is PlanningStatus.NOT_FOUND
+def test_no_action_is_there_only_for_what_it_does_not_intend(plan: Plan) -> None:
+    assert plan(Fact("dusted", ("lamp_1",))).status is PlanningStatus.NOT_FOUND
+
+
+def test_the_reason_names_the_effect_that_is_not_intended() -> None:
+    goal = Fact("dusted", ("lamp_1",))
+    result = FastDownwardEngine(BASE).plan(problem(goal), PlanningRequest(time_limit_s=60))
     assert "warm(lamp_1), which it does not intend" in result.reason
 
 
-def test_making_way_is_the_exception_a_knowledge_base_may_declare() -> None:
-    result = plan(Fact("dusted", ("lamp_1",)), make_way=True)
+def test_making_way_is_the_exception_a_knowledge_base_may_declare(plan: Plan) -> None:
+    result = plan(Fact("dusted", ("lamp_1",)), base=MAKING_WAY)
     assert [action.tag for action in result.plan_net.actions] == ["LIGHT", "DUST"]
+
+
+def test_the_second_opinion_counts_intended_effects_only(plan: Plan) -> None:
+    plan_net = plan(LIT).plan_net
+    assert plan_net is not None
+    assert up_fault(BASE, problem(LIT), plan_net) is None
+    assert up_fault(BASE, problem(WARM), replace(plan_net, goals=(WARM,))) is not None
+
+
+def test_a_shorter_sequence_that_reaches_a_goal_by_the_way_only_is_not_taken() -> None:
+    base = read_knowledge_base(PATROL, "patrol.yaml")
+    objects = {"fred": "robot", "a": "place", "b": "place"}
+    there_and_back = [
+        base.ground("GO", {"robot": "fred", "start": start, "end": end}, {}, objects=objects)
+        for start, end in [("a", "b"), ("b", "a")]
+    ]
+    patrol = PlanningProblem(
+        objects=objects, facts=frozenset({Fact("at", ("fred", "a"))}), goals=(Fact("seen", ("a",)),)
+    )
+    assert without_detours(there_and_back, patrol, base) == tuple(there_and_back)
+    one_way = replace(patrol, goals=(Fact("seen", ("b",)),))
+    assert without_detours(there_and_back, one_way, base) == tuple(there_and_back[:1])

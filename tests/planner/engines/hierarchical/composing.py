@@ -21,7 +21,7 @@ Sequenced = tuple[GroundAction, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalProblem:
+class Posed:
     """A problem with its vocabulary."""
 
     base: KnowledgeBase
@@ -30,7 +30,7 @@ class GoalProblem:
     words: Vocabulary
 
     @classmethod
-    def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "GoalProblem":
+    def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "Posed":
         classes = AgentClasses(base, problem)
         return cls(base=base, problem=problem, classes=classes, words=Vocabulary(base, problem, classes))
 

@@ -13,7 +13,7 @@ from planner.engines.hierarchical.scheduling.decoder_state import board_for
 from planner.engines.hierarchical.scheduling.model import AHEAD, NEAR, PUSH, Choice
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
-from tests.planner.engines.hierarchical.composing import MAKESPAN_ONLY, GoalProblem, said
+from tests.planner.engines.hierarchical.composing import MAKESPAN_ONLY, Posed, said
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -27,11 +27,11 @@ def stored(count: int, *, doors: int = 4) -> tuple[list[Fact], dict[str, str]]:
 
 
 @pytest.fixture
-def four(knowledge_base: KnowledgeBase) -> GoalProblem:
-    return GoalProblem.of(knowledge_base, Store(doors=4).problem(*stored(4)))
+def four(knowledge_base: KnowledgeBase) -> Posed:
+    return Posed.of(knowledge_base, Store(doors=4).problem(*stored(4)))
 
 
-def composition_of(world: GoalProblem, *, seed: int = 0) -> Composition:
+def composition_of(world: Posed, *, seed: int = 0) -> Composition:
     return world.composition([(world.quickest(goal),) for goal in world.problem.goals], seed=seed)
 
 
@@ -42,13 +42,13 @@ def improved(composition: Composition, trials: int = TRIALS) -> Composed:
     return composition.composed
 
 
-def makespan_s(world: GoalProblem, actions: Sequence[GroundAction]) -> float:
+def makespan_s(world: Posed, actions: Sequence[GroundAction]) -> float:
     """By the plan-net of the sequence."""
     order = extract(actions, world.problem.facts, world.problem.goals)
     return assemble(order, world.problem.goals, world.base, {}).makespan_s
 
 
-def test_the_makespan_is_that_of_the_plan_net(four: GoalProblem) -> None:
+def test_the_makespan_is_that_of_the_plan_net(four: Posed) -> None:
     composed = improved(composition_of(four))
     assert fault_of(composed.actions, four.problem.facts, four.problem.goals) is None
     assert composed.makespan_s == pytest.approx(makespan_s(four, composed.actions), abs=0.01)
@@ -56,7 +56,7 @@ def test_the_makespan_is_that_of_the_plan_net(four: GoalProblem) -> None:
 
 def test_annealing_makes_it_shorter_and_never_longer(knowledge_base: KnowledgeBase) -> None:
     bays = Store(doors=8, bays=8)
-    first = composition_of(GoalProblem.of(knowledge_base, bays.problem(*stored(8))))
+    first = composition_of(Posed.of(knowledge_base, bays.problem(*stored(8))))
     assert first.begin()
     assert first.composed is not None
     begun_s = first.composed.makespan_s
@@ -67,11 +67,11 @@ def test_annealing_makes_it_shorter_and_never_longer(knowledge_base: KnowledgeBa
     assert first.composed.makespan_s < begun_s
 
 
-def test_the_same_seed_composes_the_same_plan(four: GoalProblem) -> None:
+def test_the_same_seed_composes_the_same_plan(four: Posed) -> None:
     assert improved(composition_of(four, seed=5)) == improved(composition_of(four, seed=5))
 
 
-def test_robots_that_are_alike_share_the_work(four: GoalProblem) -> None:
+def test_robots_that_are_alike_share_the_work(four: Posed) -> None:
     docking = {one[1] for one in said(improved(composition_of(four)).actions) if one[0] == "DOCK"}
     assert docking == {"yard_0", "yard_1", "store_0_0", "store_1_0"}
 
@@ -79,7 +79,7 @@ def test_robots_that_are_alike_share_the_work(four: GoalProblem) -> None:
 def test_a_slower_fragment_is_not_chosen(knowledge_base: KnowledgeBase) -> None:
     goal = inside("sample", "door_9")
     store = Store(aisles=1, doors=10)
-    world = GoalProblem.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
+    world = Posed.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
     direct, *over_home = with_stops([world.quickest(goal)], world.stops())
     assert over_home
     composed = improved(world.composition([[*over_home, direct]]), trials=200)
@@ -90,15 +90,15 @@ def test_a_robot_begins_from_wherever_it_stands(knowledge_base: KnowledgeBase) -
     """The fragment was found for a robot at home."""
     goal = inside("sample", "door_0")
     store = Store(aisles=1, yard_robots=1)
-    there = GoalProblem.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
+    there = Posed.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
     fragment = there.quickest(goal)
     problem = store.problem([goal], {"sample": "bay_0_0"}, robots_at={"store_0_0": "interchange_0_0"})
-    composed = improved(GoalProblem.of(knowledge_base, problem).composition([[fragment]]), trials=200)
+    composed = improved(Posed.of(knowledge_base, problem).composition([[fragment]]), trials=200)
     assert fault_of(composed.actions, problem.facts, problem.goals) is None
     assert said(composed.actions)[0] == ("NAVIGATE", "store_0_0", "interchange_0_0", "bay_0_0")
 
 
-def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: GoalProblem) -> None:
+def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: Posed) -> None:
     """Orders, agents and stops at random: the decoder never makes an invalid schedule."""
     composition = composition_of(four)
     assert composition.begin()
@@ -121,7 +121,7 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: GoalProble
     assert possible > 100
 
 
-def test_a_step_starts_when_the_one_it_waited_for_ends(four: GoalProblem) -> None:
+def test_a_step_starts_when_the_one_it_waited_for_ends(four: Posed) -> None:
     """The causes lead from the last step back to the start, and their durations add up to the makespan."""
     composition = composition_of(four)
     assert composition.begin()

@@ -1,7 +1,9 @@
 """How fragments are cut into legs, and how agents get to where they begin."""
 
+from dataclasses import replace
+
 from planner import Fact, KnowledgeBase
-from tests.planner.engines.hierarchical.composing import GoalProblem, said
+from tests.planner.engines.hierarchical.composing import Posed, said
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -12,8 +14,8 @@ def near(robot: str, place: str) -> Fact:
     return Fact("robot_position", (robot, "near", place))
 
 
-def posed(base: KnowledgeBase, *goals: Fact, store: Store | None = None) -> GoalProblem:
-    return GoalProblem.of(base, (store or Store()).problem(goals or [STORED], {"sample": "door_1"}))
+def posed(base: KnowledgeBase, *goals: Fact, store: Store | None = None) -> Posed:
+    return Posed.of(base, (store or Store()).problem(goals or [STORED], {"sample": "door_1"}))
 
 
 def test_a_fragment_is_cut_where_the_sample_changes_hands(knowledge_base: KnowledgeBase) -> None:
@@ -35,6 +37,18 @@ def test_anybody_of_its_class_may_take_a_leg(knowledge_base: KnowledgeBase) -> N
     first, second = posed(knowledge_base).legs(STORED)
     assert first.bound == second.bound == (False,)
     assert set(first.roles).isdisjoint(second.roles)
+
+
+def test_a_robot_that_holds_the_sample_already_is_bound_to_its_leg(knowledge_base: KnowledgeBase) -> None:
+    """Its like of the same class cannot release what only this one carries."""
+    problem = Store().problem([STORED], {"sample": "door_1"}, robots_at={"yard_1": "door_1"})
+    empty = Fact("robot_attribute", ("yard_1", "gripper", "empty"))
+    full = Fact("robot_attribute", ("yard_1", "gripper", "full"))
+    held = problem.facts - {empty, inside("sample", "door_1")} | {full, inside("sample", "yard_1")}
+    world = Posed.of(knowledge_base, replace(problem, facts=held))
+    first, second = world.legs(STORED)
+    assert (first.agents, first.bound) == (("yard_1",), (True,))
+    assert second.bound == (False,)
 
 
 def test_a_goal_about_where_a_robot_ends_is_a_leg_without_work_of_just_that_robot(
