@@ -1,19 +1,28 @@
-"""What YAML holds."""
+"""Checked data: what YAML holds, and the base of everything that is read from it."""
 
 from typing import Any
 
 import yaml
+from pydantic import BaseModel, ConfigDict
 
-QUICK = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's, some ten times as quick; a yaml that was built without it has none."""
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+"""Unknown keys and infinite numbers are errors."""
+YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""libyaml's loader where yaml was built with it, about ten times as fast."""
+
+
+class Checked(BaseModel):
+    """Base of checked data: immutable; unknown keys and infinite numbers are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def read_yaml(text: str) -> Any:
-    """What the text holds. What is amiss is left to yaml's own reader to tell, for that shows the line.
+    """The document that the text holds.
 
-    :raises yaml.YAMLError: if it is not YAML.
+    :raises yaml.YAMLError: if it is not YAML. Raised by yaml's own loader, whose message shows the line.
     """
     try:
-        return yaml.load(text, Loader=QUICK)
+        return yaml.load(text, Loader=YAML_LOADER)
     except yaml.YAMLError:
         return yaml.safe_load(text)

@@ -8,7 +8,7 @@ from typing import Self
 
 from app.domain.states import Connection
 from robots.clock import Clock
-from robots.link.mqtt.announcement import ConnectionState
+from robots.link.mqtt.topics import ConnectionState
 from robots.wire import Telemetry
 from robots.world import WorldFile
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from app.agents.world_service import RobotReport, WorldService
 from app.domain.errors import Conflict
 from app.domain.states import Connection
-from robots.executive.teleoperation import HELD, MOST_M_S, MOST_RAD_S
 from robots.wire import VALID_AT_MOST_S, Message, SetPoint, SetPointRefusal
+from robots.wire.operator import MAX_SPEED_M_S, MAX_TURN_RAD_S, RELEASE_FACTOR
 
 VALID_S = 0.5
 """For so long a set-point holds: wall-clock seconds, for it is an operator's hand that the next comes from; of the
@@ -55,8 +55,8 @@ class Drive:
     driving: bool
     last_heard_s: float | None
     valid_s: float
-    most_m_s: float = MOST_M_S
-    most_rad_s: float = MOST_RAD_S
+    most_m_s: float = MAX_SPEED_M_S
+    most_rad_s: float = MAX_TURN_RAD_S
 
 
 class Teleoperation:
@@ -131,7 +131,7 @@ class Teleoperation:
         hold = self._holds.get(robot)
         if hold is not None and hold.driver == driver:
             return hold
-        if hold is not None and self._wall() - hold.heard_at < HELD * VALID_S and not hold.refusal:
+        if hold is not None and self._wall() - hold.heard_at < RELEASE_FACTOR * VALID_S and not hold.refusal:
             raise Conflict(f"{hold.driver} drives {robot}", code="driven-by-another")
         return _Hold(driver=driver, heard_at=self._wall())
 

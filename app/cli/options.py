@@ -15,6 +15,7 @@ from rich.markup import escape
 from app.domain.errors import MactaError
 from app.domain.world_model import initial_facts
 from planner import KnowledgeBase, KnowledgeBaseError, load_knowledge_base
+from robots.repertoire import load_repertoire
 from robots.world import WorldFile, WorldFileError, load_world
 from sim import SimulationError
 
@@ -83,7 +84,7 @@ def carefully() -> Iterator[None]:
 def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:
     """The world, its file valid and its extra facts of the vocabulary; ends the command otherwise."""
     try:
-        world = load_world(name)
+        world = load_world(name, check_tuning=lambda tuning: load_repertoire().tuned(tuning))
         initial_facts(world, knowledge_base or load_knowledge_base())
     except WorldFileError as error:
         fail(str(error))

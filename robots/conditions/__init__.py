@@ -6,16 +6,32 @@ composable, so that data can state them.
 
 from robots.conditions.beliefs import Believed, Close, Moving, NarrowPassage
 from robots.conditions.composition import AllOf, AnyCondition, AnyOf, Not, in_words, unmet
-from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
 from robots.conditions.motion import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
-from robots.conditions.own_state import BetweenJaws, Empty, Holding
-from robots.conditions.position import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
-from robots.conditions.powering import Charged, Charging
+from robots.conditions.own_state import (
+    BetweenJaws,
+    Bumped,
+    Charged,
+    Charging,
+    Commanded,
+    Empty,
+    Holding,
+    NotDriven,
+)
+from robots.conditions.position import (
+    Abeam,
+    Closer,
+    Cramped,
+    Facing,
+    JawsAt,
+    Near,
+    OffPoint,
+    OnCourse,
+    Opening,
+    Reached,
+)
 from robots.conditions.sight import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
-from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
-from robots.conditions.wishing import LetGo, Wished
 
 __all__ = [
     "Abeam",
@@ -34,6 +50,7 @@ __all__ = [
     "Clear",
     "Close",
     "Closer",
+    "Commanded",
     "Condition",
     "Cramped",
     "Elapsed",
@@ -46,13 +63,13 @@ __all__ = [
     "InView",
     "JawsAt",
     "JointNear",
-    "LetGo",
     "LiesAt",
     "LinedUp",
     "Moving",
     "NarrowPassage",
     "Near",
     "Not",
+    "NotDriven",
     "OffPoint",
     "OnCourse",
     "Opening",
@@ -65,7 +82,6 @@ __all__ = [
     "Turned",
     "Vacant",
     "Verdict",
-    "Wished",
     "in_words",
     "unmet",
 ]

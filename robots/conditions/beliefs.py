@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
+from robots.data import STRICT
 from robots.perception.percepts import SURROUNDINGS, TRACKING, Needs, Percepts
 from robots.physical.body import RADIUS_M
-from robots.reactive.responses import STRICT
 
 BELIEVED = 0.5
 """Evidence from which on a thing is believed to be where its cursor is."""

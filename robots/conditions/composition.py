@@ -7,18 +7,34 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.beliefs import Believed, Close, Moving, NarrowPassage
-from robots.conditions.facing import Abeam, Facing, Opening, Reached
 from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
 from robots.conditions.motion import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
-from robots.conditions.own_state import BetweenJaws, Empty, Holding
-from robots.conditions.position import Closer, Cramped, JawsAt, Near, OffPoint, OnCourse
-from robots.conditions.powering import Charged, Charging
+from robots.conditions.own_state import (
+    BetweenJaws,
+    Bumped,
+    Charged,
+    Charging,
+    Commanded,
+    Empty,
+    Holding,
+    NotDriven,
+)
+from robots.conditions.position import (
+    Abeam,
+    Closer,
+    Cramped,
+    Facing,
+    JawsAt,
+    Near,
+    OffPoint,
+    OnCourse,
+    Opening,
+    Reached,
+)
 from robots.conditions.sight import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
-from robots.conditions.touching import Bumped
 from robots.conditions.verdict import Condition, Verdict
-from robots.conditions.wishing import LetGo, Wished
+from robots.data import STRICT
 from robots.perception.percepts import NOTHING, Needs, Percepts
-from robots.reactive.responses import STRICT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,8 +132,8 @@ AnyCondition = Annotated[
     | Over
     | Charged
     | Charging
-    | Wished
-    | LetGo
+    | Commanded
+    | NotDriven
     | Not
     | AnyOf
     | AllOf,

@@ -7,12 +7,11 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
-from robots.perception.formation import formation_with
+from robots.data import STRICT
+from robots.perception.formation import formation_with, put_down_point
 from robots.perception.percepts import LOCATING, SIGHT, STANDS_AT_M, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
 from robots.physical.profile import STAND_OFF_M
-from robots.reactive.carrying import put_down_point
-from robots.reactive.responses import STRICT
 
 HANDLES = ("left", "right")
 

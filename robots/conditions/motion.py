@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
+from robots.data import STRICT
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.geometry import wrap
-from robots.reactive.responses import STRICT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

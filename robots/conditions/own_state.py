@@ -1,13 +1,13 @@
 """Conditions on the gripper."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from robots.conditions.verdict import Verdict
-from robots.perception.percepts import GRIP, Needs, Percepts
-from robots.reactive.responses import STRICT
+from robots.data import STRICT
+from robots.perception.percepts import GRIP, NOTHING, TOUCH, Needs, Percepts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,3 +50,72 @@ class Empty:
         jaws = "closed" if percepts.gripper.closed else "open"
         holds = percepts.holding is None and not (self.open and jaws == "closed")
         return Verdict(holds, f"holds {percepts.holding or 'nothing'}, jaws {jaws}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bumped:
+    """The bumper has touched something within the last seconds."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = TOUCH
+    sense: Literal["bumped"] = "bumped"
+    within_s: float = Field(default=0.5, ge=0)
+
+    def check(self, percepts: Percepts) -> Verdict:
+        if percepts.bumper:
+            return Verdict(True, "touches something")
+        if percepts.bumped_s is None:
+            return Verdict(False, "has touched nothing")
+        ago_s = percepts.time_s - percepts.bumped_s
+        return Verdict(ago_s <= self.within_s, f"touched something {ago_s:.1f} s ago")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Charged:
+    """The battery holds a share of its charge, or more."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
+    sense: Literal["charged"] = "charged"
+    to: Annotated[float, Field(gt=0, le=1)]
+
+    def check(self, percepts: Percepts) -> Verdict:
+        return Verdict(percepts.battery >= self.to, f"has its battery at {percepts.battery:.0%}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Charging:
+    """The battery is being charged."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
+    sense: Literal["charging"] = "charging"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        return Verdict(percepts.charging, f"{'is' if percepts.charging else 'is not'} charged")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Commanded:
+    """The operator commands it to move; without that it stands, whatever avoidance asks for."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
+    sense: Literal["commanded"] = "commanded"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        moves = percepts.drive_command is not None and percepts.drive_command.moves
+        return Verdict(moves, f"is {'commanded' if moves else 'not commanded'} to move")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NotDriven:
+    """No operator drives it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = STRICT
+    needs: ClassVar[Needs] = NOTHING
+    sense: Literal["not_driven"] = "not_driven"
+
+    def check(self, percepts: Percepts) -> Verdict:
+        free = percepts.drive_command is None
+        return Verdict(free, f"is {'not ' if free else ''}driven by an operator")

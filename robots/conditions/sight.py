@@ -6,9 +6,9 @@ from typing import ClassVar, Literal
 from pydantic import ConfigDict
 
 from robots.conditions.verdict import Verdict
+from robots.data import STRICT
 from robots.perception.percepts import LOCATING, SIGHT, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
-from robots.reactive.responses import STRICT
 
 LIES_AT_M = 0.3
 """A tag this close to a beacon's floor point lies at that location."""

@@ -9,12 +9,12 @@ from typing import Protocol
 
 import numpy as np
 
-from robots.executive.actions import SensorAction
 from robots.executive.executive import Executive
 from robots.executive.sensing_plan import BehaviourState
 from robots.perception.obstacles import Obstacles
 from robots.perception.percepts import Percepts
 from robots.perception.progress import Progress
+from robots.perception.sensing import SensorAction
 from robots.physical.geometry import to_robot, to_world, wrap
 from robots.physical.profile import Architecture
 from robots.physical.sightings import NONE_IN_VIEW, Sightings
@@ -113,7 +113,7 @@ class SequentialLoop:
         if behaviour is None:
             self._turn(Phase.SENSE)
             return self._executive.step(known, step_s)
-        informed = known.data.holds(behaviour.action.percepts)
+        informed = known.data.holds(behaviour.needs)
         self._since_s += step_s if informed else 0.0
         if self._phase is Phase.ACT:
             return self._act(behaviour, known, step_s)
@@ -132,7 +132,7 @@ class SequentialLoop:
 
     def _act(self, behaviour: BehaviourState, known: Percepts, step_s: float) -> Motion:
         motion = self._executive.step(known, step_s)
-        informed = known.data.holds(behaviour.action.percepts)
+        informed = known.data.holds(behaviour.needs)
         idle = motion == Motion() and self._executive.behaviour is behaviour
         if informed and not idle and self._since_s < STRETCH_S:
             return motion

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from robots.conditions import Condition
 from robots.perception.percepts import Percepts
 
-TOO_FAST, TOO_FAR, TIMEOUT = "toofast", "toofar", "timeout"
 FLICKER_S = 0.5
 """Conditions that hold again after less than this have flickered with their sensors' noise."""
 

@@ -1,18 +1,16 @@
-"""The executive: carries out one behaviour script, packet after packet, without a link (MACTA §3, fig. 3)."""
+"""The executive: runs one behaviour script, packet after packet, without needing the link (MACTA §3, fig. 3)."""
 
 from collections.abc import Iterable, Sequence
 
 from robots.conditions.facts import perceived
 from robots.errors import RepertoireError
-from robots.executive.actions import CYCLIC_ACTIONS
-from robots.executive.known_scripts import ENDED, Standing
+from robots.executive.known_scripts import ENDED, ScriptStates
 from robots.executive.memory import ExecutiveMemory, ScriptMemory
 from robots.executive.packet_run import Outcome, PacketRun
-from robots.executive.plans import task_plan
-from robots.executive.reporting import Report, forgone_report, packet_report, script_report
+from robots.executive.reports import Report, cancelled_before_arrival_report, packet_report, script_report
 from robots.executive.sensing_plan import BehaviourState, StateMachine, schedule
 from robots.executive.trace import Instant, Trace
-from robots.perception.percepts import GRIP, Percepts
+from robots.perception.percepts import GRIP, NOTHING, Percepts
 from robots.physical.profile import RobotProfile
 from robots.reactive.patterns import Responses
 from robots.reactive.synthesis import Motion
@@ -24,15 +22,11 @@ from robots.wire import (
     PacketState,
     ScriptState,
     StatusReport,
-    SymbolicFact,
 )
 
 
 class Executive:
-    """Runs at most one script at a time and remembers how the earlier ones ended.
-
-    `task_state` is τ of P-SMPA's model: what the packets finished so far have made of the task.
-    """
+    """Runs at most one script at a time and keeps the final states of earlier ones."""
 
     def __init__(self, profile: RobotProfile, repertoire: Repertoire) -> None:
         self._profile = profile
@@ -40,32 +34,32 @@ class Executive:
         self._critical = load_self_level().critical
         self._script: BehaviourScript | None = None
         self._runs: list[PacketRun] = []
-        self._index, self._order = 0, 0
-        self._machine = StateMachine()
-        self.task_state: frozenset[SymbolicFact] = frozenset()
-        self._standing = Standing()
+        self._index = 0
+        self._newest_order = 0
+        self._machine: StateMachine = {}
+        self._states = ScriptStates()
         self._reports: list[Report] = []
-        self.ending = ""
-        """Why the last script that ended did, in words; empty if of itself."""
+        self.end_reason = ""
+        """Why the last script ended, in words; empty if it finished."""
         self.responses = Responses()
         self.trace = Trace()
 
     @property
     def script_id(self) -> str | None:
-        """The script under way, or the last one."""
+        """The current script, or the last one."""
         return self._script.id if self._script else None
 
     @property
     def script(self) -> BehaviourScript | None:
-        """The script under way."""
+        """The current script; None if none is active."""
         return self._script if self.active else None
 
     @property
     def state(self) -> ScriptState | None:
-        return self._standing.of(self._script.id) if self._script else None
+        return self._states.of(self._script.id) if self._script else None
 
     @property
-    def _under_way(self) -> BehaviourScript:
+    def _active_script(self) -> BehaviourScript:
         assert self._script is not None
         return self._script
 
@@ -75,83 +69,89 @@ class Executive:
 
     @property
     def current(self) -> PacketRun | None:
-        """The packet under way."""
+        """The current packet."""
         return self._runs[self._index] if self.active else None
 
     @property
     def behaviour(self) -> BehaviourState | None:
-        """The state of the machine under way, with the sensor actions beside it; None if there is nothing to do."""
+        """The current state of the script's state machine; None if no packet runs."""
         run = self.current
-        return None if run is None or self.state is ScriptState.PAUSED else self._machine.states[run.action]
+        if run is None or self.state is ScriptState.PAUSED:
+            return None
+        return self._machine[run.packet.id, run.phase]
 
     def accept(self, script: BehaviourScript) -> str | None:
-        """Take on a script, or say why not: busy, not mine, or a packet that does not fit the repertoire.
-
-        The robot's own gives way to it.
-        """
+        """Accept a script, or return the reason against it. The robot's own script is cancelled for it."""
         if script.robot != self._profile.name:
             return f"script {script.id} is for {script.robot}, this is {self._profile.name}"
         if self.script is not None and not self.script.is_own:
             return f"{self._profile.name} is busy with script {self.script.id}"
         try:
-            runs, machine = self._prepared(script)
+            runs, machine = self._prepare(script)
         except RepertoireError as error:
             return str(error)
-        missing = machine.pre - self._profile.sensors
+        needed = NOTHING.union(*(state.needs for state in machine.values()))
+        missing = needed - self._profile.sensors
         if missing:
             return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
         if self.script is not None:
-            self._standing.note(self.script.id, ScriptState.CANCELLED)
-        self._script, self._runs, self._index, self._machine = script, runs, 0, machine
-        self.task_state, self._order = frozenset(), 0
-        self._standing.note(script.id, ScriptState.ACCEPTED)
+            self._states.note(self.script.id, ScriptState.CANCELLED)
+        self._script = script
+        self._runs = runs
+        self._index = 0
+        self._machine = machine
+        self._newest_order = 0
+        self._states.note(script.id, ScriptState.ACCEPTED)
         return None
 
-    def _prepared(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
-        """A script's packets as they are run, and their states in order.
+    def _prepare(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
+        """The runs of a script's packets, and its state machine.
 
-        :raises RepertoireError: if one does not fit the repertoire.
+        :raises RepertoireError: if a packet does not fit the repertoire.
         """
         profile = self._profile
         runs = [PacketRun(p, self._repertoire.bind(p, profile), profile) for p in script.packets]
-        return runs, schedule(task_plan(script, [run.content for run in runs]), CYCLIC_ACTIONS)
+        return runs, schedule(script, [run.content for run in runs])
 
     def memory(self) -> ExecutiveMemory:
-        script, packets = self._script, tuple(run.memory() for run in self._runs)
-        if script is None:
+        if self._script is None:
             return ExecutiveMemory()
-        place = ScriptMemory(
-            script=script, index=self._index, packets=packets, task_state=self.task_state, order=self._order
+        script = ScriptMemory(
+            script=self._script,
+            index=self._index,
+            packets=tuple(run.memory() for run in self._runs),
+            order=self._newest_order,
         )
-        return ExecutiveMemory(script=place, states=self._standing.memory())
+        return ExecutiveMemory(script=script, states=self._states.memory())
 
     def recall(self, memory: ExecutiveMemory, now_s: float) -> None:
-        """Go on in the packet that was under way. A script that does not fit the repertoire any more has failed."""
-        self._standing.recall(memory.states)
+        """Restore the current packet. A script that no longer fits the repertoire has failed."""
+        self._states.recall(memory.states)
         if memory.script is None:
             return
-        self._script, self._index = memory.script.script, memory.script.index
-        self.task_state, self._order = memory.script.task_state, memory.script.order
+        self._script = memory.script.script
+        self._index = memory.script.index
+        self._newest_order = memory.script.order
         if not self.active:
             return
         try:
-            self._runs, self._machine = self._prepared(self._script)
+            self._runs, self._machine = self._prepare(self._script)
         except RepertoireError as error:
-            why = f"cannot go on after a restart: {error}"
-            self._end(ScriptState.FAILED, None, now_s, FailureCategory.ROBOT, why)
+            reason = f"cannot go on after a restart: {error}"
+            self._end(ScriptState.FAILED, None, now_s, FailureCategory.ROBOT, reason)
             return
         for run, packet in zip(self._runs, memory.script.packets, strict=True):
             run.recall(packet)
 
     def retune(self, repertoire: Repertoire) -> None:
-        """Go on with this repertoire from the next packet on.
+        """Use this repertoire from the next packet on.
 
-        :raises RepertoireError: if a packet that is still to come does not fit it; then nothing changes.
+        :raises RepertoireError: if a later packet does not fit it; then nothing changes.
         """
-        begun = self._index + 1
-        later = [run.rebound(repertoire.bind(run.packet, self._profile)) for run in self._runs[begun:]]
+        first = self._index + 1
+        later = [run.rebound(repertoire.bind(run.packet, self._profile)) for run in self._runs[first:]]
         self._repertoire = repertoire
-        self._runs[begun:] = later
+        self._runs[first:] = later
 
     def control(
         self,
@@ -159,88 +159,86 @@ class Executive:
         verb: ControlVerb,
         percepts: Percepts | None,
         now_s: float,
-        why: str = "cancelled on request",
+        reason: str = "cancelled on request",
         *,
         number: int = 0,
     ) -> str | None:
-        """Cancel, pause or resume the script under way, or say why not. The gripper stays as it is.
+        """Cancel, pause or resume the current script, or return the reason against it. The gripper is not moved.
 
-        :param number: of the order. Orders overtake each other: a pause or resume older than what was followed last is
-            not followed any more. A cancel is, whatever came before it.
+        :param number: the order's number. A pause or resume with a lower number than the newest order is refused; a
+            cancel never is.
         """
-        if (stale := self._stale(script_id)) is not None:
-            return stale
-        if verb is not ControlVerb.CANCEL and number < self._order:
-            return f"order {number} to {verb.value} script {script_id} was overtaken by order {self._order}"
-        self._order = max(number, self._order)
+        if (objection := self._not_current(script_id)) is not None:
+            return objection
+        if verb is not ControlVerb.CANCEL and number < self._newest_order:
+            return f"order {number} to {verb.value} script {script_id} was overtaken by order {self._newest_order}"
+        self._newest_order = max(number, self._newest_order)
         if verb is ControlVerb.CANCEL:
-            self._end(ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, why)
+            self._end(ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, reason)
         elif verb is ControlVerb.PAUSE and self.state is not ScriptState.PAUSED:
-            self._pause(ScriptState.PAUSED, percepts, now_s)
+            self._set_paused(ScriptState.PAUSED, percepts, now_s)
         elif verb is ControlVerb.RESUME and self.state is ScriptState.PAUSED:
-            self._pause(ScriptState.RUNNING, percepts, now_s)
+            self._set_paused(ScriptState.RUNNING, percepts, now_s)
         return None
 
-    def forgo(self, script_id: str, percepts: Percepts | None, now_s: float) -> bool:
-        """Report a script that has not come as cancelled; False if it is known here."""
-        if script_id in self._standing:
+    def cancel_before_arrival(self, script_id: str, percepts: Percepts | None, now_s: float) -> bool:
+        """Report a script that has not arrived as cancelled; False if it has arrived."""
+        if script_id in self._states:
             return False
-        self._standing.note(script_id, ScriptState.CANCELLED)
-        self._say(forgone_report(script_id, percepts, now_s))
+        self._states.note(script_id, ScriptState.CANCELLED)
+        self._reports.append(cancelled_before_arrival_report(script_id, percepts, now_s))
         return True
 
     def clear(self, script_id: str, ended: Iterable[str]) -> str | None:
-        """Note that actions have ended which packets of the script under way come after, or say why not."""
-        if (stale := self._stale(script_id)) is not None:
-            return stale
+        """Note that actions have ended that packets of the current script wait for, or return the reason against it."""
+        if (objection := self._not_current(script_id)) is not None:
+            return objection
         for run in self._runs:
             run.clear(ended)
         return None
 
     def step(self, percepts: Percepts, step_s: float) -> Motion:
-        """Advance the script by one tick. No motion without a script that runs, nor before its first percepts."""
+        """Advance the script by one tick. No motion without a running script, nor before its sensors have read."""
         self.responses = Responses()
-        self._spare(percepts)
+        self._stop_on_low_battery(percepts)
         run, behaviour = self.current, self.behaviour
-        if run is None or behaviour is None or not percepts.data.holds(behaviour.action.percepts):
+        if run is None or behaviour is None or not percepts.data.holds(behaviour.needs):
             return Motion()
-        self._standing.note(self._under_way.id, ScriptState.RUNNING)
+        self._states.note(self._active_script.id, ScriptState.RUNNING)
         outcome = run.step(percepts, step_s)
         self.responses = outcome.responses
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
-        self._follow(run, outcome, percepts)
+        self._apply(run, outcome, percepts)
         return outcome.motion
 
-    def _spare(self, percepts: Percepts) -> None:
-        """With the battery nearly empty a script is broken off, but not while the jaws are at work, nor while it holds
-        what takes two robots.
-        """
+    def _stop_on_low_battery(self, percepts: Percepts) -> None:
+        """Fail the script at a critical battery level, but not while the jaws move or hold a long object."""
         run = self.current
-        if run is None or self._under_way.is_own or run.grips or percepts.battery >= self._critical:
+        if run is None or self._active_script.is_own or run.grips or percepts.battery >= self._critical:
             return
         if percepts.data.holds(GRIP) and percepts.holding in self._profile.lengths_m:
             return
-        why = f"broke off: battery at {percepts.battery:.0%}"
-        self._follow(run, run.fail(FailureCategory.ROBOT, why, None), percepts)
+        reason = f"broke off: battery at {percepts.battery:.0%}"
+        self._apply(run, run.fail(FailureCategory.ROBOT, reason, None), percepts)
 
-    def fault(self, why: str, last: Percepts | None, now_s: float) -> None:
-        """A sensor cannot be relied on: the script fails. `last`: what was perceived before."""
+    def fault(self, reason: str, last: Percepts | None, now_s: float) -> None:
+        """Fail the script because of a sensor fault. `last`: the percepts before the fault."""
         run = self.current
         if run is not None:
-            self._follow(run, run.fault(why, last), None, now_s)
+            self._apply(run, run.fault(reason, last), None, now_s)
 
     def status(self, script_id: str, percepts: Percepts | None, now_s: float) -> StatusReport:
-        """How a script stands; state None for one that is not known."""
+        """The state of a script; None for one that is not known."""
         run = self.current if script_id == self.script_id else None
         return StatusReport(
             script_id=script_id,
-            state=self._standing.of(script_id),
+            state=self._states.of(script_id),
             at_s=now_s,
             packet_id=run.packet.id if run else None,
             packet_state=self.packet_state if run else None,
             perceived=perceived(percepts),
             detail=run.waits_for if run else "",
-            order=self._order if run else 0,
+            order=self._newest_order if run else 0,
         )
 
     @property
@@ -254,22 +252,20 @@ class Executive:
         reports, self._reports = self._reports, []
         return reports
 
-    def _stale(self, script_id: str) -> str | None:
-        """Why an order on the script cannot be followed; None if it is under way."""
+    def _not_current(self, script_id: str) -> str | None:
+        """The reason against an order on a script that is not current; None if it is."""
         if self.active and script_id == self.script_id:
             return None
-        return self._standing.why_not(script_id)
+        return self._states.why_not_active(script_id)
 
-    def _follow(
-        self, run: PacketRun, outcome: Outcome, percepts: Percepts | None, now_s: float = 0.0
-    ) -> None:
+    def _apply(self, run: PacketRun, outcome: Outcome, percepts: Percepts | None, now_s: float = 0.0) -> None:
         if (change := outcome.change) is None:
             return
         at_s = percepts.time_s if percepts else now_s
-        script = self._under_way
-        self._say(packet_report(script, run, change.state, percepts, at_s, change.detail, change.events))
-        if change.state is PacketState.FINISHED:
-            self.task_state = self._machine.states[run.action].action.apply(self.task_state)
+        script = self._active_script
+        self._reports.extend(
+            packet_report(script, run, change.state, percepts, at_s, change.detail, change.events)
+        )
         if change.state is PacketState.FAILED:
             self._end(ScriptState.FAILED, percepts, at_s, change.category, change.detail)
         elif change.state is PacketState.FINISHED and run is self._runs[-1]:
@@ -277,14 +273,13 @@ class Executive:
         elif change.state is PacketState.FINISHED:
             self._index += 1
 
-    def _pause(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
-        self._standing.note(self._under_way.id, state)
+    def _set_paused(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
+        self._states.note(self._active_script.id, state)
         run = self.current
         if run is not None:
-            self._say(packet_report(self._under_way, run, self.packet_state or run.state, percepts, now_s))
-
-    def _say(self, reports: Iterable[Report]) -> None:
-        self._reports.extend(reports)
+            self._reports.extend(
+                packet_report(self._active_script, run, self.packet_state or run.state, percepts, now_s)
+            )
 
     def _end(
         self,
@@ -294,6 +289,8 @@ class Executive:
         category: FailureCategory | None = None,
         detail: str = "",
     ) -> None:
-        self.ending = detail
-        self._standing.note(self._under_way.id, state)
-        self._say(script_report(self._under_way, self._index, state, percepts, at_s, category, detail))
+        self.end_reason = detail
+        self._states.note(self._active_script.id, state)
+        self._reports.extend(
+            script_report(self._active_script, self._index, state, percepts, at_s, category, detail)
+        )

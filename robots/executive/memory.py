@@ -5,33 +5,17 @@ tuning in use, the pose estimate. Not kept, for it senses anew: what it saw and 
 its trace. Data of the wire types: JSON can hold it.
 """
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
-from robots.physical.body import Pose
-from robots.wire import BehaviourScript, Message, PacketState, ScriptState, SymbolicFact
-from robots.wire.retuning import PacketTunings
-from robots.wire.script import Wire
-
-
-class StallMemory(Wire):
-    """How far a packet's patience has come; seconds and metres. `best_m` is None before there is any."""
-
-    retries: int = 0
-    idle_s: float = 0.0
-    manoeuvre_s: float | None = None
-    best_m: float | None = None
+from robots.data import Checked
+from robots.perception.localisation import EstimateMemory
+from robots.perception.progress import WayMemory
+from robots.reactive.stall import StallMemory
+from robots.wire import BehaviourScript, Message, PacketState, ScriptState
+from robots.wire.operator import PacketTunings
 
 
-class WayMemory(Wire):
-    """What a packet's odometer has added up."""
-
-    elapsed_s: float = 0.0
-    travelled_m: float = 0.0
-    advanced_m: float = 0.0
-    turned_rad: float = 0.0
-
-
-class PacketMemory(Wire):
+class PacketMemory(Checked):
     """How far one packet is. `held_s`: when, in the packet's time, each event's conditions last held."""
 
     state: PacketState
@@ -46,54 +30,48 @@ class PacketMemory(Wire):
     held_s: dict[str, float] = Field(default_factory=dict)
 
 
-class ScriptMemory(Wire):
-    """A script, the index of its packet under way, how far each packet is, the newest order's number (0: none)."""
+class ScriptMemory(Checked):
+    """A script, the index of its current packet, the state of each packet, the newest order's number (0: none).
 
+    Fields of earlier versions are ignored.
+    """
+
+    model_config = ConfigDict(extra="ignore")
     script: BehaviourScript
     index: int = Field(ge=0)
     packets: tuple[PacketMemory, ...]
-    task_state: frozenset[SymbolicFact] = frozenset()
     order: int = Field(default=0, ge=0)
 
 
-class ExecutiveMemory(Wire):
+class ExecutiveMemory(Checked):
     """The script under way or the last one, and the states of all that are remembered, oldest first."""
 
     script: ScriptMemory | None = None
     states: dict[str, ScriptState] = Field(default_factory=dict)
 
 
-class MailboxMemory(Wire):
+class MailboxMemory(Checked):
     """Answers given, each to the request that it names, and reports without a receipt; oldest first."""
 
     answers: tuple[Message, ...] = ()
     reports: tuple[Message, ...] = ()
 
 
-class EstimateMemory(Wire):
-    """Where the robot believes it is: `covariance` row by row of x, y, heading; `odometry` as last read."""
-
-    pose: Pose
-    covariance: tuple[float, ...] = Field(min_length=9, max_length=9)
-    odometry: Pose | None
-    rejected: int
-
-
-class UpkeepMemory(Wire):
+class UpkeepMemory(Checked):
     """How often the robot has sought its charger, and when last; None if never."""
 
     count: int = 0
     began_s: float | None = None
 
 
-class StaleMemory(Wire):
+class StaleMemory(Checked):
     """Scripts that were cancelled before they came, and the newest revision heard of missions; oldest first."""
 
     cancelled: tuple[str, ...] = ()
     revisions: dict[str, int] = Field(default_factory=dict)
 
 
-class RobotMemory(Wire):
+class RobotMemory(Checked):
     """Everything. `verdicts`: why a script was refused, None for one that was agreed to, by its id."""
 
     mailbox: MailboxMemory

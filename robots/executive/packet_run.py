@@ -1,16 +1,15 @@
-"""One behaviour packet's run: wait for clearance and its sensor pre-conditions, let its patterns act, stop at
-its post-conditions.
+"""One run of a behaviour packet: it waits for clearance and its sensor pre-conditions, acts, and ends at its
+post-conditions.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from robots.conditions import Verdict, in_words, unmet
-from robots.executive.events import TIMEOUT, TOO_FAR, EventWatch
+from robots.executive.events import EventWatch
 from robots.executive.memory import PacketMemory
-from robots.executive.patience import LOST_S, UNSEEN_S
-from robots.executive.plans import Phase, name_of
-from robots.executive.situation import plight
+from robots.executive.sensing_plan import Phase
+from robots.executive.situation import describe_situation
 from robots.perception.percepts import Percepts
 from robots.perception.progress import Odometer
 from robots.physical.profile import RobotProfile
@@ -19,12 +18,18 @@ from robots.reactive.patterns import BehaviourPattern, Responses, respond
 from robots.reactive.stall import StallGuard
 from robots.reactive.synthesis import DegreeOfFreedom, Motion, motion
 from robots.repertoire import BoundPacket
-from robots.wire import BehaviourPacket, FailureCategory, PacketState
+from robots.repertoire.schema import TIMEOUT, TOO_FAR
+from robots.wire import BehaviourPacket, FailureCategory, PacketState, TracedCondition
+
+LOST_S = 1.0
+"""A maintained condition may be unmet for this long before the packet is given up."""
+UNSEEN_S = 20.0
+"""Likewise if it is unmet because what it asks about is out of view."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """A packet's new state, or news within a state, with words for the operator and the events raised."""
+    """A new state of a packet, or an event within a state. `detail` is for the operator."""
 
     state: PacketState
     detail: str = ""
@@ -34,7 +39,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What one tick of a packet asks for, and what changed."""
+    """The result of one tick."""
 
     motion: Motion = field(default_factory=Motion)
     responses: Responses = field(default_factory=Responses)
@@ -42,27 +47,25 @@ class Outcome:
 
 
 class PacketRun:
-    """The state machine of one packet. `step_s` is the time since the last tick; paused ticks are not given
-    to it.
-    """
+    """The state machine of one packet. It is not stepped while the script is paused."""
 
     def __init__(self, packet: BehaviourPacket, content: BoundPacket, profile: RobotProfile) -> None:
         self.packet = packet
         self.state = PacketState.WAITING
         self.content = content
         self.perceived: Percepts | None = None
-        """What its last tick went by."""
+        """The percepts of the last tick."""
         self._profile = profile
         self._uncleared = set(packet.after)
         self._missing: list[str] = []
         self._waited_s = 0.0
-        self._lost_s = self._unseen_s = 0.0
-        self._told: set[str] = set()
+        self._lost_s = 0.0
+        self._unseen_s = 0.0
+        self._reported_defects: set[str] = set()
         self._guard = StallGuard(content.goal, content.retries or 0, content.stalled_s)
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
         self._watch = EventWatch(content.events)
-        self._actions = [name_of(packet, phase) for phase in (Phase.WAIT, Phase.ACT, Phase.RETRY)]
 
     @property
     def over(self) -> bool:
@@ -70,32 +73,31 @@ class PacketRun:
 
     @property
     def grips(self) -> bool:
-        """True while it opens or closes the jaws, which must not be left half done."""
+        """True while it moves the jaws, which must not be interrupted."""
         gripping = any(one.dof is DegreeOfFreedom.GRIP for one in self.content.patterns)
         return gripping and self.state is PacketState.RUNNING
 
     @property
-    def action(self) -> str:
-        """The actuator action of the script's plan that it is at."""
-        waits, acts, retries = self._actions
+    def phase(self) -> Phase:
+        """The current actuator action."""
         if self.state in (PacketState.WAITING, PacketState.INITIALIZING):
-            return waits
-        return retries if self._guard.manoeuvring else acts
+            return Phase.WAIT
+        return Phase.RETRY if self._guard.manoeuvring else Phase.ACT
 
     @property
     def waits_for(self) -> str:
-        """What it could not start for when last tried, in words; empty once it runs."""
+        """The unmet conditions for starting, in words; empty once it runs."""
         return "; ".join(self._missing)
 
     def clear(self, ended: Iterable[str]) -> None:
-        """These actions have ended; it need not wait for them any more. May come long before its turn."""
+        """Stop waiting for these actions, which have ended. May be called before the packet's turn."""
         self._uncleared.difference_update(ended)
 
     def rebound(self, content: BoundPacket) -> "PacketRun":
-        """The same packet, not begun, with another content."""
-        fresh = PacketRun(self.packet, content, self._profile)
-        fresh._uncleared &= self._uncleared
-        return fresh
+        """A new run of the same packet with another content."""
+        run = PacketRun(self.packet, content, self._profile)
+        run._uncleared &= self._uncleared
+        return run
 
     def memory(self) -> PacketMemory:
         return PacketMemory(
@@ -104,7 +106,7 @@ class PacketRun:
             waited_s=self._waited_s,
             lost_s=self._lost_s,
             unseen_s=self._unseen_s,
-            told=frozenset(self._told),
+            told=frozenset(self._reported_defects),
             stall=self._guard.memory(),
             way=self._odometer.memory(),
             raised=self._watch.raised,
@@ -112,16 +114,20 @@ class PacketRun:
         )
 
     def recall(self, memory: PacketMemory) -> None:
-        """Go on where a run of the same packet stood; what is around it is sensed anew."""
-        self.state, self._uncleared = memory.state, set(memory.uncleared)
-        self._waited_s, self._lost_s, self._unseen_s = memory.waited_s, memory.lost_s, memory.unseen_s
-        self._told = set(memory.told)
+        """Restore the state of an earlier run of the same packet."""
+        self.state = memory.state
+        self._uncleared = set(memory.uncleared)
+        self._waited_s = memory.waited_s
+        self._lost_s = memory.lost_s
+        self._unseen_s = memory.unseen_s
+        self._reported_defects = set(memory.told)
         self._guard.recall(memory.stall)
         self._odometer.recall(memory.way)
-        self._watch.raised, self._watch.held_s = memory.raised, dict(memory.held_s)
+        self._watch.raised = memory.raised
+        self._watch.held_s = dict(memory.held_s)
 
     def step(self, percepts: Percepts, step_s: float) -> Outcome:
-        """Advance by one tick."""
+        """Advance by one tick. `step_s`: the time since the last one."""
         self.perceived = percepts
         if self.state is PacketState.WAITING:
             self.state = PacketState.INITIALIZING
@@ -132,38 +138,38 @@ class PacketRun:
             return self._advance(percepts, step_s)
         return Outcome()
 
-    def fault(self, why: str, last: Percepts | None) -> Outcome:
-        """Give up for want of a sensor. `last`: what was perceived before it failed."""
-        return self.fail(FailureCategory.ROBOT, f"broke off: {why}", last, when="before that ")
+    def fault(self, reason: str, last: Percepts | None) -> Outcome:
+        """Give up because of a sensor fault. `last`: the percepts before it."""
+        return self.fail(FailureCategory.ROBOT, f"broke off: {reason}", last, when="before that ")
 
     def fail(
-        self, category: FailureCategory, why: str, percepts: Percepts | None, *, when: str = ""
+        self, category: FailureCategory, reason: str, percepts: Percepts | None, *, when: str = ""
     ) -> Outcome:
-        """Give up, and say what was perceived."""
+        """Give up, with a detail that describes the robot's situation."""
         self.state = PacketState.FAILED
-        detail = f"{self.packet.tag} {why}"
+        detail = f"{self.packet.tag} {reason}"
         if percepts is not None:
-            detail += f"; {when}{plight(percepts, self.packet.arguments.values())}"
+            detail += f"; {when}{describe_situation(percepts, self.packet.arguments.values())}"
         return Outcome(change=Change(state=self.state, category=category, detail=detail))
 
     def _wait(self, percepts: Percepts, step_s: float) -> Outcome:
         clearance = self._awaited_clearance()
         unmet_now = unmet(self.content.before, percepts)
-        said = filter(None, (clearance, *(one.words for one in unmet_now)))
-        self._missing = list(dict.fromkeys(said))
+        words = filter(None, (clearance, *(verdict.words for verdict in unmet_now)))
+        self._missing = list(dict.fromkeys(words))
         if not self._missing:
             self.state = PacketState.RUNNING
             return Outcome(change=Change(state=self.state))
         self._waited_s += step_s
         if self._waited_s > self.packet.wait_timeout_s:
-            why = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {self.waits_for}"
+            reason = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {self.waits_for}"
             category = FailureCategory.DEADLINE if clearance else FailureCategory.WORLD_CHANGED
-            return self.fail(category, why, percepts)
+            return self.fail(category, reason, percepts)
         unseen = any(one.unseen for one in unmet_now)
         self._unseen_s = self._unseen_s + step_s if unseen else 0.0
         if self._unseen_s > UNSEEN_S:
-            why = f"could not start for {UNSEEN_S:.0f} s for want of sight: the robot {self.waits_for}"
-            return self.fail(FailureCategory.WORLD_CHANGED, why, percepts)
+            reason = f"could not start for {UNSEEN_S:.0f} s for want of sight: the robot {self.waits_for}"
+            return self.fail(FailureCategory.WORLD_CHANGED, reason, percepts)
         return self._act(self.content.waiting, percepts)
 
     def _awaited_clearance(self) -> str:
@@ -171,27 +177,28 @@ class PacketRun:
         return f"waits for clearance: {', '.join(uncleared)}" if uncleared else ""
 
     def _advance(self, percepts: Percepts, step_s: float) -> Outcome:
-        """One tick of acting; the events it raises go with its change of state, or are news of their own."""
+        """One tick of acting, with the events that it raises."""
         progress = self._odometer.update(percepts.odometry, step_s, self._watch.raised)
         percepts.progress = progress
         news = self._watch.update(percepts)
         if news:
             percepts.progress = replace(progress, raised=self._watch.raised)
         outcome = self._run(percepts, step_s)
-        spared = self._spared(percepts)
-        if not news and not spared:
+        defects = self._new_defects(percepts)
+        if not news and not defects:
             return outcome
         change = outcome.change or Change(state=self.state)
-        said = "; ".join([*spared, *(f"{name}: the robot {words}" for name, words in news.items())])
-        detail = f"{change.detail}; {said}" if change.detail else said
+        words = [*(f"goes on though {defect}" for defect in defects)]
+        words += [f"{name}: the robot {perceived}" for name, perceived in news.items()]
+        detail = "; ".join([change.detail, *words] if change.detail else words)
         events = (*news, *change.events)
         return replace(outcome, change=replace(change, detail=detail, events=events))
 
-    def _spared(self, percepts: Percepts) -> list[str]:
-        """Readings that it newly does without: told once a packet."""
-        fresh = [words for words in percepts.degraded if words.partition(" reads")[0] not in self._told]
-        self._told.update(words.partition(" reads")[0] for words in fresh)
-        return [f"goes on though {words}" for words in fresh]
+    def _new_defects(self, percepts: Percepts) -> list[str]:
+        """Defects of sensors that this packet has not reported yet, in words."""
+        new = [defect for defect in percepts.degraded if defect.sensor not in self._reported_defects]
+        self._reported_defects.update(defect.sensor for defect in new)
+        return [defect.words for defect in new]
 
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
         missing = unmet(self.content.after, percepts)
@@ -201,8 +208,8 @@ class PacketRun:
         lost = unmet(self.content.maintain, percepts)
         self._lost_s = self._lost_s + step_s if lost else 0.0
         if self._lost_s > (UNSEEN_S if any(one.unseen for one in lost) else LOST_S):
-            why = f"broke off: the robot {in_words(lost)}"
-            return self.fail(FailureCategory.WORLD_CHANGED, why, percepts)
+            reason = f"broke off: the robot {in_words(lost)}"
+            return self.fail(FailureCategory.WORLD_CHANGED, reason, percepts)
         for limit in (TOO_FAR, TIMEOUT):
             if limit in percepts.progress.raised:
                 return self._overrun(limit, percepts, missing)
@@ -210,21 +217,22 @@ class PacketRun:
 
     def _overrun(self, limit: str, percepts: Percepts, missing: list[Verdict]) -> Outcome:
         if limit == TIMEOUT:
-            why = f"did not end within {self.packet.timeout_s:.0f} s: the robot {in_words(missing)}"
-            return self.fail(FailureCategory.DEADLINE, why, percepts)
-        why = f"did not end within {self.content.max_distance_m} m: the robot {in_words(missing)}"
-        return self.fail(FailureCategory.ROBOT, why, percepts)
+            reason = f"did not end within {self.packet.timeout_s:.0f} s: the robot {in_words(missing)}"
+            return self.fail(FailureCategory.DEADLINE, reason, percepts)
+        reason = f"did not end within {self.content.max_distance_m} m: the robot {in_words(missing)}"
+        return self.fail(FailureCategory.ROBOT, reason, percepts)
 
     def _move(self, percepts: Percepts, step_s: float, missing: list[Verdict]) -> Outcome:
-        profile, guard = self._profile, self._guard
+        profile = self._profile
+        guard = self._guard
         manoeuvre = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
         if manoeuvre is not None:
             return Outcome(motion=manoeuvre)
         if self.content.retries is not None:
             guard.watch(percepts, step_s)
         if guard.spent:
-            why = f"made no progress after {guard.allowed} retries: the robot {in_words(missing)}"
-            return self.fail(FailureCategory.ROBOT, why, percepts)
+            reason = f"made no progress after {guard.allowed} retries: the robot {in_words(missing)}"
+            return self.fail(FailureCategory.ROBOT, reason, percepts)
         if guard.stalled:
             guard.begin_manoeuvre()
             detail = f"no progress, backs off and tries again ({guard.retries} of {guard.allowed})"
@@ -239,3 +247,19 @@ class PacketRun:
             limits = Velocity(speed_m_s, self._profile.turn_rad_s)
             wanted = self._filter.apply(wanted, responses.resultant, percepts, limits)
         return Outcome(motion=wanted, responses=responses)
+
+    def traced_conditions(self) -> Iterator[TracedCondition]:
+        """The conditions that start, sustain and end the packet, as of its last tick."""
+        percepts = self.perceived
+        if percepts is None:
+            return
+        content = self.content
+        groups = (("before", content.before), ("maintain", content.maintain), ("after", content.after))
+        for when, conditions in groups:
+            for condition in conditions:
+                if not percepts.data.holds(condition.needs):  # of a pre-condition, once the packet runs
+                    words = f"does not sense {', '.join(sorted(condition.needs))} now"
+                    yield TracedCondition(when=when, words=words)
+                    continue
+                verdict = condition.check(percepts)
+                yield TracedCondition(when=when, words=verdict.words, holds=verdict.holds)

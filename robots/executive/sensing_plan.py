@@ -1,50 +1,78 @@
-"""A plan as a finite state machine whose states run sensor actions beside actuator actions (P-SMPA, algorithm 2)."""
+"""Which sensor actions run beside each actuator action of a script (P-SMPA §5.1, algorithm 2).
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from itertools import pairwise
+A packet is up to three actuator actions: it waits for its pre-conditions, acts, and retries after a stall. The sensor
+actions run whose percepts the current actuator action needs, and end with it.
+"""
 
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from robots.conditions import Condition
+from robots.conditions.facts import REPORTED
 from robots.errors import RepertoireError
-from robots.executive.actions import ActuatorAction, SensorAction, TaskPlan
-from robots.physical.body import Sensor
+from robots.perception.percepts import NOTHING, Needs
+from robots.perception.sensing import SensorAction
+from robots.reactive.patterns import BehaviourPattern
+from robots.reactive.stall import BACKS_OFF, WATCHED
+from robots.repertoire import BoundPacket
+from robots.wire import BehaviourScript
+
+
+class Phase(StrEnum):
+    """The actuator actions of a packet."""
+
+    WAIT = "wait"
+    """Until its pre-conditions hold."""
+    ACT = "act"
+    """Until its post-conditions hold."""
+    RETRY = "retry"
+    """The retry manoeuvre after a stall."""
 
 
 @dataclass(frozen=True, slots=True)
 class BehaviourState:
-    """δ, or δ' if sensor actions run beside it: they end as soon as the actuator action does."""
+    """A state of the script's state machine: one phase of one packet, and the sensors whose percepts it needs."""
 
-    action: ActuatorAction
-    beside: tuple[SensorAction, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class StateMachine:
-    """f(Λ, T): behaviour states by their action's name, and which may follow which."""
-
-    states: Mapping[str, BehaviourState] = field(default_factory=dict)
-    transitions: frozenset[tuple[str, str]] = frozenset()
+    needs: Needs
 
     @property
-    def pre(self) -> frozenset[Sensor]:
-        """The sensors that its sensor actions ask the body to be fitted with."""
-        sensors: frozenset[Sensor] = frozenset()
-        return sensors.union(*(s.pre for state in self.states.values() for s in state.beside))
+    def beside(self) -> tuple[SensorAction, ...]:
+        """The sensor actions that run beside the actuator action: those with per(s) in pre(a)."""
+        return tuple(SensorAction(sensor=sensor) for sensor in sorted(self.needs))
 
 
-def schedule(plan: TaskPlan, sensor_actions: Iterable[SensorAction]) -> StateMachine:
-    """Algorithm 2: a state an action in the body's order; beside it the sensor actions with per(s) ⊆ pre(a).
+StateMachine = Mapping[tuple[str, Phase], BehaviourState]
+"""By packet id and phase."""
 
-    :raises RepertoireError: if two actions go by one name.
+
+def schedule(script: BehaviourScript, contents: Sequence[BoundPacket]) -> StateMachine:
+    """The states of a script; `contents` are its packets' contents in order.
+
+    :raises RepertoireError: if two packets have one id.
     """
-    offered = tuple(sensor_actions)
-    actions = (*plan.body, *plan.recoveries.values())
-    states = {
-        action.name: BehaviourState(action, tuple(s for s in offered if s.per <= action.percepts))
-        for action in actions
-    }
-    if len(states) < len(actions):
-        raise RepertoireError(f"two packets of {plan.invocation} go by one id")
-    names = [action.name for action in plan.body]
-    there = {(name, recovery.name) for name, recovery in plan.recoveries.items()}
-    back = {(after, before) for before, after in there}
-    return StateMachine(states, frozenset({*pairwise(names), *there, *back}))
+    states: dict[tuple[str, Phase], BehaviourState] = {}
+    for packet, content in zip(script.packets, contents, strict=True):
+        if (packet.id, Phase.WAIT) in states:
+            raise RepertoireError(f"two packets of {script.id} have one id: {packet.id}")
+        acting = _needs_of_acting(content)
+        waiting = REPORTED | needs_of(content.before, content.waiting)
+        states[packet.id, Phase.WAIT] = BehaviourState(waiting)
+        states[packet.id, Phase.ACT] = BehaviourState(acting)
+        states[packet.id, Phase.RETRY] = BehaviourState(acting | BACKS_OFF)
+    return states
+
+
+def needs_of(conditions: Iterable[Condition] = (), patterns: Iterable[BehaviourPattern] = ()) -> Needs:
+    """The sensors that conditions and patterns declare."""
+    needed: list[Needs] = [condition.needs for condition in conditions]
+    for pattern in patterns:
+        needed += [pattern.stimulus.needs, *(condition.needs for condition in pattern.when)]
+    return NOTHING.union(*needed)
+
+
+def _needs_of_acting(content: BoundPacket) -> Needs:
+    conditions = [*content.maintain, *content.after]
+    conditions += [condition for event in content.events.values() for condition in event]
+    avoiding = NOTHING if content.avoid is None else content.avoid.needs
+    return REPORTED | WATCHED | avoiding | needs_of(conditions, content.patterns)

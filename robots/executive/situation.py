@@ -1,27 +1,27 @@
-"""What a robot perceives of its plight when it gives a packet up, in words for the operator."""
+"""Describes the robot's situation when a packet fails, in words for the operator."""
 
 from cmath import phase
 from collections.abc import Iterable
 
 from robots.perception.percepts import GRIP, Percepts
 
-MEETS_M = 4.0
-"""The nearest robot in view, no farther off than this, may be what it met."""
+NEAREST_ROBOT_M = 4.0
+"""The nearest robot in view is mentioned up to this distance."""
 CLOSE_M = 0.5
-"""What is nearer to the hull than this may be what is in the way."""
+"""The nearest obstacle is mentioned up to this gap to the hull."""
 
 
-def plight(percepts: Percepts, names: Iterable[str]) -> str:
-    """Where it believes to be, what it sees of the things that the packet names, what is close, what does not work.
+def describe_situation(percepts: Percepts, names: Iterable[str]) -> str:
+    """The robot's estimated place, defective sensors, sightings of the named things, and the nearest obstacle.
 
-    :param names: places, objects and robots; others are passed over.
+    :param names: places, objects and robots; any other name is ignored.
     """
     pose = percepts.pose
     words = [f"{percepts.me} at ({pose.x_m:.1f}, {pose.y_m:.1f})"]
-    words += [f"{percepts.me}'s {one}" for one in percepts.degraded]
+    words += [f"{percepts.me}'s {defect.words}" for defect in percepts.degraded]
     if percepts.seen is not None:
-        told = dict.fromkeys([*names, *_nearest_robot(percepts)])
-        words += [said for name in told if (said := _seen(percepts, name))]
+        mentioned = dict.fromkeys([*names, *_nearest_robot(percepts)])
+        words += [sighting for name in mentioned if (sighting := _sighting(percepts, name))]
         words += [] if percepts.seen else ["no beacon in view at all"]
     if percepts.about is not None:
         words += _in_the_way(percepts)
@@ -30,11 +30,11 @@ def plight(percepts: Percepts, names: Iterable[str]) -> str:
 
 def _nearest_robot(percepts: Percepts) -> list[str]:
     others = [one for one in percepts.sightings.values() if one.identity in percepts.profile.others]
-    near = [one for one in others if one.range_m <= MEETS_M]
+    near = [one for one in others if one.range_m <= NEAREST_ROBOT_M]
     return [one.identity for one in sorted(near, key=lambda one: one.range_m)[:1]]
 
 
-def _seen(percepts: Percepts, name: str) -> str:
+def _sighting(percepts: Percepts, name: str) -> str:
     if percepts.data.holds(GRIP) and name == percepts.holding:
         return f"holds {name}"
     sighting = percepts.sightings.get(name)

@@ -44,7 +44,7 @@ def telemetry(
         sensors=tuple(sorted(running)),
         sensing_j=meter.used_j,
         sensing_saved_j=meter.saved_j,
-        degraded=percepts.degraded,
+        degraded=tuple(defect.words for defect in percepts.degraded),
         driven_by=driven_by,
         goal_m=_goal_m(percepts, run),
     )

@@ -1,5 +1,6 @@
-"""What a robot does for its own sake (MACTA §3, the self level): with no script under way and its battery low, it
-drives home and is charged. It does so by a script of packets like any other, which gives way to what the service asks.
+"""Upkeep (MACTA §3, the self level): a robot with a low battery and no script drives home and charges.
+
+It does so by a script of its own, which is cancelled for any script of the service.
 """
 
 from robots.executive.memory import UpkeepMemory
@@ -9,18 +10,17 @@ from robots.repertoire import SelfLevel
 from robots.wire import OWN, BehaviourPacket, BehaviourScript
 
 PAUSE_S = 60.0
-"""A robot that could not charge tries again after this time."""
-DRIVE_S, CHARGE_S = 300.0, 4 * 3600.0
+"""Between two attempts to charge."""
+DRIVE_S = 300.0
+CHARGE_S = 4 * 3600.0
 
 
 class Upkeep:
-    """Decides when a robot that has nothing to do seeks its charger, and whether it is fit for a script.
-
-    Both by the battery's gauge, in shares of a full battery; before the first percepts nothing is decided.
-    """
+    """Decides by the battery's charge when a robot seeks its charger, and whether it accepts a script."""
 
     def __init__(self, profile: RobotProfile, levels: SelfLevel) -> None:
-        self._profile, self._levels = profile, levels
+        self._profile = profile
+        self._levels = levels
         self._began_s = float("-inf")
         self._count = 0
 
@@ -32,7 +32,7 @@ class Upkeep:
         self._began_s = float("-inf") if memory.began_s is None else memory.began_s
 
     def script(self, percepts: Percepts) -> BehaviourScript | None:
-        """What to do with nothing else to do; None if there is no need, or no home to go to."""
+        """The script to run without any other; None if none is needed, or there is no home."""
         if self._profile.home is None or percepts.battery >= self._levels.low:
             return None
         if percepts.charging or percepts.time_s < self._began_s + PAUSE_S:
@@ -41,17 +41,20 @@ class Upkeep:
         self._count += 1
         return recharge(self._profile.name, self._profile.home, self._count)
 
-    def refusal(self, percepts: Percepts | None, *, under_way: str | None) -> str | None:
-        """Why the robot is too weak for a script; None if it is not. `under_way`: the packet it is at."""
+    def refusal(self, percepts: Percepts | None, *, current_tag: str | None) -> str | None:
+        """Why the battery is too low for a script; None if it is not, or not known. `current_tag`: of its packet."""
         needed = self._levels.needed
         if percepts is None or percepts.battery >= needed:
             return None
-        does = "charges" if percepts.charging else "rests" if under_way is None else f"is at {under_way}"
-        return f"{self._profile.name} {does}, battery at {percepts.battery:.0%}: {needed:.0%} needed"
+        if percepts.charging:
+            activity = "charges"
+        else:
+            activity = "rests" if current_tag is None else f"is at {current_tag}"
+        return f"{self._profile.name} {activity}, battery at {percepts.battery:.0%}: {needed:.0%} needed"
 
 
 def recharge(robot: str, home: str, count: int) -> BehaviourScript:
-    """The robot's own script to drive home and be charged there."""
+    """The robot's own script to drive home and charge there."""
     packets = (
         BehaviourPacket(
             id=f"seek_charger_{count}",

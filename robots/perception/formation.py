@@ -88,3 +88,9 @@ def _obstacles(percepts: Percepts, whole: Formation) -> Obstacles:
     others = np.abs(about.at - whole.partner) > BESIDE_M
     at, radii_m = whole.to_formation(about.at[others]), about.radii_m[others] + wider_m
     return Obstacles(at, radii_m, np.zeros(len(at), np.bool_))
+
+
+def put_down_point(percepts: Percepts, thing: str, place: str) -> complex | None:
+    """Where the place would be seen if the object's middle were in the jaws; robot's frame."""
+    middle, at = percepts.locate(thing), percepts.locate(place)
+    return None if middle is None or at is None else at - middle + GRIPPER_REACH_M

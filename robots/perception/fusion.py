@@ -8,13 +8,13 @@ from math import isfinite
 import numpy as np
 
 from robots.errors import SensorFault
-from robots.perception.datastore import MutualDataStore
+from robots.perception.health import Defect
 from robots.perception.localisation import Localiser
-from robots.perception.observation import Observation
 from robots.perception.obstacles import NOTHING_SOLID, ROBOT, Obstacles, Surroundings
 from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
 from robots.perception.recognition import by_infra_red, by_touch, by_whiskers
-from robots.perception.tracker import ObjectTracking
+from robots.perception.sensing import MutualDataStore
+from robots.perception.tracking import ObjectTracking, Observation
 from robots.physical.body import RADIUS_M, Pose, Sensor
 from robots.physical.geometry import to_robot
 from robots.physical.profile import RobotProfile
@@ -62,7 +62,7 @@ class Perception:
         *,
         battery: float = 1.0,
         charging: bool = False,
-        degraded: tuple[str, ...] = (),
+        degraded: tuple[Defect, ...] = (),
     ) -> Percepts:
         """Fuse one instant, of the sensors that run.
 

@@ -5,21 +5,36 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite, pi
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robots.errors import SensorOff
-from robots.perception.datastore import MutualDataStore
+from robots.perception.health import Defect
 from robots.perception.obstacles import Obstacles
 from robots.perception.progress import Progress
+from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import Cursor
-from robots.perception.wish import Wish
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose, Sensor
 from robots.physical.geometry import to_robot, wrap
 from robots.physical.profile import STAND_OFF_M, RobotProfile
 from robots.physical.sightings import Sightings
+
+
+class DriveCommand(NamedTuple):
+    """What an operator who drives the robot commands, both in [-1, 1].
+
+    `forward`: share of the speed that a driven robot may have, negative back; `left`: share of the robot's turn rate.
+    """
+
+    forward: float = 0.0
+    left: float = 0.0
+
+    @property
+    def moves(self) -> bool:
+        return self != (0.0, 0.0)
+
 
 REMEMBERED_S = 5.0
 """How long a tag that went out of sight is still believed to lie where it was."""
@@ -45,14 +60,13 @@ TRACKING: Needs = SURROUNDINGS | TOUCH
 
 @dataclass(slots=True, kw_only=True)
 class Percepts:
-    """Everything conditions and stimuli may look at. Points are complex, in the robot's frame, metres.
+    """All that conditions and stimuli may read. Points are complex, in the robot's frame, metres.
 
-    `data` is what the sensors that run have read. `seen`, `solid` and `about` are made of it, None where what they
-    are made of is not sensed: what is asked for then is a defect, and `SensorOff` is raised, for what is not sensed
-    is not "nothing there". `odometry` is the dead-reckoned pose as it is, `progress` what the packet under way has
-    come to by it: the packet fills it in; `wish` what an operator who drives it wishes, None if nobody does: the agent
-    does; nothing else is changed. `degraded`: what readings the robot does without,
-    in words. `last_seen`: when each beacon or tag that went out of view was there last, and how far off.
+    `data` holds the readings of the running sensors. `seen` (what is in view), `solid` (obstacles that infra-red tells
+    of) and `about` (all obstacles) are computed from them, None if a sensor they need is off; asking for them then
+    raises `SensorOff`, for not sensed does not mean "nothing there". `odometry` is the dead-reckoned pose. The packet
+    fills in `progress`, the agent `drive_command` (None if no operator drives); nothing else is changed. `degraded`:
+    readings that are left out. `last_seen`: when each beacon or tag that is out of view was last seen, and its range.
     """
 
     profile: RobotProfile
@@ -67,10 +81,10 @@ class Percepts:
     bumped_s: float | None = None
     battery: float = 1.0
     charging: bool = False
-    degraded: tuple[str, ...] = ()
+    degraded: tuple[Defect, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     progress: Progress = field(default_factory=Progress)
-    wish: Wish | None = None
+    drive_command: DriveCommand | None = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def once(self, asked: Hashable, work: Callable[[], T]) -> T:

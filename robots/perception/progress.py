@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
-from robots.executive.memory import WayMemory
+from robots.data import Checked
 from robots.physical.body import Pose
 from robots.physical.geometry import to_robot, wrap
 
@@ -26,6 +26,15 @@ class Progress:
     speed_m_s: float = 0.0
     turn_rad_s: float = 0.0
     raised: frozenset[str] = frozenset()
+
+
+class WayMemory(Checked):
+    """What a packet's odometer has added up."""
+
+    elapsed_s: float = 0.0
+    travelled_m: float = 0.0
+    advanced_m: float = 0.0
+    turned_rad: float = 0.0
 
 
 class Odometer:

@@ -11,8 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.perception.observation import Modality, Observation
-from robots.perception.tracking import Cursors
+from robots.perception.tracking import Cursors, Modality, Observation
 from robots.physical.body import RADIUS_M, Pose
 from robots.physical.geometry import to_world
 from robots.physical.sightings import Sightings

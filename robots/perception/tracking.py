@@ -6,12 +6,46 @@ A robot in a hall tracks a dozen things at once, twenty times a second: they are
 
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from math import exp2, hypot, inf
 from operator import itemgetter
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+
+
+class Modality(StrEnum):
+    """Through which sense something is perceived."""
+
+    INFRA_RED = "infra_red"
+    ULTRASONIC = "ultrasonic"
+    TOUCH = "touch"
+
+    __hash__ = str.__hash__  # as of sensors, to be looked up quickly
+
+
+WEIGHT = {Modality.INFRA_RED: 0.3, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.5}
+"""How much of what is missing to certainty one observation adds (our choice)."""
+SIGMA_M = {Modality.INFRA_RED: 0.05, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.15}
+"""How far the place it tells may be off, metres (our choice)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """Things by name, and where each is.
+
+    :param at: shape (N,), complex, world frame, metres.
+    """
+
+    names: tuple[str, ...]
+    modality: Modality
+    at: NDArray[np.complex128]
+
+    @classmethod
+    def of_one(cls, name: str, modality: Modality, at: complex) -> "Observation":
+        return cls((name,), modality, np.array([at], dtype=np.complex128))
+
 
 MOVING_S = 1.5
 """A thing that left its place this long ago and not again stands still."""
@@ -206,3 +240,43 @@ def _fuse(
 @numba.njit(cache=True)
 def _size(way: complex) -> float:
     return hypot(way.real, way.imag)
+
+
+FORGOTTEN = 0.02
+TIDY_S = 1.0
+
+
+class ObjectTracking:
+    """Fuses observations of any modality into one cursor a thing. Feed it once a tick."""
+
+    def __init__(self) -> None:
+        self._cursors = Cursors.of({})
+        self._rows: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self._tidied_s = float("-inf")
+
+    @property
+    def cursors(self) -> Cursors:
+        """All things believed in, by name, as they are until the next observation."""
+        return self._cursors
+
+    def observe(self, told: Iterable[Observation], now_s: float) -> None:
+        """Account for what sensors told at one instant."""
+        for one in told:
+            if one.names:
+                self._fuse(one, now_s)
+        if now_s - self._tidied_s >= TIDY_S:
+            self._tidied_s = now_s
+            kept = np.flatnonzero(self._cursors.evidence_at(now_s) >= FORGOTTEN)
+            self._cursors, self._rows = self._cursors.only(kept), {}
+
+    def _fuse(self, told: Observation, now_s: float) -> None:
+        rows, viewed = self._rows_of(told.names), told.modality is Modality.INFRA_RED
+        weight, noise_m2 = WEIGHT[told.modality], SIGMA_M[told.modality] ** 2
+        self._cursors.fuse(rows, told.at, now_s, weight=weight, noise_m2=noise_m2, viewed=viewed)
+
+    def _rows_of(self, names: tuple[str, ...]) -> NDArray[np.int64]:
+        """Shape (N,): the rows of things, those that are new with no evidence yet."""
+        if names not in self._rows:
+            self._cursors = self._cursors.with_new(names)
+            self._rows[names] = np.array([self._cursors.rows[name] for name in names], dtype=np.int64)
+        return self._rows[names]

@@ -4,24 +4,20 @@ from collections.abc import Container
 from functools import cache
 from importlib import resources
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, model_validator
+from pydantic import Field, NonNegativeFloat, model_validator
 
-from robots.data import read_yaml
+from robots.data import Checked, read_yaml
 from robots.physical.body import ALL_SENSORS, Sensor
 
 
-class _Checked(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class MotorPowers(_Checked):
+class MotorPowers(Checked):
     """Watts a metre a second of driving, watts a radian a second of turning."""
 
     per_m_s: NonNegativeFloat
     per_rad_s: NonNegativeFloat
 
 
-class Powers(_Checked):
+class Powers(Checked):
     """What a rover's parts draw, watts, and its battery's capacity, watt-hours."""
 
     capacity_wh: float = Field(gt=0)

@@ -1,6 +1,6 @@
 """Virtual sonar: hears simulated robots, chained after the real ring of a robot that does not meet them (SRA)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import inf, tau
 from typing import Protocol
@@ -9,6 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.physical.body import RADIUS_M, Readings
+
+
+class Activity(Protocol):
+    """A module of the reactive controller: takes what those before it have sensed, and hands on its own account."""
+
+    def process(self, readings: Readings) -> Readings: ...
+
+
+def cascade(readings: Readings, activities: Iterable[Activity]) -> Readings:
+    """What all activities make of it, in the order of their installation: each is given what the one before gave."""
+    for activity in activities:
+        readings = activity.process(readings)
+    return readings
+
 
 Ranges = NDArray[np.float64]
 """Shape (N,), metres from the hull, beam 0 straight ahead, counter-clockwise, inf where nothing is in range."""

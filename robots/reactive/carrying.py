@@ -7,11 +7,11 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
-from robots.perception.formation import formation_with, guide_formation
+from robots.data import STRICT
+from robots.perception.formation import formation_with, guide_formation, put_down_point
 from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
 from robots.physical.geometry import clip
-from robots.reactive.responses import STRICT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,9 +110,3 @@ class PutAside:
     def read(self, percepts: Percepts) -> float | None:
         at = put_down_point(percepts, self.object, self.place)
         return None if at is None else clip(phase(at) / self.full_rad)
-
-
-def put_down_point(percepts: Percepts, thing: str, place: str) -> complex | None:
-    """Where the place would be seen if the object's middle were in the jaws; robot's frame."""
-    middle, at = percepts.locate(thing), percepts.locate(place)
-    return None if middle is None or at is None else at - middle + GRIPPER_REACH_M

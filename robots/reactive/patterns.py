@@ -8,8 +8,9 @@ from typing import ClassVar
 from pydantic import ConfigDict
 
 from robots.conditions import AnyCondition
+from robots.data import STRICT
 from robots.perception.percepts import Percepts
-from robots.reactive.responses import STRICT, AnyResponse
+from robots.reactive.responses import AnyResponse
 from robots.reactive.stimuli import AnyStimulus
 from robots.reactive.synthesis import REST, DegreeOfFreedom, Resultants, Utilitor, synthesise
 

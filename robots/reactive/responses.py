@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar, Literal, Protocol
 
 from pydantic import ConfigDict, Field
 
-STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+from robots.data import STRICT
+
 MOST_GAIN = 20.0
 
 

@@ -5,18 +5,32 @@ choice.
 from cmath import phase
 from math import inf, isfinite, pi
 
-from robots.executive.memory import StallMemory
-from robots.executive.patience import RETRIES, STALLED_S
+from robots.data import Checked
 from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.reactive.synthesis import Motion
 
-NEARER_M, MOVED_M, TURNED_RAD = 0.05, 0.06, 0.25
+STALLED_S = 7.0
+"""A packet without progress towards its goal for this long has stalled."""
+RETRIES = 4
+"""Retry manoeuvres before a packet is given up, unless the packet states another number."""
+NEARER_M = 0.05
+MOVED_M = 0.06
+TURNED_RAD = 0.25
 BACK_OFF_S, TURN_S = 1.6, 1.2
 REAR_GAP_M = 0.12
 WATCHED: Needs = LOCATING
 """What tells of progress."""
 BACKS_OFF: Needs = SURROUNDINGS
 """What the manoeuvre asks for: whether the way back is free."""
+
+
+class StallMemory(Checked):
+    """How far a packet's patience has come; seconds and metres. `best_m` is None before there is any."""
+
+    retries: int = 0
+    idle_s: float = 0.0
+    manoeuvre_s: float | None = None
+    best_m: float | None = None
 
 
 class StallGuard:

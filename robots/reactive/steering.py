@@ -8,11 +8,11 @@ from zlib import crc32
 
 from pydantic import ConfigDict, Field
 
+from robots.data import STRICT
 from robots.perception.course import clear_course
 from robots.perception.percepts import LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
-from robots.reactive.responses import STRICT
 
 ALONG_M = 1.2
 """An obstacle farther off than this is none to follow."""

@@ -12,11 +12,11 @@ from typing import Annotated, ClassVar, Literal, Protocol
 
 from pydantic import ConfigDict, Field
 
+from robots.data import STRICT
 from robots.perception.course import guide
 from robots.perception.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
 from robots.physical.geometry import clip
 from robots.reactive.carrying import Askew, JointWayOn, JointWayRound, PutAhead, PutAside
-from robots.reactive.responses import STRICT
 from robots.reactive.steering import (
     Alongside,
     Astern,
@@ -195,19 +195,19 @@ class LowBattery:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wished:
-    """What an operator who drives the robot wishes on one axis; nothing if nobody does."""
+class Commanded:
+    """What an operator who drives the robot commands on one axis; None if nobody drives."""
 
     __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
-    sense: Literal["wish"] = "wish"
+    sense: Literal["drive_command"] = "drive_command"
     axis: Literal["forward", "left"]
 
     def read(self, percepts: Percepts) -> float | None:
-        wish = percepts.wish
-        if wish is None:
+        command = percepts.drive_command
+        if command is None:
             return None
-        return wish.forward if self.axis == "forward" else wish.left
+        return command.forward if self.axis == "forward" else command.left
 
 
 AnyStimulus = Annotated[
@@ -220,7 +220,7 @@ AnyStimulus = Annotated[
     | CaptureHead
     | Barrier
     | LowBattery
-    | Wished
+    | Commanded
     | ToTurn
     | ToHeading
     | ToAdvance

@@ -8,7 +8,7 @@ from importlib import resources
 import yaml
 from pydantic import ValidationError
 
-from robots.conditions.awaits import condition_for
+from robots.conditions.facts import condition_for
 from robots.data import read_yaml
 from robots.errors import RepertoireError
 from robots.perception.percepts import waypoint

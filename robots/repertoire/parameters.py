@@ -3,15 +3,9 @@
 from collections.abc import Mapping
 from math import isfinite
 
-from pydantic import BaseModel, ConfigDict
+from robots.data import Checked
 
 Value = float | str
-
-
-class Checked(BaseModel):
-    """Base: immutable, unknown keys are an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Parameter(Checked):

@@ -10,12 +10,16 @@ from typing import Any
 from pydantic import Field, TypeAdapter
 
 from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
-from robots.executive.events import TIMEOUT, TOO_FAR, TOO_FAST
-from robots.executive.patience import RETRIES, STALLED_S
+from robots.data import Checked
 from robots.reactive.avoidance import AnyAvoidance
 from robots.reactive.patterns import BehaviourPattern, Level
-from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Checked, Parameter, Value
+from robots.reactive.stall import RETRIES, STALLED_S
+from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Parameter, Value
 
+TOO_FAST = "toofast"
+TOO_FAR = "toofar"
+TIMEOUT = "timeout"
+"""Events that every packet has (SRA fig. 4)."""
 PATTERNS = "patterns"
 PATTERNS_OF = "patterns_of"
 FASTER = 1.1

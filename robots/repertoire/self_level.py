@@ -8,9 +8,8 @@ from typing import Any
 import yaml
 from pydantic import Field, ValidationError, model_validator
 
-from robots.data import read_yaml
+from robots.data import Checked, read_yaml
 from robots.errors import RepertoireError
-from robots.repertoire.parameters import Checked
 from robots.repertoire.schema import PacketSpec, behaviour_patterns
 
 FILE = "self_level.yaml"

@@ -1,6 +1,5 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
-from robots.wire.driving import VALID_AT_MOST_S, SetPoint, SetPointRefusal
 from robots.wire.messages import (
     Acknowledgement,
     Body,
@@ -20,7 +19,21 @@ from robots.wire.messages import (
     UpkeepReport,
     new_message_id,
 )
-from robots.wire.retuning import PacketTunings, Retune, TuningReport
+from robots.wire.operator import (
+    TRACED_S,
+    VALID_AT_MOST_S,
+    PacketTunings,
+    Retune,
+    SetPoint,
+    SetPointRefusal,
+    TracedCondition,
+    TracedPattern,
+    TracedStretch,
+    TracedTick,
+    TraceQuery,
+    TraceReport,
+    TuningReport,
+)
 from robots.wire.script import (
     OWN,
     BehaviourPacket,
@@ -29,15 +42,6 @@ from robots.wire.script import (
     PacketState,
     ScriptState,
     SymbolicFact,
-)
-from robots.wire.tracing import (
-    TRACED_S,
-    TracedCondition,
-    TracedPattern,
-    TracedStretch,
-    TracedTick,
-    TraceQuery,
-    TraceReport,
 )
 
 __all__ = [

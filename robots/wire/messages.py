@@ -10,10 +10,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robots.wire.driving import SetPoint, SetPointRefusal
-from robots.wire.retuning import Retune, TuningReport
+from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
-from robots.wire.tracing import TraceQuery, TraceReport
 
 
 class Performative(StrEnum):

@@ -4,12 +4,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from robots.world.part import Part
+from robots.data import Checked
 
 Kind = Literal["velocity", "wheeled", "avatar"]
 
 
-class Ramps(Part):
+class Ramps(Checked):
     """How fast a body that has no wheels takes up a velocity it is told."""
 
     acceleration_m_s2: float = Field(default=1.0, gt=0, le=20)
@@ -28,7 +28,7 @@ class AvatarBodySpec(Ramps):
     kind: Literal["avatar"] = "avatar"
 
 
-class WheeledBodySpec(Part):
+class WheeledBodySpec(Checked):
     """Two driven wheels on one axle through the body's middle, and a caster that bears the rest of its weight.
 
     `base_m` lies between the wheels; speed, acceleration and torque are a wheel's own. `traction` is the friction of

@@ -9,8 +9,8 @@ from typing import Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from robots.data import Checked
 from robots.world.berths import lay_out
-from robots.world.part import Part
 from robots.world.parts import (
     Aisle,
     Compartment,
@@ -28,7 +28,7 @@ from robots.world.walls import panels_of
 ROBOT_WIDTH_M = 0.44
 
 
-class WorldFile(Part):
+class WorldFile(Checked):
     """A whole world. Every name is unique in the file; every reference resolves."""
 
     name: Name

@@ -1,5 +1,6 @@
 """Loads a world by its name (the ones shipped here) or from a YAML file."""
 
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 
@@ -7,8 +8,8 @@ import yaml
 from pydantic import ValidationError
 
 from robots.data import read_yaml
-from robots.errors import RepertoireError
-from robots.repertoire import load_repertoire
+from robots.errors import RobotError
+from robots.wire import PacketTunings
 from robots.world.file import WorldFile
 
 
@@ -24,8 +25,12 @@ def named_worlds() -> list[str]:
     )
 
 
-def load_world(name_or_file: str | Path) -> WorldFile:
+def load_world(
+    name_or_file: str | Path, *, check_tuning: Callable[[PacketTunings], object] | None = None
+) -> WorldFile:
     """Read and check a world.
+
+    :param check_tuning: called with the `tuning` of each robot that has one; raises a `RobotError` if it is not valid.
 
     :raises WorldFileError: naming the file, the slot and the choices.
     """
@@ -41,17 +46,17 @@ def load_world(name_or_file: str | Path) -> WorldFile:
     except ValidationError as error:
         slots = [f"  {'.'.join(map(str, e['loc'])) or 'world'}: {e['msg']}" for e in error.errors()]
         raise WorldFileError("\n".join([f"{origin} is not a valid world:", *slots])) from error
-    _check_tuning(world, origin)
+    if check_tuning is not None:
+        _check_tunings(world, check_tuning, origin)
     return world
 
 
-def _check_tuning(world: WorldFile, origin: str) -> None:
-    """Refuse, before the world is started, what the robots' own repertoire would."""
+def _check_tunings(world: WorldFile, check_tuning: Callable[[PacketTunings], object], origin: str) -> None:
     for robot in world.robots:
         if robot.tuning:
             try:
-                load_repertoire().tuned(robot.tuning)
-            except RepertoireError as error:
+                check_tuning(robot.tuning)
+            except RobotError as error:
                 raise WorldFileError(
                     f"{origin} is not a valid world:\n  robots.{robot.name}.tuning: {error}"
                 ) from error

@@ -9,8 +9,8 @@ from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, field_validator, model_validator
 
+from robots.data import Checked
 from robots.world.bodies import BodySpec, VelocityBodySpec, WheeledBodySpec
-from robots.world.part import Part
 from robots.world.radio import LinkSpec
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
@@ -26,7 +26,7 @@ NARROWEST_PITCH_M = 0.45
 """Berths nearer to each other than this, and a robot would take what lies in one to lie in the other."""
 
 
-class Aisle(Part):
+class Aisle(Checked):
     """An allocated area of a compartment, x and y intervals in metres."""
 
     name: Name
@@ -48,7 +48,7 @@ class Compartment(Aisle):
     aisles: tuple[Aisle, ...] = ()
 
 
-class Opening(Part):
+class Opening(Checked):
     """A gap in a wall, `at_m` metres from the wall's start to the gap's middle.
 
     door: closed to robots, samples are brought in from outside; hatch: narrow, samples pass, robots do not;
@@ -60,7 +60,7 @@ class Opening(Part):
     width_m: float = Field(gt=0)
 
 
-class Wall(Part):
+class Wall(Checked):
     """A straight wall between two points."""
 
     start: Point
@@ -72,7 +72,7 @@ class Wall(Part):
         return hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
 
 
-class Location(Part):
+class Location(Checked):
     """A named place on the floor with an infra-red beacon above it.
 
     `approach_deg` are the directions in which the beacon emits: a robot docks from there. `capacity` is how many
@@ -88,7 +88,7 @@ class Location(Part):
     berth_pitch_m: float | None = Field(default=None, ge=NARROWEST_PITCH_M)
 
 
-class RobotSpec(Part):
+class RobotSpec(Checked):
     """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
     `battery`: the share of its charge that it starts with.
@@ -123,7 +123,7 @@ class RobotSpec(Part):
         return self
 
 
-class Sample(Part):
+class Sample(Checked):
     """A tagged sample and where it lies at the start.
 
     One with a `length_m` is a long object that takes two robots: a bar with a handle at each end and its tag at the
@@ -144,7 +144,7 @@ class Sample(Part):
         return length_m
 
 
-class Obstacle(Part):
+class Obstacle(Checked):
     """A round rock that stands on the floor and is on no robot's map: whiskers meet it, infra-red passes above it.
 
     `jitter_m`: how far from `at` a seed may put it.
@@ -156,7 +156,7 @@ class Obstacle(Part):
     jitter_m: float = Field(default=0.0, ge=0, le=2)
 
 
-class WorldFact(Part):
+class WorldFact(Checked):
     """An extra initial fact, in rel/ref form."""
 
     predicate: str

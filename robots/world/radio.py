@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from robots.world.part import Part
+from robots.data import Checked
 
 ONE_IN = 100
 """Of so many exchanges one may take longer than `LinkSpec.answer_s` says."""
@@ -20,7 +20,7 @@ RESENT_S = 1.0
 """An unanswered message is sent again so long after its answer could have come (world's clock)."""
 
 
-class Outage(Part):
+class Outage(Checked):
     """A time without contact that nobody knows of beforehand; every `every_s` seconds anew, if given."""
 
     start_s: float = Field(ge=0)
@@ -46,7 +46,7 @@ class Outage(Part):
         return self
 
 
-class Contact(Part):
+class Contact(Checked):
     """Contact for `for_s` seconds in every `every_s`, the first time at `start_s`: known beforehand, as an orbit is."""
 
     start_s: float = Field(default=0.0, ge=0)
@@ -83,7 +83,7 @@ class Contact(Part):
         return self
 
 
-class LinkSpec(Part):
+class LinkSpec(Checked):
     """The radio between the service and a robot, the same both ways; left out, it is perfect.
 
     A message is lost with probability `loss`, and if there is no contact when it leaves or when it would arrive. It

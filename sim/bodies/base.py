@@ -4,8 +4,8 @@ from abc import ABC, abstractmethod
 from math import inf
 
 from robots.physical.body import ALL_SENSORS, Pose, Readings, Sensor
-from robots.physical.cascade import Activity, cascade
 from robots.physical.energy import load_powers
+from robots.physical.sonar import Activity, cascade
 from robots.world import RobotSpec
 from sim.bodies.battery import Battery
 from sim.physics.jaws import Jaws
@@ -13,7 +13,7 @@ from sim.snapshot import BodyState, RampedState, WheeledState
 
 
 class SimulatedBody(ABC):
-    """Implements `robots.physical.body.Body`, and knows no more than a real one would. How it moves its kind decides."""
+    """Implements `robots.physical.body.Body`, and knows no more than a real one would. Its kind decides how it moves."""
 
     def __init__(self, spec: RobotSpec, jaws: Jaws) -> None:
         self.spec = spec

@@ -2,8 +2,8 @@
 
 from math import radians
 
-from robots.executive.agent import BeaconSpec, BehaviouralAgent, RobotProfile
-from robots.physical.profile import Architecture
+from robots.executive.agent import BehaviouralAgent
+from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire
 from sim.world.simulation import Fitting
 

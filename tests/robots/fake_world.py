@@ -10,10 +10,11 @@ from math import atan2, cos, hypot, inf, pi, sin
 import numpy as np
 
 from robots.clock import ManualClock
-from robots.executive.agent import BeaconSpec, BehaviouralAgent, RobotProfile
+from robots.executive.agent import BehaviouralAgent
 from robots.link.channel import InMemoryLink, Link
 from robots.physical.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
 from robots.physical.geometry import wrap
+from robots.physical.profile import BeaconSpec, RobotProfile
 from robots.physical.sightings import Sighting, Sightings
 
 STEP_S = 0.05

@@ -5,11 +5,11 @@ from math import inf, pi
 
 import numpy as np
 
-from robots.executive.agent import BeaconSpec, RobotProfile
-from robots.perception.datastore import MutualDataStore
 from robots.perception.fusion import Perception
 from robots.perception.percepts import Percepts
+from robots.perception.sensing import MutualDataStore
 from robots.physical.body import Gripper, Pose, Readings
+from robots.physical.profile import BeaconSpec, RobotProfile
 from robots.physical.sightings import Sighting, Sightings
 
 PROFILE = RobotProfile(

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable
 from math import pi
 
-from robots.executive.agent import BeaconSpec
 from robots.link.channel import InMemoryLink
+from robots.physical.profile import BeaconSpec
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from benchmarks.relocation import THING, TO, relocate, scripts
-from robots.executive.patience import UNSEEN_S
+from robots.executive.packet_run import UNSEEN_S
 from robots.wire import PacketState, ScriptState
 from robots.world import load_world
 from sim.physics.beam import TRAVEL_M

@@ -4,19 +4,19 @@ Topics and connection semantics are VDA 5050's, the payloads our wire types. Wha
 is lost, as by radio; robots and service send again what matters, so nothing rests on the broker's memory.
 """
 
-from robots.link.mqtt.announcement import ConnectionState, Presence, Proclamation
 from robots.link.mqtt.broker import Broker, BrokerError
 from robots.link.mqtt.fleet import FleetLink
 from robots.link.mqtt.following import FollowingClock
 from robots.link.mqtt.service import ServiceLink
+from robots.link.mqtt.topics import ConnectionState, Presence, Proclamation
 
 __all__ = [
     "Broker",
     "BrokerError",
     "ConnectionState",
-    "Presence",
     "FleetLink",
     "FollowingClock",
+    "Presence",
     "Proclamation",
     "ServiceLink",
 ]

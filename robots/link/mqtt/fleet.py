@@ -5,12 +5,20 @@ from collections.abc import Callable, Iterable, Sequence
 
 from pydantic import ValidationError
 
-from robots.link.mqtt.announcement import ConnectionState, Presence, Proclamation
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Parcel, Session
-from robots.link.mqtt.topics import Channel, channel_of, robot_and_channel, robot_topic, world_topic
+from robots.link.mqtt.topics import (
+    Channel,
+    ConnectionState,
+    Presence,
+    Proclamation,
+    channel_of,
+    robot_and_channel,
+    robot_topic,
+    world_topic,
+)
 from robots.wire import Message, Telemetry
 
 PROCLAIM_S = 1.0
@@ -164,9 +172,7 @@ class FleetLink:
 
     def _presence(self, robot: str, state: ConnectionState) -> Parcel:
         topic = robot_topic(self._world, robot, Channel.CONNECTION)
-        return Parcel(
-            topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True
-        )
+        return Parcel(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)
 
     def _proclamation(self, state: ConnectionState, qos: int = 1) -> Parcel:
         said = Proclamation(

@@ -8,13 +8,22 @@ from typing import Protocol
 
 from pydantic import ValidationError
 
-from robots.link.mqtt.announcement import ConnectionState, Presence, Proclamation
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.following import FollowingClock
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Parcel, Session
-from robots.link.mqtt.topics import Channel, channel_of, qos_of, robot_and_channel, robot_topic, world_topic
+from robots.link.mqtt.topics import (
+    Channel,
+    ConnectionState,
+    Presence,
+    Proclamation,
+    channel_of,
+    qos_of,
+    robot_and_channel,
+    robot_topic,
+    world_topic,
+)
 from robots.wire import Message, Telemetry
 
 HEARD = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION)

@@ -8,8 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from robots.reactive.avoidance.dynamic_window import DynamicWindow
-from robots.reactive.avoidance.filtering import Filter
-from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
+from robots.reactive.avoidance.seam import Avoidance, Filter, Velocity, Wanted
 from robots.reactive.avoidance.surroundings import Surroundings
 from robots.reactive.avoidance.vfh_plus import VfhPlus
 

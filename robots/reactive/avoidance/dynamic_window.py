@@ -10,11 +10,11 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import ConfigDict, Field
 
+from robots.data import STRICT
 from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
 from robots.reactive.avoidance.surroundings import Numbers, Points, Surroundings
-from robots.reactive.responses import STRICT
 
 LINEAR, ANGULAR = 7, 21
 """How many speeds and turn rates of the window are tried."""

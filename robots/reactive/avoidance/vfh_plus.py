@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
+from robots.data import STRICT
 from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
 from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
 from robots.reactive.avoidance.surroundings import Numbers, Points, Surroundings
-from robots.reactive.responses import STRICT
 
 SECTORS = 72
 SECTOR_RAD = tau / SECTORS

@@ -3,7 +3,7 @@
 import pytest
 
 from robots.conditions import AnyOf, Clear, Empty, Holding, InView, LiesAt, Near, Not, Vacant, unmet
-from robots.conditions.awaits import condition_for
+from robots.conditions.facts import condition_for
 from robots.errors import RepertoireError
 from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
 from tests.robots.stories import fact

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.control_loop import carried
-from robots.perception.datastore import MutualDataStore
 from robots.perception.fusion import Perception
 from robots.perception.percepts import Percepts
+from robots.perception.sensing import MutualDataStore
 from robots.physical.body import Pose, Sensor
 from robots.physical.profile import Architecture, RobotProfile
 from robots.wire import Control, ControlVerb, Performative, ScriptState, StatusQuery, StatusReport
@@ -68,17 +68,6 @@ def test_sensors_run_with_the_script_and_end_with_it() -> None:
     assert all(Sensor.BUMPER not in running and Sensor.CAPTURE_HEAD not in running for running in ran)
     world.tick()
     assert world.bodies["fred"].running == frozenset()
-
-
-def test_the_task_state_changes_by_what_the_finished_packets_add_and_delete() -> None:
-    world, service = manned(START)
-    here, there = fact("near(fred, fred_spot)"), fact("near(fred, yard)")
-    leg = packet("NAVIGATE", ref2="yard").model_copy(update={"requires": (here,), "achieves": (there,)})
-    back = packet("NAVIGATE", ref2="fred_spot").model_copy(update={"requires": (there,), "achieves": (here,)})
-    service.order(script("fred", leg, back))
-    executive = world.agents["fred"]._executive
-    states = {executive.task_state for _ in sensed_on_the_way(world, service)}
-    assert states == {frozenset(), frozenset({there}), frozenset({here})}
 
 
 def test_a_robot_that_waits_does_without_whiskers() -> None:

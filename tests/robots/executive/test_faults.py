@@ -6,7 +6,7 @@ from math import nan
 
 import numpy as np
 
-from robots.executive.patience import FAULT_S
+from robots.executive.agent import FAULT_S
 from robots.physical.body import Pose, Readings
 from robots.wire import FailureCategory, ScriptState
 from tests.robots.fake_world import FakeWorld

@@ -45,7 +45,7 @@ def words(union: Any) -> list[type]:
 def instance(word: type) -> Any:
     slots = [one for one in fields(word) if one.default is MISSING and one.default_factory is MISSING]
     assert all(one.name in GIVEN for one in slots), f"GIVEN lacks a field of {word.__name__}"
-    about = {**GIVEN, **LONG} if word.__module__.endswith("carrying") else GIVEN
+    about = {**GIVEN, **LONG} if word.__module__.endswith(("carrying", "long_objects")) else GIVEN
     given = {one.name: about[one.name] for one in slots}
     if word in (AnyOf, AllOf):
         given = {"of": (Empty(), InView(target="sample"))}

@@ -3,14 +3,13 @@
 import pytest
 
 from robots.errors import RepertoireError
-from robots.executive.actions import CYCLIC_ACTIONS, ActuatorAction, Mode, SensorAction, TaskPlan, superseded
-from robots.executive.plans import task_plan
-from robots.executive.sensing_plan import StateMachine, schedule
+from robots.executive.sensing_plan import BehaviourState, Phase, StateMachine, schedule
+from robots.perception.sensing import SensorAction
 from robots.physical.body import ALL_SENSORS, Sensor
 from robots.repertoire import load_repertoire
 from robots.wire import BehaviourPacket
 from tests.robots.sensed import PROFILE
-from tests.robots.stories import fact, packet, script
+from tests.robots.stories import packet, script
 
 REPERTOIRE = load_repertoire()
 GO = packet("NAVIGATE", ref2="bay")
@@ -21,73 +20,48 @@ SIGHT_AND_GRIP = {Sensor.INFRA_RED, Sensor.GRIPPER}
 
 def machine(*packets: BehaviourPacket) -> StateMachine:
     contents = [REPERTOIRE.bind(one, PROFILE) for one in packets]
-    return schedule(task_plan(script("me", *packets), contents), CYCLIC_ACTIONS)
+    return schedule(script("me", *packets), contents)
 
 
-def beside(one: BehaviourPacket, phase: str) -> set[Sensor]:
-    return {sensor.sensor for sensor in machine(one).states[f"{one.id}/{phase}"].beside}
-
-
-def action(name: str, *percepts: Sensor) -> ActuatorAction:
-    return ActuatorAction(name=name, percepts=frozenset(percepts))
+def beside(one: BehaviourPacket, phase: Phase) -> set[Sensor]:
+    return {action.sensor for action in machine(one)[one.id, phase].beside}
 
 
 def test_a_sensor_action_runs_beside_the_actions_that_need_its_percept_and_no_others() -> None:
-    plan = TaskPlan(invocation="go", context=(), body=(action("rest"), action("go", Sensor.ULTRASONIC)))
-    states = schedule(plan, CYCLIC_ACTIONS).states
-    assert states["rest"].beside == ()
-    assert states["go"].beside == (SensorAction(sensor=Sensor.ULTRASONIC),)
-
-
-def test_states_follow_each_other_in_the_bodys_order_and_recoveries_go_there_and_back() -> None:
-    plan = TaskPlan(
-        invocation="go", context=(), body=(action("a"), action("b")), recoveries={"b": action("shake")}
+    assert BehaviourState(frozenset()).beside == ()
+    needs = frozenset({Sensor.ULTRASONIC, Sensor.BUMPER})
+    assert BehaviourState(needs).beside == tuple(
+        SensorAction(sensor=one) for one in (Sensor.BUMPER, Sensor.ULTRASONIC)
     )
-    assert schedule(plan, ()).transitions == {("a", "b"), ("b", "shake"), ("shake", "b")}
 
 
-def test_only_sensor_actions_that_are_offered_are_scheduled() -> None:
-    look = SensorAction(sensor=Sensor.INFRA_RED, mode=Mode.ONE_SHOT)
-    plan = TaskPlan(invocation="go", context=(), body=(action("a", Sensor.INFRA_RED, Sensor.BUMPER),))
-    assert schedule(plan, [look]).states["a"].beside == (look,)
+def test_every_packet_has_a_state_for_each_phase() -> None:
+    assert machine(GO, DOCK).keys() == {(one.id, phase) for one in (GO, DOCK) for phase in Phase}
 
 
 def test_whiskers_are_off_while_navigate_waits_and_on_while_it_drives() -> None:
-    assert beside(GO, "wait") == SIGHT_AND_GRIP
-    assert beside(GO, "act") == {*SIGHT_AND_GRIP, Sensor.ULTRASONIC}
+    assert beside(GO, Phase.WAIT) == SIGHT_AND_GRIP
+    assert beside(GO, Phase.ACT) == {*SIGHT_AND_GRIP, Sensor.ULTRASONIC}
 
 
 def test_docking_does_without_whiskers_until_it_must_back_off() -> None:
-    assert beside(DOCK, "act") == SIGHT_AND_GRIP
-    assert beside(DOCK, "retry") == {*SIGHT_AND_GRIP, Sensor.ULTRASONIC}
+    assert beside(DOCK, Phase.ACT) == SIGHT_AND_GRIP
+    assert beside(DOCK, Phase.RETRY) == {*SIGHT_AND_GRIP, Sensor.ULTRASONIC}
 
 
 def test_the_capture_head_is_read_while_something_is_carried() -> None:
-    assert Sensor.CAPTURE_HEAD in beside(CARRY, "act")
-    assert Sensor.CAPTURE_HEAD not in beside(GO, "act")
+    assert Sensor.CAPTURE_HEAD in beside(CARRY, Phase.ACT)
+    assert Sensor.CAPTURE_HEAD not in beside(GO, Phase.ACT)
 
 
 def test_no_packet_of_the_repertoire_runs_every_sensor() -> None:
     for spec in REPERTOIRE.specs.values():
-        content = spec.bind({})
-        plan = task_plan(script("me", packet(spec.tag)), [content])
-        assert all(one.percepts < ALL_SENSORS for one in plan.body), spec.tag
+        one = packet(spec.tag)
+        states = schedule(script("me", one), [spec.bind({})])
+        assert states[one.id, Phase.WAIT].needs < ALL_SENSORS, spec.tag
+        assert states[one.id, Phase.ACT].needs < ALL_SENSORS, spec.tag
 
 
 def test_two_packets_of_one_id_are_refused() -> None:
     with pytest.raises(RepertoireError, match="one id"):
         machine(GO, GO)
-
-
-def test_an_action_changes_the_state_by_what_it_adds_and_deletes() -> None:
-    requires = [fact("in(sample, door)"), fact("near(me, door)")]
-    achieves = [fact("in(sample, me)")]
-    deleted = superseded(requires, achieves)
-    assert deleted == {fact("in(sample, door)")}
-    dock = ActuatorAction(name="dock", percepts=frozenset(), add=frozenset(achieves), delete=deleted)
-    assert dock.apply(frozenset(requires)) == {fact("near(me, door)"), fact("in(sample, me)")}
-
-
-def test_a_fact_that_stays_true_is_not_deleted() -> None:
-    kept = fact("in(sample, door)")
-    assert superseded([kept], [kept]) == frozenset()

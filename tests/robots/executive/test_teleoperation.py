@@ -19,7 +19,7 @@ class Operator:
     def __init__(self, service: Service, driver: str = "ada") -> None:
         self.service, self.driver, self.number = service, driver, 0
 
-    def wish(self, speed_m_s: float = 0.0, turn_rad_s: float = 0.0, *, ends: bool = False) -> Message:
+    def set_point(self, speed_m_s: float = 0.0, turn_rad_s: float = 0.0, *, ends: bool = False) -> Message:
         self.number += 1
         wanted = SetPoint(
             driver=self.driver,
@@ -32,10 +32,10 @@ class Operator:
         return self.service.send(wanted)
 
     def drive(self, time_s: float, speed_m_s: float = 0.0, turn_rad_s: float = 0.0) -> None:
-        """Wish the same five times a second."""
+        """Send the same five times a second."""
         for tick in range(round(time_s / STEP_S)):
             if tick % 4 == 0:
-                self.wish(speed_m_s, turn_rad_s)
+                self.set_point(speed_m_s, turn_rad_s)
             self.service.world.tick()
             self.service.listen()
 
@@ -64,7 +64,7 @@ def test_a_robot_drives_as_its_operator_wishes_and_tells_who_that_is() -> None:
     assert (told.driven_by, told.packet_tag) == ("ada", "TELEOPERATE")
 
 
-def test_no_faster_than_the_limit_whatever_is_wished() -> None:
+def test_no_faster_than_the_limit_whatever_is_commanded() -> None:
     _, service, body = fred()
     ada = Operator(service)
     ada.drive(1, 2.0, 0.0)
@@ -80,14 +80,14 @@ def test_it_stands_when_no_set_point_comes_and_is_free_soon_after() -> None:
     ada = Operator(service)
     ada.drive(2, 0.2)
     assert body.velocity[0] > 0
-    ada.wish(0.2)
+    ada.set_point(0.2)
     run_for(world, [service], VALID_S + 0.15)
     assert body.velocity == (0.0, 0.0)
     assert service.telemetry[-1].driven_by == "ada"
     run_for(world, [service], 6 * VALID_S)
     assert service.telemetry[-1].driven_by is None
     assert service.telemetry[-1].packet_tag is None
-    ada.wish(0.2)
+    ada.set_point(0.2)
     run_for(world, [service], 0.5)
     assert "fred is driven no more: let go" in ada.refusal
     assert body.velocity == (0.0, 0.0)
@@ -97,7 +97,7 @@ def test_the_beginning_and_the_end_are_reported_with_who_drove_and_where_it_then
     world, service, _ = fred(Pose(x_m=1.0, y_m=2.0, heading_rad=-NORTH))
     ada = Operator(service)
     ada.drive(3, 0.3)
-    ada.wish(ends=True)
+    ada.set_point(ends=True)
     run_for(world, [service], 0.3)
     began, ended = service.upkeep
     assert (began.tag, began.state, began.driver, began.perceived) == (
@@ -120,18 +120,18 @@ def test_it_is_not_driven_into_a_wall(speed_m_s: float) -> None:
     assert 0.03 < gap_m < 0.3, "near, but not at it"
     x_m = body.pose.x_m
     ada.drive(2, 0.0)
-    assert body.pose.x_m == pytest.approx(x_m, abs=0.01), "a wish to stand is one"
+    assert body.pose.x_m == pytest.approx(x_m, abs=0.01), "a set-point to stand is one"
 
 
 def test_one_operator_at_a_time() -> None:
     world, service, body = fred()
     ada, bob = Operator(service), Operator(service, "bob")
     ada.drive(1, 0.2)
-    bob.wish(-0.2)
+    bob.set_point(-0.2)
     ada.drive(0.4, 0.2)
     assert bob.refusal == "ada drives fred"
     assert body.velocity[0] > 0
-    ada.wish(ends=True)
+    ada.set_point(ends=True)
     run_for(world, [service], 0.2)
     bob.drive(1, -0.2)
     assert service.telemetry[-1].driven_by == "bob"
@@ -148,7 +148,7 @@ def test_a_script_ends_the_drive_and_no_drive_ends_a_script() -> None:
     (ended,) = [one for one in service.upkeep if one.state is PacketState.FINISHED]
     assert (ended.driver, ended.detail) == ("ada", "gave way to script mission-script")
     bob = Operator(service, "bob")
-    bob.wish(0.2)
+    bob.set_point(0.2)
     run_for(world, [service], 0.2)
     assert bob.refusal == "fred is busy with script mission-script"
     assert run(world, [service], lambda: service.report is not None)
@@ -157,7 +157,7 @@ def test_a_script_ends_the_drive_and_no_drive_ends_a_script() -> None:
 def test_a_set_point_that_was_long_under_way_or_overtaken_moves_nothing() -> None:
     world, service, body = fred()
     ada = Operator(service)
-    ada.wish(0.2)
+    ada.set_point(0.2)
     for _ in range(20):  # its letters lie in the air while the world goes on
         world.clock.advance(0.05)
     run_for(world, [service], 1)
@@ -165,7 +165,7 @@ def test_a_set_point_that_was_long_under_way_or_overtaken_moves_nothing() -> Non
     ada.drive(1, 0.2)
     newest = ada.number
     ada.number = 1
-    ada.wish(-0.3)
+    ada.set_point(-0.3)
     ada.number = newest
     run_for(world, [service], 0.1)
     assert body.velocity[0] > 0

@@ -5,8 +5,8 @@ from math import inf, nan, pi
 import pytest
 
 from robots.errors import SensorFault
-from robots.perception.datastore import MutualDataStore
 from robots.perception.fusion import Perception
+from robots.perception.sensing import MutualDataStore
 from robots.physical.body import RADIUS_M, Pose, Readings
 from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robots.errors import SensorFault
-from robots.perception.health import FROZEN_M, SensorHealth
+from robots.perception.health import FROZEN_M, Defect, SensorHealth
 from robots.physical.body import Pose, Readings
 from robots.physical.sightings import Sighting
 from tests.robots.sensed import readings, sees
@@ -43,7 +43,7 @@ def test_a_whisker_that_reads_what_cannot_be_reads_as_the_nearer_beside_it(value
     judged = health.inspect(readings(whiskers={2: 0.7, 3: value, 4: 1.0}), Pose(x_m=0, y_m=0, heading_rad=0))
     assert judged.ranges_m is not None
     assert judged.ranges_m[3] == 0.7
-    assert [words.split(" reads")[0] for words in health.degraded] == ["whisker 3"]
+    assert [defect.sensor for defect in health.degraded] == ["whisker 3"]
 
 
 def test_whiskers_that_fail_side_by_side_are_bridged_by_the_sound_ones() -> None:
@@ -65,7 +65,7 @@ def test_a_whisker_that_reads_the_same_all_the_way_is_left_out(value: float) -> 
     judged = drive(health, noisy(LONG, beam=value))
     assert judged.ranges_m is not None
     assert abs(judged.ranges_m[3] - 1) < 0.1
-    assert "wherever it looks" in health.degraded[0]
+    assert "wherever it looks" in health.degraded[0].words
 
 
 def test_a_wall_nearer_than_whiskers_can_tell_does_not_make_them_liars() -> None:
@@ -107,4 +107,4 @@ def test_a_battery_gauge_that_lies_leaves_what_it_said_last() -> None:
     health = SensorHealth()
     judged = drive(health, [readings(battery=0.6), readings(battery=nan)])
     assert judged.battery == 0.6
-    assert health.degraded == ("the battery reads nan",)
+    assert health.degraded == (Defect("battery", "the battery reads nan"),)

@@ -5,10 +5,10 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 import pytest
 
-from robots.executive.agent import BeaconSpec
 from robots.perception.localisation import Localiser
 from robots.physical.body import Pose
 from robots.physical.geometry import wrap
+from robots.physical.profile import BeaconSpec
 from robots.physical.sightings import NONE_IN_VIEW, Sighting, Sightings
 
 BEACONS = {

@@ -6,9 +6,8 @@ from math import inf, pi, tau
 import numpy as np
 import pytest
 
-from robots.perception.observation import Modality, Observation
 from robots.perception.recognition import HALF_THING_M, alone, by_touch, by_whiskers
-from robots.perception.tracking import Cursor, Cursors
+from robots.perception.tracking import Cursor, Cursors, Modality, Observation
 from robots.physical.body import RADIUS_M, Pose
 
 HERE = Pose(x_m=1, y_m=2, heading_rad=pi / 2)

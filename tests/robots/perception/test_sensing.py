@@ -3,8 +3,7 @@
 import pytest
 
 from robots.errors import SensorFault, SensorOff
-from robots.executive.actions import CYCLIC_ACTIONS, Mode, SensorAction
-from robots.perception.sensing import SensoryController
+from robots.perception.sensing import Mode, SensorAction, SensoryController
 from robots.physical.body import ALL_SENSORS, Pose, Sensor
 from tests.robots.fake_world import FakeBody
 from tests.robots.stories import room
@@ -44,7 +43,7 @@ def test_readings_nobody_asked_for_are_not_known() -> None:
 
 def test_a_store_ends_with_its_action() -> None:
     body, sensory = fitted()
-    sensory.run(CYCLIC_ACTIONS)
+    sensory.run(tuple(SensorAction(sensor=sensor) for sensor in ALL_SENSORS))
     sensory.collect(body.sense())
     sensory.run([])
     sensory.run([RANGES])

@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.perception.observation import Modality, Observation
-from robots.perception.tracker import ObjectTracking
-from robots.perception.tracking import HALF_LIFE_S, Cursor
+from robots.perception.tracking import HALF_LIFE_S, Cursor, Modality, ObjectTracking, Observation
 
 TICK_S = 0.05
 

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.physical.body import RADIUS_M, Readings
-from robots.physical.cascade import cascade
-from robots.physical.sonar import VirtualSonar
+from robots.physical.sonar import VirtualSonar, cascade
 
 BEAMS = 16
 SILENCE = Readings(time_s=0.0, ranges_m=np.full(BEAMS, inf), bumper=None, sightings=None, gripper=None)

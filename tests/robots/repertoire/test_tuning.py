@@ -75,12 +75,12 @@ def test_a_world_file_tunes_its_robots_and_is_checked_when_loaded(tmp_path: Path
         tuning = f'{{NAVIGATE: {{"translate/obstacle_avoid": {{"r.gain": {gain}}}}}}}'
         file.write_text(text.replace("name: yard_1,", f"name: yard_1, tuning: {tuning},", 1))
         if fits:
-            assert load_world(file).robot("yard_1").tuning["NAVIGATE"]
+            assert load_world(file, check_tuning=REPERTOIRE.tuned).robot("yard_1").tuning["NAVIGATE"]
             continue
         with pytest.raises(
             WorldFileError, match=r"robots.yard_1.tuning: NAVIGATE: translate/obstacle_avoid: r.gain"
         ):
-            load_world(file)
+            load_world(file, check_tuning=REPERTOIRE.tuned)
 
 
 def test_parameters_are_listed_with_those_that_the_packet_leaves_at_their_defaults() -> None:

@@ -9,7 +9,8 @@ from benchmarks.meetings import meet
 from benchmarks.mishaps.cases import cases
 from benchmarks.mishaps.trial import Outcome, Trial
 from benchmarks.mishaps.undertakings import PACKET_S
-from robots.executive.patience import FAULT_S, LOST_S, UNSEEN_S
+from robots.executive.agent import FAULT_S
+from robots.executive.packet_run import LOST_S, UNSEEN_S
 
 TICKS_S = 0.5
 

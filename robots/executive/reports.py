@@ -1,4 +1,4 @@
-"""What the executive says of a script and its packets, as reports for the service."""
+"""The executive's reports on a script and its packets."""
 
 from robots.conditions.facts import perceived
 from robots.executive.packet_run import PacketRun
@@ -14,8 +14,8 @@ from robots.wire import (
 )
 
 Report = PacketReport | ScriptReport | UpkeepReport
-TOLD = (PacketState.RUNNING, PacketState.FINISHED, PacketState.FAILED)
-"""Of packets of the robot's own only this is reported."""
+REPORTED_OF_OWN = (PacketState.RUNNING, PacketState.FINISHED, PacketState.FAILED)
+"""The states of packets of the robot's own scripts that are reported."""
 
 
 def packet_report(
@@ -27,7 +27,7 @@ def packet_report(
     detail: str = "",
     events: tuple[str, ...] = (),
 ) -> list[Report]:
-    """What to say of a packet's state or news: one report, or none."""
+    """One report on a packet, or none."""
     if script.is_own:
         return _upkeep_report(run, state, percepts, at_s, detail)
     return [
@@ -46,12 +46,12 @@ def packet_report(
 def _upkeep_report(
     run: PacketRun, state: PacketState, percepts: Percepts | None, at_s: float, detail: str
 ) -> list[Report]:
-    """Once it has begun to go somewhere it is not where it was, and perceives no more than that."""
-    if state not in TOLD:
+    """Without facts for a packet that starts to drive somewhere: the robot is about to leave its place."""
+    if state not in REPORTED_OF_OWN:
         return []
     driver = run.packet.arguments.get("driver")
-    sets_off = state is PacketState.RUNNING and (run.content.goal or driver) is not None
-    facts = () if sets_off else perceived(percepts)
+    departs = state is PacketState.RUNNING and (run.content.goal or driver) is not None
+    facts = () if departs else perceived(percepts)
     tag = run.packet.tag
     return [UpkeepReport(tag=tag, state=state, at_s=at_s, perceived=facts, detail=detail, driver=driver)]
 
@@ -65,7 +65,7 @@ def script_report(
     category: FailureCategory | None = None,
     detail: str = "",
 ) -> list[Report]:
-    """How a script ended, at the packet of an index; of the robot's own nothing is said."""
+    """How a script ended, at the packet of an index; none for the robot's own scripts."""
     if script.is_own:
         return []
     return [
@@ -81,15 +81,12 @@ def script_report(
     ]
 
 
-def forgone_report(script_id: str, percepts: Percepts | None, at_s: float) -> list[Report]:
-    """A script was cancelled before it arrived."""
-    return [
-        ScriptReport(
-            script_id=script_id,
-            state=ScriptState.CANCELLED,
-            at_s=at_s,
-            category=FailureCategory.CANCELLED,
-            perceived=perceived(percepts),
-            detail="cancelled before it arrived",
-        )
-    ]
+def cancelled_before_arrival_report(script_id: str, percepts: Percepts | None, at_s: float) -> ScriptReport:
+    return ScriptReport(
+        script_id=script_id,
+        state=ScriptState.CANCELLED,
+        at_s=at_s,
+        category=FailureCategory.CANCELLED,
+        perceived=perceived(percepts),
+        detail="cancelled before it arrived",
+    )

@@ -1,0 +1,121 @@
+"""The messages by which an operator drives a robot, tunes its packets and inspects its synthesis."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from robots.wire.script import Wire
+
+VALID_AT_MOST_S = 5.0
+"""The longest time for which one set-point moves a robot (world's clock)."""
+MAX_SPEED_M_S = 0.3
+MAX_TURN_RAD_S = 1.0
+"""Limits of a driven robot: an operator sees late and sees little (our choice)."""
+RELEASE_FACTOR = 6.0
+"""The drive ends this many times a set-point's validity after the last set-point."""
+TRACED_S = 60.0
+"""How much of its trace a robot keeps, about."""
+
+PacketTunings = dict[str, dict[str, dict[str, float]]]
+"""Packet tag, pattern ("dof/name") and parameter ("stimulus.reach_m") to its new value."""
+NormalisedUtilitor = tuple[float, float]
+"""Response in [-1, 1], utility in [0, 1]."""
+
+
+class SetPoint(Wire):
+    """Service to robot: drive like this until the next set-point arrives, at most for `valid_s` (request).
+
+    Set-points are never kept or repeated. Of two, the one with the greater `number` counts. `driver` identifies one
+    drive, from taking the robot until letting go of it; `ends`: the driver lets go.
+    """
+
+    kind: Literal["set_point"] = "set_point"
+    driver: str = Field(min_length=1, max_length=200)
+    number: int = Field(ge=0)
+    speed_m_s: float = 0.0
+    turn_rad_s: float = 0.0
+    valid_s: float = Field(gt=0, le=VALID_AT_MOST_S)
+    ends: bool = False
+
+
+class SetPointRefusal(Wire):
+    """Robot to service: why it does not follow the driver's set-point (refuse). Telemetry shows that it does."""
+
+    kind: Literal["set_point_refusal"] = "set_point_refusal"
+    driver: str
+    reason: str
+
+
+class Retune(Wire):
+    """Service to robot: use these parameters from the next packet on (request).
+
+    They are applied on top of the robot's initial tuning and replace those sent before. `version` counts up.
+    """
+
+    kind: Literal["retune"] = "retune"
+    version: int = Field(ge=0)
+    tuning: PacketTunings
+
+
+class TuningReport(Wire):
+    """Robot to service: the tuning of that version is used (agree), or refused for a reason (refuse)."""
+
+    kind: Literal["tuning_report"] = "tuning_report"
+    version: int
+    reason: str = ""
+
+
+class TraceQuery(Wire):
+    """Service to robot: send the trace of the last seconds (query)."""
+
+    kind: Literal["trace_query"] = "trace_query"
+    seconds: float = Field(gt=0, le=TRACED_S)
+
+
+class TracedPattern(Wire):
+    """A behaviour pattern by name, "dof/name", and its level."""
+
+    name: str
+    level: str
+
+
+class TracedTick(Wire):
+    """One tick: the utilitors of patterns and resultants, in the stretch's order, and the velocity command.
+
+    The velocity is that after obstacle avoidance.
+    """
+
+    at_s: float
+    patterns: tuple[NormalisedUtilitor, ...]
+    resultants: tuple[NormalisedUtilitor, ...]
+    linear_m_s: float
+    angular_rad_s: float
+
+
+class TracedStretch(Wire):
+    """Successive ticks with the same packet and active patterns. `dofs` are the resultants' degrees of freedom."""
+
+    packet_id: str
+    patterns: tuple[TracedPattern, ...]
+    dofs: tuple[str, ...]
+    ticks: tuple[TracedTick, ...]
+
+
+class TracedCondition(Wire):
+    """A sensor condition of the current packet as of its last tick. `words` continue "the robot ...".
+
+    `when` is before, maintain or after; `holds` is None if the condition's sensors are off.
+    """
+
+    when: str
+    words: str
+    holds: bool | None = None
+
+
+class TraceReport(Wire):
+    """Robot to service: the answer to a trace query, oldest first, only ticks with an active packet (inform)."""
+
+    kind: Literal["trace_report"] = "trace_report"
+    at_s: float
+    stretches: tuple[TracedStretch, ...] = ()
+    conditions: tuple[TracedCondition, ...] = ()
