@@ -49,6 +49,7 @@ class Viewer:
             self._port = free.getsockname()[1]
         command = [
             sys.executable,
+            "-P",  # a folder "web" where the service is started must not hide ours
             "-m",
             "web.viewer",
             "--api",

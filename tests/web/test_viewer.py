@@ -16,6 +16,7 @@ import pytest
 import viser
 from websockets.sync.client import ClientConnection, connect
 
+from app.cli.serve import Viewer as ViewerProcess
 from tests.app.berthed_store import berthed_store
 from tests.ports import free_port
 from tests.waiting import until
@@ -393,6 +394,22 @@ def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, 
             assert view.wait(10) == 0
         finally:
             view.kill()
+
+
+def test_the_process_starts_in_a_folder_that_holds_another_web_package(
+    service: FakeService, port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "web").mkdir()
+    (tmp_path / "web" / "__init__.py").touch()
+    monkeypatch.chdir(tmp_path)
+    process = ViewerProcess()
+    with served(create_app(service), service, port) as api:
+        process.start(api=api, token=TOKEN)
+        try:
+            until(lambda: process.address() is None or _answers(int(process.address().rpartition(":")[2])))
+            assert process.address() is not None, "the view has ended"
+        finally:
+            process.stop()
 
 
 def starting_a_view(api: str, port: int, then: str) -> list[str]:
