@@ -2,8 +2,9 @@
 
 import time
 
-from app.domain.recovery_rules import Step
-from app.domain.states import GoalState, MissionState
+from app.domain.lifecycles.mission import has_ended
+from app.domain.lifecycles.recovery import RecoveryStep
+from app.domain.states import GoalState
 from app.planning.progress_watch import LOOK_S, GoalWatch
 from app.store import Database, MissionRow
 from app.store.event_log import EventLog
@@ -21,6 +22,5 @@ class RecoveryWatch(GoalWatch):
             return
         with self._database.read() as session:
             mission = session.get_one(MissionRow, self._mission_id)
-            ended = MissionState(mission.state).ended
-            self._cancelled = ended or mission.recovery_step != Step.PLANNING
+            self._cancelled = has_ended(mission) or mission.recovery_step != RecoveryStep.PLANNING
         self._looked_at = time.monotonic()
