@@ -58,8 +58,8 @@ def test_orders_and_overdue_missions_of_before_are_kept_as_data(database_url: st
 
 MISSION = (
     "INSERT INTO missions (id, workflow, goal_id, plan_id, world, state, reason, estimate_s, original_estimate_s, "
-    "margin_s, cancel_requested, created_at) VALUES ('{id}', '{id}', 'g', 'p{id}', 'lab', '{state}', '{reason}', 1, 1, 1, "
-    "false, 'now')"
+    "margin_s, cancel_requested, created_at) VALUES ('{id}', '{id}', 'g', 'p{id}', 'lab', '{state}', '{reason}', "
+    "1, 1, 1, false, 'now')"
 )
 SCRIPT = (
     "INSERT INTO scripts (id, mission_id, plan_id, robot, body, delivery, control, orders, stopping, packets, detail, "
@@ -71,8 +71,8 @@ PLAN = (
 )
 BEFORE_0014 = [
     "INSERT INTO worlds (id, title, layout, version) VALUES ('lab', 'Lab', '{}', 7)",
-    "INSERT INTO goals (id, world, text, goal, priority, auto_approve, state, reason, attempts, created_by, created_at, "
-    "updated_at) VALUES ('g', 'lab', '', '[]', 0, false, 'committed', '', 1, 'me', 'now', 'now')",
+    "INSERT INTO goals (id, world, text, goal, priority, auto_approve, state, reason, attempts, created_by, "
+    "created_at, updated_at) VALUES ('g', 'lab', '', '[]', 0, false, 'committed', '', 1, 'me', 'now', 'now')",
     *(PLAN.format(id=number) for number in range(1, 5)),
     MISSION.format(id=1, state="unknown", reason="no answer from fred; its deadline has passed"),
     MISSION.format(id=2, state="running", reason="its deadline has passed"),
