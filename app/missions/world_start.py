@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
+from app.domain.events import GoalSubmitted, GoalWithdrawn
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.states import ENDED, GoalState, MissionState, PlanState
 from app.domain.world_model import initial_facts
@@ -125,4 +126,7 @@ def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str
         close_plans(session, events, goal, PlanState.EXPIRED, reason)
         goal.state, goal.reason = GoalState.SUBMITTED if runs else GoalState.WITHDRAWN, reason
         goal.outcome = None if runs else "world_not_running"
-        events.append(session, f"goal.{goal.state}", goal.id, reason=reason)
+        if runs:
+            events.append(session, GoalSubmitted(subject=goal.id, text=goal.text, reason=reason))
+        else:
+            events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))

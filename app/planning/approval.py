@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
+from app.domain.events import GoalCommitted, GoalWithdrawn, MissionPending, PlanClosed, PlanDecided
 from app.domain.ids import new_id
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
@@ -96,7 +97,10 @@ class PlanApproval:
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
         plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
-        self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
+        expired = PlanClosed(
+            subject=plan.id, goal=goal.id, state=PlanState.EXPIRED, reason=stale, actor=actor
+        )
+        self._events.append(session, expired)
         close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
         reason = f"the plan was overtaken: {stale}"
         if goal.mission_id is None:
@@ -134,8 +138,16 @@ class PlanApproval:
         )
         session.add(mission)
         goal.state, goal.plan_id, goal.mission_id = GoalState.COMMITTED, plan.id, mission.id
+        self._events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
         self._events.append(
-            session, "mission.pending", mission.id, goal=goal.id, plan=plan.id, robots=list(body.robots)
+            session,
+            MissionPending(
+                subject=mission.id,
+                goal=goal.id,
+                plan=plan.id,
+                robots=tuple(body.robots),
+                state=MissionState.PENDING,
+            ),
         )
         self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission.id)
         return mission.id
@@ -161,13 +173,14 @@ class PlanApproval:
                 return plan
             goal.state, goal.outcome = GoalState.WITHDRAWN, "plan_rejected"
             goal.reason = f"plan rejected: {comment}" if comment else "plan rejected"
-            self._events.append(session, "goal.withdrawn", goal.id, reason=goal.reason)
+            self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return plan
 
     def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
         plan.state, plan.comment, plan.decided_by, plan.decided_at = state, comment, actor, utc_now()
         self._events.append(
-            session, f"plan.{state.value}", plan.id, goal=plan.goal_id, actor=actor, comment=comment
+            session,
+            PlanDecided(subject=plan.id, goal=plan.goal_id, state=state, actor=actor, comment=comment),
         )
 
 

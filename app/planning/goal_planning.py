@@ -6,6 +6,7 @@ from functools import partial
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import GoalPlanned, GoalPlanning, GoalUnsolvable, GoalWaiting
 from app.domain.plan_document import RepairsBody
 from app.domain.states import GoalState
 from app.planning.approval import AUTOMATIC, PlanApproval
@@ -55,7 +56,7 @@ class Planning:
 
     def _unsolvable(self, session: Session, goal: GoalRow, status: PlanningStatus, reason: str) -> None:
         goal.state, goal.outcome, goal.reason = GoalState.UNSOLVABLE, status.value, reason
-        self._events.append(session, "goal.unsolvable", goal.id, reason=reason, status=status.value)
+        self._events.append(session, GoalUnsolvable(subject=goal.id, reason=reason, status=status.value))
 
     def _plan(self, goal_id: str) -> str:
         with self._database.write() as session:
@@ -63,7 +64,7 @@ class Planning:
             if goal.state not in (GoalState.SUBMITTED, GoalState.PLANNING):
                 return goal.state
             goal.state, goal.reason = GoalState.PLANNING, ""
-            self._events.append(session, "goal.planning", goal.id)
+            self._events.append(session, GoalPlanning(subject=goal.id))
             posed = self._posing.pose(session, goal)
             goal.releases_seen = posed.releases
             turn = _turn(goal)
@@ -115,7 +116,8 @@ class Planning:
             self._propose(session, goal, result, posed, repairs)
         elif posed.waits_for:
             goal.state, goal.reason = GoalState.SUBMITTED, f"waits for {posed.waits_for}"
-            self._events.append(session, "goal.waiting", goal.id, reason=goal.reason)
+            state = GoalState(goal.state)
+            self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason, state=state))
             self._waiting.look_again(session, goal)
         else:
             self._unsolvable(session, goal, result.status, result.reason or result.status.value)
@@ -130,6 +132,7 @@ class Planning:
     ) -> None:
         plan = self._proposing.propose(session, goal, result, posed, repairs)
         goal.state, goal.plan_id, goal.reason = GoalState.PLANNED, plan.id, plan.reason
+        self._events.append(session, GoalPlanned(subject=goal.id, plan=plan.id))
         if goal.auto_approve:
             session.flush()
             self._approval.approve_or_expire(session, plan, goal, actor=AUTOMATIC, comment="")

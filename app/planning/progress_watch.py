@@ -3,6 +3,7 @@
 import time
 from typing import Any
 
+from app.domain.events import GoalProgress
 from app.domain.states import GoalState
 from app.planning.pool.process import Watch
 from app.store import Database, GoalRow
@@ -66,5 +67,15 @@ class GoalWatch(Watch):
                 return
             goal.planning = planning
             if news != self._told:
-                self._events.append(session, "goal.progress", goal.id, **planning)
+                self._events.append(
+                    session,
+                    GoalProgress(
+                        subject=goal.id,
+                        state=self._during,
+                        engine=newest.engine,
+                        elapsed_s=newest.elapsed_s,
+                        makespan_s=newest.makespan_s,
+                        lower_bound_s=newest.lower_bound_s,
+                    ),
+                )
         self._told = news

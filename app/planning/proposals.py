@@ -7,6 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import PlanClosed, PlanProposed
 from app.domain.ids import new_id
 from app.domain.plan_document import PlanBody, RepairsBody
 from app.domain.states import PlanState
@@ -61,11 +62,9 @@ class Proposals:
         session.add(plan)
         self._events.append(
             session,
-            "plan.proposed",
-            plan_id,
-            goal=goal.id,
-            makespan_s=body.makespan_s,
-            robots=list(body.robots),
+            PlanProposed(
+                subject=plan_id, goal=goal.id, makespan_s=body.makespan_s, robots=tuple(body.robots)
+            ),
         )
         return plan
 
@@ -95,4 +94,4 @@ def close_plans(
     for plan in open_plans(session, goal.id):
         if plan.id != but:
             plan.state, plan.reason = state, reason
-            events.append(session, f"plan.{state.value}", plan.id, goal=goal.id, reason=reason)
+            events.append(session, PlanClosed(subject=plan.id, goal=goal.id, state=state, reason=reason))

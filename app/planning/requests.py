@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import GoalSubmitted, MissionNoRepair, MissionRecoveryBegun
 from app.domain.lifecycles import recovery
 from app.domain.recovery_rules import Policy, Trouble, category_of
-from app.domain.states import GoalState
+from app.domain.states import GoalState, MissionState
 from app.store import GoalRow, MissionRow
 from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
 from robots.clock import Clock
@@ -25,12 +26,17 @@ class PlanningRequests:
         self._workflows = core.workflows
         self._clocks = clocks
 
-    def plan_goal(self, session: Session, goal: GoalRow, reason: str = "") -> None:
+    def plan_goal(
+        self, session: Session, goal: GoalRow, reason: str = "", *, actor: str | None = None
+    ) -> None:
         """Have the goal planned, or planned again for a reason."""
         goal.attempts += 1
         goal.state = GoalState.SUBMITTED
         goal.reason = reason
         goal.stop_requested = False
+        self._events.append(
+            session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor, reason=reason)
+        )
         self._workflows.start(session, PLANNING, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
 
     def recover(
@@ -43,8 +49,16 @@ class PlanningRequests:
         """
         at_s = self._clocks[mission.world].now_s()
         attempt = recovery.begin_attempt(mission, troubles, at_s=at_s, failure=failure, reason=reason)
-        data = {name: attempt[name] for name in ("number", "failure", "reason")}
-        self._events.append(session, "mission.recovery_begun", mission.id, **data)
+        self._events.append(
+            session,
+            MissionRecoveryBegun(
+                subject=mission.id,
+                number=attempt["number"],
+                failure=attempt["failure"],
+                reason=attempt["reason"],
+                state=MissionState(mission.state),
+            ),
+        )
         workflow_id = f"{mission.id}:recovery:{attempt['number']}"
         self._workflows.start(session, PLANNING, RECOVER_MISSION, workflow_id, mission.id)
 
@@ -66,5 +80,6 @@ class PlanningRequests:
     def wake_after_attempt(self, session: Session, mission: MissionRow) -> None:
         """Wake the mission's workflow after an attempt that brought no plan."""
         last = mission.attempts[-1]
-        self._events.append(session, "mission.no_repair", mission.id, reason=last["detail"])
+        state = MissionState(mission.state)
+        self._events.append(session, MissionNoRepair(subject=mission.id, reason=last["detail"], state=state))
         self._workflows.wake(session, mission.workflow, f"{mission.id}:recovered:{last['number']}")

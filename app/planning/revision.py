@@ -2,8 +2,10 @@
 
 from sqlalchemy.orm import Session
 
+from app.domain.events import GoalCommitted, MissionRevised
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
 from app.domain.states import GoalState
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
@@ -30,8 +32,16 @@ def revise(
     recovery.approve(mission, plan.id)
     goal.state, goal.plan_id = GoalState.COMMITTED, plan.id
     mission_lifecycle.dispatch(mission)
-    data = {"plan": plan.id, "revision": mission.revision}
-    events.append(session, "mission.revised", mission.id, **data)
+    events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
+    events.append(
+        session,
+        MissionRevised(
+            subject=mission.id,
+            plan=plan.id,
+            revision=mission.revision,
+            state=MissionState(mission.state),
+        ),
+    )
     workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
 
