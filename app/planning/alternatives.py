@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
 from app.domain.ids import new_id
+from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.plan_document import PlanBody
 from app.domain.states import GoalState, PlanState
 from app.planning.limits import PlanningLimits, PlanningWish
@@ -185,7 +186,7 @@ class Alternatives:
             plan.label, plan.comparison = one.label, one.words
         for plan_id in left:
             plan = session.get_one(PlanRow, plan_id)
-            plan.state, plan.reason = PlanState.SUPERSEDED, "newer alternatives were found"
+            plan_lifecycle.close(plan, PlanState.SUPERSEDED, "newer alternatives were found")
             self._events.append(session, "plan.superseded", plan.id, goal=goal.id, reason=plan.reason)
 
     def _end(self, session: Session, goal: GoalRow, state: Search, reason: str) -> None:

@@ -8,10 +8,12 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
 from app.domain.ids import new_id
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.states import GoalState, MissionState, PlanState
+from app.domain.states import MissionState, PlanState
 from app.planning.proposals import close_plans, open_plans
 from app.planning.requests import PlanningRequests
 from app.planning.revision import revise, turn_down
@@ -95,12 +97,13 @@ class PlanApproval:
         stale = "; ".join(self._staleness.of(session, plan, goal))
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
-        plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
+        plan_lifecycle.close(plan, PlanState.EXPIRED, stale)
+        goal.plan_id = plan.id
         self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
         close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
         reason = f"the plan was overtaken: {stale}"
         if goal.mission_id is None:
-            self._requests.plan_goal(session, goal, reason)
+            self._requests.plan_again(session, goal, reason)
         else:
             self._requests.recover_again(session, goal, reason)
         return None
@@ -133,7 +136,7 @@ class PlanApproval:
             tries_left=TRIES,
         )
         session.add(mission)
-        goal.state, goal.plan_id, goal.mission_id = GoalState.COMMITTED, plan.id, mission.id
+        goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
         self._events.append(
             session, "mission.pending", mission.id, goal=goal.id, plan=plan.id, robots=list(body.robots)
         )
@@ -159,13 +162,13 @@ class PlanApproval:
             if left := open_plans(session, goal.id):
                 goal.plan_id = left[0].id
                 return plan
-            goal.state, goal.outcome = GoalState.WITHDRAWN, "plan_rejected"
-            goal.reason = f"plan rejected: {comment}" if comment else "plan rejected"
+            reason = f"plan rejected: {comment}" if comment else "plan rejected"
+            goal_lifecycle.withdraw(goal, outcome="plan_rejected", reason=reason)
             self._events.append(session, "goal.withdrawn", goal.id, reason=goal.reason)
             return plan
 
     def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
-        plan.state, plan.comment, plan.decided_by, plan.decided_at = state, comment, actor, utc_now()
+        plan_lifecycle.decide(plan, state, actor=actor, comment=comment, at=utc_now())
         self._events.append(
             session, f"plan.{state.value}", plan.id, goal=plan.goal_id, actor=actor, comment=comment
         )

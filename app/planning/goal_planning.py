@@ -6,8 +6,9 @@ from functools import partial
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
 from app.domain.plan_document import RepairsBody
-from app.domain.states import GoalState
 from app.planning.approval import AUTOMATIC, PlanApproval
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
@@ -50,19 +51,19 @@ class Planning:
     def _give_up(self, goal_id: str, reason: str) -> None:
         with self._database.write() as session:
             goal = session.get_one(GoalRow, goal_id, with_for_update=True)
-            if goal.state in (GoalState.SUBMITTED, GoalState.PLANNING):
+            if goal.state in goal_lifecycle.TO_BE_PLANNED:
                 self._unsolvable(session, goal, PlanningStatus.FAILED, reason)
 
     def _unsolvable(self, session: Session, goal: GoalRow, status: PlanningStatus, reason: str) -> None:
-        goal.state, goal.outcome, goal.reason = GoalState.UNSOLVABLE, status.value, reason
+        goal_lifecycle.give_up(goal, outcome=status.value, reason=reason)
         self._events.append(session, "goal.unsolvable", goal.id, reason=reason, status=status.value)
 
     def _plan(self, goal_id: str) -> str:
         with self._database.write() as session:
             goal = session.get_one(GoalRow, goal_id, with_for_update=True)
-            if goal.state not in (GoalState.SUBMITTED, GoalState.PLANNING):
+            if goal.state not in goal_lifecycle.TO_BE_PLANNED:
                 return goal.state
-            goal.state, goal.reason = GoalState.PLANNING, ""
+            goal_lifecycle.begin_planning(goal)
             self._events.append(session, "goal.planning", goal.id)
             posed = self._posing.pose(session, goal)
             goal.releases_seen = posed.releases
@@ -114,7 +115,7 @@ class Planning:
         if result.plan_net is not None:
             self._propose(session, goal, result, posed, repairs)
         elif posed.waits_for:
-            goal.state, goal.reason = GoalState.SUBMITTED, f"waits for {posed.waits_for}"
+            goal_lifecycle.wait(goal, f"waits for {posed.waits_for}")
             self._events.append(session, "goal.waiting", goal.id, reason=goal.reason)
             self._waiting.look_again(session, goal)
         else:
@@ -129,7 +130,7 @@ class Planning:
         repairs: RepairsBody | None,
     ) -> None:
         plan = self._proposing.propose(session, goal, result, posed, repairs)
-        goal.state, goal.plan_id, goal.reason = GoalState.PLANNED, plan.id, plan.reason
+        goal_lifecycle.propose(goal, plan.id, plan.reason)
         if goal.auto_approve:
             session.flush()
             self._approval.approve_or_expire(session, plan, goal, actor=AUTOMATIC, comment="")

@@ -13,6 +13,7 @@ from app.domain.goal_language.check import GoalIssue, blocking, check_goals
 from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.ids import new_id
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.recovery_rules import policy_for
 from app.domain.states import GoalState, PlanState
 from app.domain.world_model import Facts
@@ -26,7 +27,6 @@ from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-OPEN = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED, GoalState.COMMITTED)
 CANCELLED = "cancelled"
 """The outcome of a goal that was cancelled before it was carried out."""
 
@@ -132,7 +132,12 @@ class GoalService:
         return Checked(goals=parsed, issue=issue, completions=replacements(text, issue) if issue else ())
 
     def _refuse_too_many(self, session: Session) -> None:
-        count = session.scalar(select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(OPEN))) or 0
+        count = (
+            session.scalar(
+                select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(goal_lifecycle.OPEN))
+            )
+            or 0
+        )
         if count >= self._open_goals:
             raise Busy(
                 f"{count} goals are open, as many as may be (MACTA_OPEN_GOALS); cancel some, decide on their plans, or "
@@ -154,7 +159,7 @@ class GoalService:
         """
         with self._database.write() as session:
             goal = goal_to_change(session, goal_id)
-            if goal.state == GoalState.SUBMITTED:
+            if goal.state in (GoalState.SUBMITTED, GoalState.WAITING):
                 raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
             if goal.state == GoalState.PLANNING and not goal.stop_requested:
                 goal.stop_requested = True
@@ -171,8 +176,9 @@ class GoalService:
             if goal.outcome == CANCELLED:
                 return goal
             _refuse_begun(goal)
-            goal.state, goal.outcome, goal.planning = GoalState.WITHDRAWN, CANCELLED, None
-            goal.reason = f"cancelled: {comment}" if comment else "cancelled"
+            reason = f"cancelled: {comment}" if comment else "cancelled"
+            goal_lifecycle.withdraw(goal, outcome=CANCELLED, reason=reason)
+            goal.planning = None
             close_plans(session, self._events, goal, PlanState.EXPIRED, "its goal was cancelled")
             self._events.append(session, "goal.withdrawn", goal.id, actor=actor, reason=goal.reason)
             return goal
@@ -194,7 +200,7 @@ def _refuse_begun(goal: GoalRow) -> None:
         raise Conflict(
             f"goal {goal.id} is being carried out; cancel mission {goal.mission_id}", code="goal-committed"
         )
-    if goal.state not in (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED):
+    if goal.state not in goal_lifecycle.UNDECIDED:
         raise Conflict(f"goal {goal.id} is {goal.state}, it cannot be cancelled", code="goal-ended")
 
 

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.ids import new_id
+from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.plan_document import PlanBody, RepairsBody
 from app.domain.states import PlanState
 from app.planning.problem_builder import GoalProblem
@@ -94,5 +95,5 @@ def close_plans(
     goal.alternatives = None
     for plan in open_plans(session, goal.id):
         if plan.id != but:
-            plan.state, plan.reason = state, reason
+            plan_lifecycle.close(plan, state, reason)
             events.append(session, f"plan.{state.value}", plan.id, goal=goal.id, reason=reason)

@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.ids import new_id
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.store import GoalRow, WorldRow
 from app.workflows import PLAN_WAITING, WAITING, step
 
@@ -16,8 +16,11 @@ TURNS = 25
 
 
 class WaitingGoals:
-    """A goal waits in `submitted` with a reason. What becomes free in a world is counted (`WorldRow.releases`)
-    and a goal knows how much of it it has seen, so that none is planned twice against the same world."""
+    """Has goals in `waiting` planned again when something of their world becomes free.
+
+    What becomes free in a world is counted (`WorldRow.releases`). A goal stores the count it was last planned after,
+    so that none is planned twice against the same world.
+    """
 
     def __init__(self, core: Core) -> None:
         self._database, self._workflows = core.database, core.workflows
@@ -85,8 +88,7 @@ def most_urgent(session: Session, world: str) -> str | None:
         select(GoalRow.id)
         .where(
             GoalRow.world == world,
-            GoalRow.state == GoalState.SUBMITTED,
-            GoalRow.reason != "",
+            GoalRow.state == GoalState.WAITING,
             GoalRow.releases_seen < _releases(session, world),
         )
         .order_by(

@@ -43,7 +43,7 @@ def waiting(session: Session, name: str, **more: Any) -> None:
         "goal": [],
         "priority": 0,
         "auto_approve": False,
-        "state": GoalState.SUBMITTED,
+        "state": GoalState.WAITING,
         "reason": "waits for mission m",
         "created_by": "me",
     }
@@ -126,9 +126,7 @@ def steps_of(database: Database) -> list[int]:
         return list(session.scalars(text(query)))
 
 
-@pytest.mark.parametrize(
-    "more", [{"state": GoalState.PLANNING}, {"reason": ""}, {"state": GoalState.WITHDRAWN}]
-)
-def test_goals_that_do_not_wait_are_left_alone(session: Session, more: dict[str, Any]) -> None:
-    waiting(session, "one", **more)
+@pytest.mark.parametrize("state", [GoalState.SUBMITTED, GoalState.PLANNING, GoalState.WITHDRAWN])
+def test_goals_that_do_not_wait_are_left_alone(session: Session, state: GoalState) -> None:
+    waiting(session, "one", state=state)
     assert order(session) == []
