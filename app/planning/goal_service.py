@@ -1,4 +1,4 @@
-"""Where goals come in: understood, checked against the world, recorded and sent to the planner in one transaction."""
+"""Takes goals: parses them, checks them against the world, records them and queues them for planning."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
@@ -33,8 +33,11 @@ CANCELLED = "cancelled"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalRequest:
-    """What an operator asked for: `text` or `goal`, not both; `deadline_s` from now, in the world's clock; `recovery`
-    as `Policy` has it, None leaves it to `auto_approve`.
+    """What an operator asks for.
+
+    :param text: a sentence; else `goal` is given.
+    :param deadline_s: from now, by the world's clock.
+    :param recovery: a `Policy`; None: as `auto_approve` suggests.
     """
 
     world: str | None
@@ -49,7 +52,7 @@ class GoalRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checked:
-    """What a sentence would be taken for: the goals, or what stands against them, and how it could go on."""
+    """How a sentence is understood: the goals, or the first issue with them, and possible completions."""
 
     goals: Sequence[SymbolicFact] = ()
     issue: Clarification | GoalIssue | None = None
@@ -57,7 +60,7 @@ class Checked:
 
 
 class GoalService:
-    """Takes goals and answers what became of them."""
+    """Takes, reads, stops and cancels goals."""
 
     def __init__(
         self,
@@ -71,19 +74,23 @@ class GoalService:
     ) -> None:
         """
         :param world: the running world of a name, or the only one; raises NotFound.
-        :param open_goals: so many goals may be open at a time.
+        :param open_goals: how many goals may be open at a time.
         """
-        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._database = core.database
+        self._events = core.events
+        self._facts = core.facts
         self._knowledge_base = core.knowledge_base
-        self._world, self._clocks, self._limits = world, clocks, limits
+        self._world = world
+        self._clocks = clocks
+        self._limits = limits
         self._requests = requests
         self._open_goals = open_goals
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
-        """Record a goal and have it planned. The same idempotency key answers the same goal again.
+        """Record a goal and have it planned. The same idempotency key returns the same goal again.
 
         :raises Invalid: if it is not understood or can never be achieved, naming the thing and the choices.
-        :raises Conflict: if the world stands against it now, likewise; nothing is recorded then.
+        :raises Conflict: if the present world contradicts it, likewise; nothing is recorded then.
         :raises Busy: if too many goals are open.
         """
         world = self._world(request.world)
@@ -121,7 +128,7 @@ class GoalService:
             return row
 
     def check(self, name: str | None, text: str) -> Checked:
-        """What `submit` would say of a sentence as things are. Nothing is recorded."""
+        """How `submit` would understand a sentence in the present world. Nothing is recorded."""
         world = self._world(name)
         with self._database.read() as session:
             facts = self._facts.facts(session, world.name)
@@ -153,7 +160,7 @@ class GoalService:
         return row
 
     def stop(self, goal_id: str, *, actor: str) -> GoalRow:
-        """Have the planning end and its best plan so far taken. Once planned, there is nothing to stop.
+        """End the planning with its best plan so far. Without effect once it is planned.
 
         :raises Conflict: if planning has not begun.
         """
@@ -167,7 +174,7 @@ class GoalService:
             return goal
 
     def cancel(self, goal_id: str, *, actor: str, comment: str = "") -> GoalRow:
-        """Withdraw a goal that is not carried out yet. Its planning ends, a plan that is proposed expires.
+        """Withdraw a goal that no mission carries out yet. Its planning ends; its proposed plans expire.
 
         :raises Conflict: if a mission carries it out, or it has ended otherwise.
         """
