@@ -21,14 +21,14 @@ from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
-from app.missions.recovery import RecoveryPlanning, RecoverySteps
+from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_start import begin_world, part_from_others
-from app.planning.alternatives import Alternatives, AlternativesSearch
+from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
-from app.planning.goal_planning import GoalPlanning
+from app.planning.goal_planning import GoalPlanningJob
 from app.planning.goal_service import GoalService
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
@@ -104,7 +104,7 @@ class Service:
         self._core = Core(
             database=self.database,
             events=self.events,
-            facts=FactStore(self.events),
+            facts=FactStore(self.events, knowledge_base),
             workflows=workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
@@ -176,7 +176,7 @@ class Service:
             if not self.database.shared:
                 part_from_others(session, self._core, self._files.keys())
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
-        self._core.workflows.register(FIND_ALTERNATIVES, self._alternatives_search.run)
+        self._core.workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
         self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
         self._core.workflows.register(MISSION_LIFE, self._life.run)
         self._core.workflows.register(RECOVER_MISSION, self._recovery.run)
@@ -274,7 +274,7 @@ class Service:
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting = WaitingGoals(core)
         self.board.rested.append(self._waiting.rested)
-        self._planning = GoalPlanning(
+        self._planning = GoalPlanningJob(
             core,
             problems=problems,
             proposals=proposals,
@@ -283,7 +283,7 @@ class Service:
             limits=limits,
             approval=self.plans,
         )
-        self._recovery = RecoveryPlanning(
+        self._recovery = RecoveryJob(
             core,
             problems=problems,
             proposals=proposals,
@@ -294,7 +294,7 @@ class Service:
             approval=self.plans,
         )
         self.choices = Alternatives(core)
-        self._alternatives_search = AlternativesSearch(
+        self._alternatives_job = AlternativesJob(
             core, problems=problems, proposals=proposals, worker=worker, limits=limits
         )
         self.explaining = Explanations(core, problems=problems, worker=worker, limits=limits)

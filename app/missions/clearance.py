@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.domain.events import ScriptCleared
 from app.domain.states import TERMINAL_SCRIPTS
 from app.store import MissionRow, ScriptRow
 from app.store.event_log import EventLog
@@ -44,7 +45,7 @@ def renew_clearances(session: Session, events: EventLog, mission: MissionRow) ->
         fresh = [action for action in ended if action not in script.cleared]
         if fresh:
             script.cleared, script.clearance = ended, f"clearance:{len(ended)}"
-            events.append(session, "script.cleared", script.id, robot=script.robot, ended=fresh)
+            events.append(session, ScriptCleared(subject=script.id, robot=script.robot, ended=tuple(fresh)))
 
 
 def _has_failed(script: ScriptRow) -> bool:

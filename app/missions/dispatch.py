@@ -6,6 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import MissionDispatching
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
 from app.domain.states import MissionState
 from app.store import MissionRow, ScriptRow
@@ -59,9 +60,16 @@ class ScriptDispatcher:
             mission.estimate_s = max(now_s - begun_s + net.makespan_s, mission.original_estimate_s)
         mission.reason, mission.stopped_for, mission.failure, mission.asked_at = "", "", None, None
         mission.enquire_at_s = now_s + net.makespan_s + mission.margin_s
-        robots = [script.robot for script in organised.scripts]
-        data = {"plan": mission.plan_id, "revision": mission.revision, "robots": robots}
-        self._core.events.append(session, "mission.dispatching", mission.id, **data)
+        self._core.events.append(
+            session,
+            MissionDispatching(
+                subject=mission.id,
+                plan=mission.plan_id,
+                revision=mission.revision,
+                robots=tuple(script.robot for script in organised.scripts),
+                state=MissionState(mission.state),
+            ),
+        )
         return ""
 
 

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.agents.running_world import RunningWorld
 from app.core import Core
+from app.domain.events import MISSION_PHASES, MissionOverdue, MissionRobotsAsked
 from app.domain.ids import new_id
 from app.domain.mission_monitor import Verdict, cancelled, is_overdue, review
 from app.domain.recovery_rules import Step
@@ -187,16 +188,19 @@ class MissionLife:
         if (state, mission.reason) == (verdict.state, verdict.reason):
             return
         changed = state != verdict.state or verdict.ask or verdict.cancel
-        if is_overdue(verdict.reason) and not is_overdue(mission.reason):
-            self._events.append(session, "mission.overdue", mission.id, deadline_s=mission.deadline_s)
+        overdue = is_overdue(verdict.reason) and not is_overdue(mission.reason)
         if goes_on:
             mission.resume_to = verdict.state
         else:
             mission.state = verdict.state
         mission.reason, mission.failure = verdict.reason, verdict.failure
+        shown = MissionState(mission.state)
+        if overdue:
+            late = MissionOverdue(subject=mission.id, deadline_s=mission.deadline_s, state=shown)
+            self._events.append(session, late)
         if changed:
-            type_ = "mission.robots_asked" if verdict.ask else f"mission.{verdict.state.value}"
-            self._events.append(session, type_, mission.id, reason=verdict.reason)
+            told = MissionRobotsAsked if verdict.ask else MISSION_PHASES[verdict.state]
+            self._events.append(session, told(subject=mission.id, reason=verdict.reason, state=shown))
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:

@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
+from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
 from app.domain.ids import new_id
 from app.domain.recovery_rules import TRIES, Policy, Step
 from app.domain.states import MissionState
@@ -49,7 +50,11 @@ class MissionService:
                 return _with_scripts(session, mission)
             _refuse_ended(mission, "cancelled")
             mission.cancel_requested = True
-            self._events.append(session, "mission.cancel_requested", mission.id, actor=actor, comment=comment)
+            state = MissionState(mission.state)
+            self._events.append(
+                session,
+                MissionCancelRequested(subject=mission.id, actor=actor, comment=comment, state=state),
+            )
             self._workflows.wake(session, mission.workflow, f"cancel:{mission.id}")
             return _with_scripts(session, mission)
 
@@ -60,8 +65,11 @@ class MissionService:
             _refuse_ended(mission, "recovered otherwise")
             if mission.recovery != policy:
                 mission.recovery = policy
-                data = {"actor": actor, "policy": policy.value}
-                self._events.append(session, "mission.recovery_set", mission.id, **data)
+                state = MissionState(mission.state)
+                self._events.append(
+                    session,
+                    MissionRecoverySet(subject=mission.id, actor=actor, policy=policy.value, state=state),
+                )
                 self._workflows.wake(session, mission.workflow, f"{mission.id}:policy:{new_id('policy')}")
             return _with_scripts(session, mission)
 
@@ -92,14 +100,19 @@ class MissionService:
     def _try_again(self, session: Session, mission: MissionRow, actor: str, comment: str) -> Mission:
         mission.recovery_step, mission.tries_left = None, TRIES
         note(mission, outcome="taken up")
-        self._events.append(session, "mission.resumed", mission.id, actor=actor, comment=comment)
+        state = MissionState(mission.state)
+        self._events.append(
+            session, MissionResumed(subject=mission.id, actor=actor, comment=comment, state=state)
+        )
         self._workflows.wake(session, mission.workflow, f"{mission.id}:again:{len(mission.attempts)}")
         return _with_scripts(session, mission)
 
     def _order(
         self, session: Session, mission: MissionRow, verb: ControlVerb, actor: str, comment: str
     ) -> None:
-        self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
+        ordered = MissionPaused if verb is ControlVerb.PAUSE else MissionResumed
+        state = MissionState(mission.state)
+        self._events.append(session, ordered(subject=mission.id, actor=actor, comment=comment, state=state))
         for script in _scripts(session, mission.id):
             if can_be_ordered(script, mission):
                 give(script, verb)

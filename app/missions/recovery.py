@@ -7,6 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import MissionRepairProposed, MissionStuck
 from app.domain.mission_monitor import MissionView, Verdict
 from app.domain.recovery_rules import LeftOut, Policy, Step, category_of, left_out, measure_of, needs_decision
 from app.domain.states import MissionState
@@ -53,10 +54,11 @@ class RecoverySteps:
             self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
         else:
             mission.recovery_step = verdict.recover
-            self._events.append(session, "mission.stuck", mission.id, reason=verdict.reason)
+            state = MissionState(mission.state)
+            self._events.append(session, MissionStuck(subject=mission.id, reason=verdict.reason, state=state))
 
 
-class RecoveryPlanning(PlanningJob[MissionRow, RepairTask]):
+class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
     """Repairs the plans of missions."""
 
     step_name = "recover"
@@ -149,8 +151,16 @@ class RecoveryPlanning(PlanningJob[MissionRow, RepairTask]):
         if needs_decision(Policy(mission.recovery), measure):
             mission.recovery_step = Step.DECIDING
             mission.reason = f"{mission.attempts[-1]['reason']}; plan {plan.id} waits for a decision"
-            data = {"plan": plan.id, "measure": measure.value, "reason": mission.reason}
-            self._events.append(session, "mission.repair_proposed", mission.id, **data)
+            self._events.append(
+                session,
+                MissionRepairProposed(
+                    subject=mission.id,
+                    plan=plan.id,
+                    measure=measure.value,
+                    reason=mission.reason,
+                    state=MissionState(mission.state),
+                ),
+            )
         else:
             self._approval.approve_or_expire(session, plan, goal, actor=RECOVERY, comment="")
 

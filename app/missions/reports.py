@@ -3,6 +3,16 @@
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import (
+    ClearanceRefused,
+    ControlRefused,
+    MissionRunning,
+    PacketReported,
+    ScriptAcknowledged,
+    ScriptRefused,
+    ScriptReported,
+    ScriptStatus,
+)
 from app.domain.states import TERMINAL_SCRIPTS, MissionState
 from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
@@ -98,9 +108,8 @@ class MissionReports:
                 if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
                     # It was on its way when the operator paused the mission.
                     give(script, ControlVerb.PAUSE)
-                self._events.append(
-                    session, f"script.{delivery}", script.id, robot=script.robot, reason=reason
-                )
+                answered = ScriptAcknowledged if delivery == "acknowledged" else ScriptRefused
+                self._events.append(session, answered(subject=script.id, robot=script.robot, reason=reason))
         elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
             order = unanswered(script)
             if order is not None and delivery == "acknowledged":
@@ -121,8 +130,16 @@ class MissionReports:
         if script.state not in TERMINAL_SCRIPTS:
             script.question = f"{script.id}:status:{sent}"
         script.detail = reason
-        data = {"robot": script.robot, kind: sent, "reason": reason}
-        self._events.append(session, f"{kind}.refused", script.id, **data)
+        if kind == "control":
+            self._events.append(
+                session,
+                ControlRefused(subject=script.id, robot=script.robot, control=sent, reason=reason),
+            )
+        else:
+            self._events.append(
+                session,
+                ClearanceRefused(subject=script.id, robot=script.robot, clearance=sent, reason=reason),
+            )
 
     def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
         known = dict(script.packets.get(report.packet_id, {}))
@@ -146,13 +163,15 @@ class MissionReports:
             renew_clearances(session, self._events, mission)
         self._events.append(
             session,
-            f"packet.{report.state.value}",
-            mission.id,
-            robot=script.robot,
-            packet=report.packet_id,
-            at_s=report.at_s,
-            events=list(report.events),
-            detail=report.detail,
+            PacketReported(
+                subject=mission.id,
+                robot=script.robot,
+                packet=report.packet_id,
+                state=report.state,
+                at_s=report.at_s,
+                events=tuple(report.events),
+                detail=report.detail,
+            ),
         )
 
     def _started(self, session: Session, mission: MissionRow, at_s: float) -> None:
@@ -162,7 +181,8 @@ class MissionReports:
             mission.enquire_at_s = at_s + mission.estimate_s + mission.margin_s
         if mission.state in (MissionState.PENDING, MissionState.DISPATCHING):
             mission.state = MissionState.RUNNING
-            self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
+            running = MissionRunning(subject=mission.id, started_at_s=at_s, state=MissionState(mission.state))
+            self._events.append(session, running)
 
     def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
         if script.state in TERMINAL_SCRIPTS:
@@ -181,12 +201,14 @@ class MissionReports:
             self._believing.reconcile(session, report, script, mission)
         self._events.append(
             session,
-            f"script.{report.state.value}",
-            script.id,
-            robot=script.robot,
-            mission=mission.id,
-            at_s=report.at_s,
-            detail=report.detail,
+            ScriptReported(
+                subject=script.id,
+                robot=script.robot,
+                mission=mission.id,
+                state=report.state,
+                at_s=report.at_s,
+                detail=report.detail,
+            ),
         )
 
     def _finish_all(
@@ -217,12 +239,13 @@ class MissionReports:
         self._note_waiting(report, script)
         self._events.append(
             session,
-            "script.status",
-            script.id,
-            robot=script.robot,
-            state=script.state,
-            packet=report.packet_id,
-            detail=report.detail,
+            ScriptStatus(
+                subject=script.id,
+                robot=script.robot,
+                state=None if script.state is None else ScriptState(script.state),
+                packet=report.packet_id,
+                detail=report.detail,
+            ),
         )
 
     def _note_waiting(self, report: StatusReport, script: ScriptRow) -> None:

@@ -2,6 +2,7 @@
 
 from sqlalchemy.orm import Session
 
+from app.domain.events import GoalCommitted, MissionRevised
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.recovery_rules import Step
 from app.domain.states import MissionState
@@ -35,8 +36,16 @@ def revise(
     else:
         mission.state = MissionState.DISPATCHING
     mission.reason, mission.failure = "", None
-    data = {"plan": plan.id, "revision": mission.revision}
-    events.append(session, "mission.revised", mission.id, **data)
+    events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
+    events.append(
+        session,
+        MissionRevised(
+            subject=mission.id,
+            plan=plan.id,
+            revision=mission.revision,
+            state=MissionState(mission.state),
+        ),
+    )
     workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
 

@@ -111,7 +111,7 @@ def core_of(database: Database, workflows: Workflows) -> Core:
     return Core(
         database=database,
         events=events,
-        facts=FactStore(events),
+        facts=FactStore(events, knowledge_base),
         workflows=workflows,
         knowledge_base=knowledge_base,
         plan_nets=PlanNets(knowledge_base),
