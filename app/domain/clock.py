@@ -3,7 +3,7 @@
 import threading
 import time
 from datetime import UTC, datetime
-from typing import Protocol
+from typing import Final, Protocol
 
 
 class WallClock(Protocol):
@@ -33,6 +33,10 @@ class SystemClock:
 
     def wait(self, event: threading.Event, timeout_s: float) -> bool:
         return event.wait(timeout_s)
+
+
+SYSTEM_CLOCK: Final = SystemClock()
+"""The default wherever a `WallClock` is a parameter; it has no state."""
 
 
 def iso_utc(epoch_s: float) -> str:

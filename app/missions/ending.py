@@ -4,11 +4,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.domain.events import GoalFinished, MissionEnded
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.script import withdraw
-from app.domain.states import GoalState, PlanState
+from app.domain.states import PlanState
 from app.planning.proposals import close_plans
 from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.event_log import EventLog
@@ -42,7 +43,7 @@ def end_mission(
     recovery.end(mission)
     goal = session.get_one(GoalRow, mission.goal_id)
     close_plans(session, events, goal, PlanState.EXPIRED, "its mission has ended")
-    goal.state, goal.outcome, goal.reason = GoalState.FINISHED, state.value, reason
+    goal_lifecycle.finish(goal, outcome=state.value, reason=reason)
     events.append(
         session,
         MissionEnded(

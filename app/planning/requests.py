@@ -9,9 +9,10 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import GoalSubmitted, MissionNoRepair, MissionRecoveryBegun
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import recovery
 from app.domain.recovery_rules import Policy, Trouble, category_of
-from app.domain.states import GoalState, MissionState
+from app.domain.states import MissionState
 from app.store import GoalRow, MissionRow
 from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
 from robots.clock import Clock
@@ -26,18 +27,22 @@ class PlanningRequests:
         self._workflows = core.workflows
         self._clocks = clocks
 
-    def plan_goal(
-        self, session: Session, goal: GoalRow, reason: str = "", *, actor: str | None = None
-    ) -> None:
-        """Have the goal planned, or planned again for a reason."""
+    def plan_goal(self, session: Session, goal: GoalRow, *, actor: str | None = None) -> None:
+        """Have a submitted goal planned.
+
+        :param actor: who has submitted it, if it is planned for the first time.
+        """
         goal.attempts += 1
-        goal.state = GoalState.SUBMITTED
-        goal.reason = reason
         goal.stop_requested = False
         self._events.append(
-            session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor, reason=reason)
+            session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor, reason=goal.reason)
         )
         self._workflows.start(session, PLANNING, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
+
+    def plan_again(self, session: Session, goal: GoalRow, reason: str) -> None:
+        """Have a goal planned again whose plan has expired."""
+        goal_lifecycle.resubmit(goal, reason)
+        self.plan_goal(session, goal)
 
     def recover(
         self, session: Session, mission: MissionRow, troubles: Sequence[Trouble], *, failure: str, reason: str

@@ -3,10 +3,10 @@
 from sqlalchemy.orm import Session
 
 from app.domain.events import GoalCommitted, MissionRevised
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState
-from app.domain.states import GoalState
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
 from app.workflows import Workflows
@@ -30,7 +30,7 @@ def revise(
     mission.margin_s = margin_s
     mission.revision += 1
     recovery.approve(mission, plan.id)
-    goal.state, goal.plan_id = GoalState.COMMITTED, plan.id
+    goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
     mission_lifecycle.dispatch(mission)
     events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
     events.append(

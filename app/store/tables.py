@@ -5,14 +5,14 @@ from typing import Any
 from sqlalchemy import JSON, ForeignKey, Index, Integer, String
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-from app.domain.clock import SystemClock, iso_utc
+from app.domain.clock import SYSTEM_CLOCK, iso_utc
 
 ID = String(120)
 
 
 def utc_now() -> str:
     """The default of columns that hold an instant."""
-    return iso_utc(SystemClock().epoch_s())
+    return iso_utc(SYSTEM_CLOCK.epoch_s())
 
 
 class Base(DeclarativeBase):
