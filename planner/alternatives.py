@@ -103,7 +103,8 @@ class _Pool:
         self, engine: PlanningEngine, statics: Statics, request: PlanningRequest, observer: Observer
     ) -> None:
         """:param statics: of the problem as it is, in which every robot may be recruited."""
-        self._statics, self._solving = statics, Solving(engine, request, observer)
+        self._statics = statics
+        self._solving = Solving(engine, request, observer)
         self.plans: dict[Deeds, Alternative] = {}
 
     def add(self, result: PlanningResult) -> None:
@@ -165,7 +166,8 @@ def _compared(plan_net: PlanNet, shortest: PlanNet) -> str:
     """In words: what the plan costs and saves against the shortest; empty for that itself."""
     if plan_net is shortest:
         return ""
-    robots, others = set(plan_net.robots), set(shortest.robots)
+    robots = set(plan_net.robots)
+    others = set(shortest.robots)
     differences = [
         _more(plan_net.makespan_s - shortest.makespan_s, " s", "longer", "shorter"),
         _exchanged(sorted(robots - others), sorted(others - robots)),

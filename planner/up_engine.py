@@ -63,7 +63,8 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
         Engine.__init__(self)
         OneshotPlannerMixin.__init__(self)
         AnytimePlannerMixin.__init__(self)
-        self._agents, self._make_engine = agents, make_engine
+        self._agents = agents
+        self._make_engine = make_engine
 
     @property
     def name(self) -> str:

@@ -55,7 +55,8 @@ class _Way:
 
 class _Bounds:
     def __init__(self, network: Network, problem: PlanningProblem) -> None:
-        self.network, self.problem = network, problem
+        self.network = network
+        self.problem = problem
         world = network.world
         self.leaders = world.leaders
         said: dict[str, list[Fact]] = {}
@@ -77,7 +78,8 @@ class _Bounds:
             held = {arg for fact in facts for arg in fact.args if arg in world.leader}
             self._start[thing] = network.state(thing, [*facts, *(f for one in held for f in said[one])])
         self._goals = {thing: sorted(set(some[0]).intersection(*some)) for thing, some in goals.items()}
-        deeds, drives = network.deeds, network.drives
+        deeds = network.deeds
+        drives = network.drives
         self.deeds = deeds
         self._ways_graph = Graph.of(deeds.before, deeds.after, len(network.states))
         self._drives_graph = Graph.of(drives.before, drives.after, len(network.configurations))
@@ -132,7 +134,8 @@ class _Bounds:
         """The shortest way of each thing that must move."""
         found = {}
         for thing, goals in self._goals.items():
-            start, ends = self._start[thing], np.array(goals, np.int64)
+            start = self._start[thing]
+            ends = np.array(goals, np.int64)
             if start in goals or not goals:
                 continue
             times, edges = shortest(
@@ -172,7 +175,8 @@ class _Bounds:
 
     def _potential(self, leader: int) -> Ints:
         """A potential of the configurations of a class, 0 on all others."""
-        jobs, members = self._jobs[leader], self.members[self.leaders[leader]]
+        jobs = self._jobs[leader]
+        members = self.members[self.leaders[leader]]
         rows = [left for _, left in jobs] + [self.stands[agent] for agent in members]
         columns = [entry for entry, _ in jobs]
         from_here = {row: self._from(row) for row in set(rows)}
@@ -193,7 +197,8 @@ class _Bounds:
         mine = (deeds.entries >= 0) & np.isin(self._class_of[deeds.entries], classes)
         charges = deeds.kept + potential[deeds.entries] - potential[deeds.exits]
         costs = np.where(mine, charges, 0).sum(axis=0) // deeds.things
-        zeros, work = np.zeros_like(costs), 0
+        zeros = np.zeros_like(costs)
+        work = 0
         for way in self.ways.values():
             if mine[:, way.edges].any():
                 times, _ = shortest(self._ways_graph, costs, zeros, np.array([way.start]), way.goals)

@@ -39,7 +39,8 @@ class Nodes:
         """The numbers of lifted values, an axis for each pool, of length 1 where they do not depend on it."""
         terms = terms_of(*values)
         used = [name for name in pools if name in terms]
-        found, full = [], dict(binding)
+        found = []
+        full = dict(binding)
         for chosen in product(*(pools[name] for name in used)):
             full.update(zip(used, chosen, strict=True))
             found.append(

@@ -26,7 +26,8 @@ class Network:
 
     def __init__(self, world: World) -> None:
         self.world = world
-        self.configurations, self.states = Nodes(), Nodes()
+        self.configurations = Nodes()
+        self.states = Nodes()
         self._moves = moves = Moves(world)
         drives: list[tuple[Ints, ...]] = [(np.zeros(0, np.int64),) * 3]
         deeds: list[tuple[tuple[Ints, ...], list[Part]]] = []
@@ -47,7 +48,8 @@ class Network:
 
     def state(self, thing: str, facts: Iterable[Fact]) -> int:
         """The number of a thing's state among these facts."""
-        kind, known = self.world.problem.objects[thing], list(facts)
+        kind = self.world.problem.objects[thing]
+        known = list(facts)
         own = [one.value(known, thing) for one in self._moves.of_things[kind]]
         values: Values = tuple(one and self._renamed(one, thing) for one in own)
         held = [self._moves.holder(one, self.world.leader) for one in own if one is not None]
@@ -71,7 +73,8 @@ class Network:
         return self.configurations.having.get((leader, self._renamed(goal)), [])
 
     def _renamed(self, fact: Fact, thing: str = "") -> Fact:
-        leader, things = self.world.leader, self.world.things
+        leader = self.world.leader
+        things = self.world.things
         return Fact(
             fact.predicate,
             tuple(
@@ -105,7 +108,8 @@ class Network:
     def _deeds(self, step: Step, kind: str) -> Iterator[tuple[tuple[Ints, ...], list[Part]]]:
         """The edges of states (before, after, milliseconds, things of the action), and for each agent its part."""
         op = step.op
-        things, concerned = self._moves.of_thing(op, kind), self._moves.of_agent(op)
+        things = self._moves.of_thing(op, kind)
+        concerned = self._moves.of_agent(op)
         for binding in self.world.bindings(op, kind) if things else ():
             thing = next((name for name in things if binding.get(name) == THING), None)
             found = self.world.spans(step, binding) if thing is not None else None

@@ -23,7 +23,8 @@ from planner.knowledge.literal import Literal
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
-THING, OTHER = "the thing", "another thing"
+THING = "the thing"
+OTHER = "another thing"
 MILLISECONDS = 1000
 LARGEST = 4_000_000
 """The most combinations of arguments of one operator that are looked at."""
@@ -53,7 +54,8 @@ class World:
     """The quotient: static rows, pools of objects, durations."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self.base, self.problem = knowledge_base, problem
+        self.base = knowledge_base
+        self.problem = problem
         classes = AgentClasses(knowledge_base, problem)
         self.agents = classes.agents
         self.fluents = knowledge_base.fluents

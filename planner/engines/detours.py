@@ -28,16 +28,19 @@ def without_detours(
 
 class _Shortening:
     def __init__(self, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
-        self._problem, self._base = problem, knowledge_base
+        self._problem = problem
+        self._base = knowledge_base
 
     def run(self, sequence: Sequence[GroundAction]) -> tuple[GroundAction, ...]:
-        kept, early = list(sequence), 0
+        kept = list(sequence)
+        early = 0
         while early < len(kept) <= LONGEST:
             shorter = self._shorter(kept, early)
             if shorter is None:
                 early += 1
             else:
-                kept, early = shorter, 0
+                kept = shorter
+                early = 0
         return tuple(kept)
 
     def _shorter(self, kept: list[GroundAction], early: int) -> list[GroundAction] | None:
@@ -46,7 +49,8 @@ class _Shortening:
         late = next((n for n in range(early + 1, len(kept)) if agents & set(kept[n].agents)), None)
         if late is None or kept[late].tag != one.tag or kept[late].agents != one.agents:
             return None
-        between, after = kept[early + 1 : late], kept[late + 1 :]
+        between = kept[early + 1 : late]
+        after = kept[late + 1 :]
         for merged in self._merged(one, kept[late]):
             for middle in ([*between, merged], [merged, *between]):
                 trial = self._replayed([*kept[:early], *middle, *after])
@@ -66,7 +70,8 @@ class _Shortening:
 
     def _replayed(self, trial: Sequence[GroundAction]) -> list[GroundAction] | None:
         """The trial, actions bound anew where they must be; None if it does not reach the goals."""
-        state, achieved = set(self._problem.facts), set(self._problem.facts)
+        state = set(self._problem.facts)
+        achieved = set(self._problem.facts)
         replayed = []
         for planned in trial:
             action = next(

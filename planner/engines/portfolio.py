@@ -87,7 +87,8 @@ class Portfolio:
         status = min((answer.status for answer in answers), key=_MOST_TELLING.index)
         reason = _told(answers)
         if stopped:
-            status, reason = PlanningStatus.NOT_FOUND, f"stopped before a plan was found; {reason}"
+            status = PlanningStatus.NOT_FOUND
+            reason = f"stopped before a plan was found; {reason}"
         elif status is not PlanningStatus.FAILED:
             reason += "; that does not prove that there is none"
         return self._concluded(PlanningResult(status=status, engine=self.name, planning_s=0.0), reason, relay)
@@ -104,7 +105,8 @@ class _Relay(Observer):
     """Hands on what the engines tell, in the portfolio's time and with the best bound any of them proved."""
 
     def __init__(self, observer: Observer) -> None:
-        self._observer, self._begun = observer, time.monotonic()
+        self._observer = observer
+        self._begun = time.monotonic()
         self.lower_bound_s: float | None = None
 
     @property
@@ -141,7 +143,8 @@ def _ask(
 
 def _told(answers: Sequence[PlanningResult]) -> str:
     """What each engine said, the same reason only once."""
-    sentences, said = [], set[str]()
+    sentences = []
+    said = set[str]()
     for answer in answers:
         why = f" ({answer.reason})" if answer.reason and answer.reason not in said else ""
         said.add(answer.reason)

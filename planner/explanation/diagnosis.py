@@ -45,7 +45,8 @@ class _Diagnosis:
     """One problem's diagnosis."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self._base, self._problem = knowledge_base, problem
+        self._base = knowledge_base
+        self._problem = problem
         self._members = members_of(knowledge_base, problem.objects)
 
     def reasons(self) -> Iterator[str]:
@@ -172,8 +173,11 @@ class _Reason:
         leaves: frozenset[Fact],
         present: Relaxation,
     ) -> None:
-        self._base, self._problem, self._goal = knowledge_base, problem, goal
-        self._leaves, self._present = leaves, present
+        self._base = knowledge_base
+        self._problem = problem
+        self._goal = goal
+        self._leaves = leaves
+        self._present = present
         self._tied = [
             fact
             for fact in sorted(leaves & problem.facts)

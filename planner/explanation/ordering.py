@@ -20,7 +20,8 @@ class Reasons:
     def __init__(self, plan_net: PlanNet, names: Mapping[str, str], knowledge_base: KnowledgeBase) -> None:
         """:param names: how actions are called, by id."""
         self._actions = {action.id: action for action in plan_net.actions}
-        self._names, self._base = names, knowledge_base
+        self._names = names
+        self._base = knowledge_base
         self._given: dict[tuple[str, str], list[Fact]] = defaultdict(list)
         self._promised: dict[str, set[Fact]] = defaultdict(set)
         for link in plan_net.causal_links:
@@ -52,7 +53,8 @@ class Reasons:
         )
 
     def _threat(self, ordering: Ordering) -> str:
-        one, other = self._actions[ordering.before], self._actions[ordering.after]
+        one = self._actions[ordering.before]
+        other = self._actions[ordering.after]
         for fact in one.preconditions:
             if fact in other.deletes:
                 what = phrase(self._base, fact)

@@ -69,7 +69,8 @@ class Rivals:
     """Who else could do a plan's actions: no static fact keeps them from it, and they can come to where it is."""
 
     def __init__(self, plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
-        self.statics, self.knowledge_base = Statics(knowledge_base, problem), knowledge_base
+        self.statics = Statics(knowledge_base, problem)
+        self.knowledge_base = knowledge_base
         # What is said of a robot and a thing that is moved would be too many facts to ask for.
         self._moved = problem.objects.keys() - self.statics.placed - set(self.statics.robots)
         asked = {

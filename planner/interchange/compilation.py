@@ -85,7 +85,8 @@ class Compiler:
         from unified_planning.environment import get_environment
         from unified_planning.model import Problem
 
-        self._base, self._problem = knowledge_base, problem
+        self._base = knowledge_base
+        self._problem = problem
         self._environment = get_environment()
         self._types = self._environment.type_manager
         self._expressions = self._environment.expression_manager

@@ -14,7 +14,8 @@ def write_pddl(compiled: CompiledProblem) -> tuple[str, str]:
 
     with UNIFIED_PLANNING_LOCK:
         writer = PDDLWriter(_sparse(compiled.up_problem))
-        domain, problem = writer.get_domain(), writer.get_problem()
+        domain = writer.get_domain()
+        problem = writer.get_problem()
     # The writer keeps constants in sets, whose order differs between processes.
     return _OBJECTS.sub(lambda m: f"{m[1]}{' '.join(sorted(m[2].split()))} - ", domain), problem
 

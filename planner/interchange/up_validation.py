@@ -69,7 +69,8 @@ def up_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: 
 def _steps(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: PlanNet) -> Iterator[_Step]:
     """:raises KnowledgeBaseError: if an action is not what the knowledge base makes of its arguments, or a
     static condition does not hold."""
-    fluents, goals = knowledge_base.fluents, frozenset(plan_net.goals)
+    fluents = knowledge_base.fluents
+    goals = frozenset(plan_net.goals)
     for action in linearisation(plan_net):
         name = f"{action.id}_{action.tag.lower()}"
         own = knowledge_base.ground(action.tag, action.arguments, problem.functions, objects=problem.objects)

@@ -46,7 +46,8 @@ def extract(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Seq
 def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> str | None:
     """Why the sequence does not solve the problem, or None. A goal counts only if an intended effect
     achieved it."""
-    state, achieved = set(facts), set(facts)
+    state = set(facts)
+    achieved = set(facts)
     for action in sequence:
         missing = [fact for fact in action.preconditions if fact not in state]
         if missing:

@@ -37,7 +37,8 @@ def _linked(
     for link in causal_links(sequence, facts, goals):
         producers[link.consumer].add(link.producer)
     running = [position for position, action in enumerate(sequence) if action.under_way]
-    waiting, useful = [len(sequence), *running], {FROM_START, *running}
+    waiting = [len(sequence), *running]
+    useful = {FROM_START, *running}
     while waiting:
         new = producers[waiting.pop()] - useful
         useful |= new
@@ -51,7 +52,8 @@ def _eliminated(
     """Action elimination: each action tried, from the first on."""
     needed = indispensable(sequence, facts, goals)
     kept = [(action, action.under_way or position in needed) for position, action in enumerate(sequence)]
-    state, achieved = set(facts), set(facts)
+    state = set(facts)
+    achieved = set(facts)
     position = 0
     while position < len(kept):
         action, is_needed = kept[position]

@@ -134,7 +134,8 @@ def _schedule_faults(plan_net: PlanNet) -> list[str]:
     actions = {action.id: action for action in plan_net.actions}
     faults = [f"{a.id} has its latest start before its earliest" for a in plan_net.actions if a.slack_s < 0]
     for ordering in plan_net.orderings:
-        one, other = actions[ordering.before], actions[ordering.after]
+        one = actions[ordering.before]
+        other = actions[ordering.after]
         if one.earliest_end_s > other.earliest_start_s + ROUNDING_S:
             faults.append(f"{one.id} ends after {other.id} starts")
         if one.latest_start_s + one.duration_s > other.latest_start_s + ROUNDING_S:

@@ -21,7 +21,9 @@ class Solving:
 
     def __init__(self, engine: PlanningEngine, request: PlanningRequest, observer: Observer) -> None:
         """:param request: its time limit is for all problems together."""
-        self._engine, self._request, self._observer = engine, request, observer
+        self._engine = engine
+        self._request = request
+        self._observer = observer
         self._give_up = time.monotonic() + request.time_limit_s
         self._longest_s = LEAST_SHARE_S
 

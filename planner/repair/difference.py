@@ -116,7 +116,8 @@ def _common(one: Sequence[Deed], other: Sequence[Deed]) -> Iterator[tuple[int, i
     while i < len(one) and j < len(other):
         if one[i] == other[j]:
             yield i, j
-            i, j = i + 1, j + 1
+            i = i + 1
+            j = j + 1
         elif longest[i + 1][j] >= longest[i][j + 1]:
             i += 1
         else:
@@ -155,7 +156,8 @@ def _shifts(shifted: Mapping[str, float], actions: Mapping[str, PlanNetAction]) 
             ("earlier", [-s for s in shifts if s < 0]),
         ):
             if spans:
-                least, most = f"{min(spans):.0f}", f"{max(spans):.0f}"
+                least = f"{min(spans):.0f}"
+                most = f"{max(spans):.0f}"
                 span = least if least == most else f"{least} to {most}"
                 yield f"{team} starts {len(spans)} action{'s' * (len(spans) > 1)} {span} s {word}"
 

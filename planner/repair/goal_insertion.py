@@ -58,7 +58,9 @@ class _Joining:
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        self._remaining, self._old, self._elapsed_s = remaining, plan_net, progress.elapsed_s
+        self._remaining = remaining
+        self._old = plan_net
+        self._elapsed_s = progress.elapsed_s
         self._planner = Planner(engine, request, observer)
         self._why = ""
 

@@ -99,7 +99,9 @@ class Planner:
     """An engine asked several times, within one time limit."""
 
     def __init__(self, engine: PlanningEngine, request: PlanningRequest, observer: Observer) -> None:
-        self._engine, self._request, self._observer = engine, request, observer
+        self._engine = engine
+        self._request = request
+        self._observer = observer
         self._begun = time.monotonic()
         self.last: PlanningResult | None = None
 
@@ -141,7 +143,9 @@ class _Mending:
         observer: Observer,
         stability_s: float,
     ) -> None:
-        self._remaining, self._progress, self._stability_s = remaining, progress, stability_s
+        self._remaining = remaining
+        self._progress = progress
+        self._stability_s = stability_s
         self._planner = Planner(engine, request, observer)
         self._goals = remaining.problem.goals
         left = [action.earliest_end_s - progress.elapsed_s for action in remaining.actions]
@@ -158,7 +162,8 @@ class _Mending:
         return self._repair(min(found, key=self._merit)) if found else self._none()
 
     def _attempts(self) -> Iterator[Callable[[], _Mended | None]]:
-        running, rest = self._remaining.under_way, self._remaining.rest
+        running = self._remaining.under_way
+        rest = self._remaining.rest
         if len(running) + len(rest) == len(self._remaining.actions):
             yield lambda: self._made(Course.KEPT, (*running, *rest))
         able, achieved = self._able((*running, *rest))
@@ -172,7 +177,9 @@ class _Mending:
     def _able(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
         """The actions that can be carried out though others cannot, and the goals that are achieved then."""
         facts = self._remaining.problem.facts
-        state, achieved, able = set(facts), set(facts), list[GroundAction]()
+        state = set(facts)
+        achieved = set(facts)
+        able = list[GroundAction]()
         for action in sequence:
             if state.issuperset(action.preconditions):
                 carry_out(action, state, achieved)

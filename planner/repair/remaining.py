@@ -58,7 +58,8 @@ class Remaining:
         :raises UnknownAction: if the progress speaks of actions that the plan-net has not.
         """
         _refuse_unknown(plan_net, progress)
-        self.knowledge_base, self._progress = knowledge_base, progress
+        self.knowledge_base = knowledge_base
+        self._progress = progress
         able = Statics(knowledge_base, problem).without(progress.lost)
         self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
         left = [(a, ground) for a in self.actions if (ground := self._ground(a, able)) is not None]
@@ -117,7 +118,9 @@ def as_scheduled(
     plan_net: PlanNet, facts: frozenset[Fact], elapsed_s: float
 ) -> tuple[frozenset[Fact], MissionProgress]:
     """The facts and the progress so long after the start, if everything goes as scheduled."""
-    state, done, under_way = set(facts), set[str](), dict[str, float]()
+    state = set(facts)
+    done = set[str]()
+    under_way = dict[str, float]()
     starts = [(action.earliest_start_s, 1, action) for action in plan_net.actions]
     ends = [(action.earliest_end_s, 0, action) for action in plan_net.actions]
     for _, begins, action in sorted([*starts, *ends], key=lambda event: event[:2]):

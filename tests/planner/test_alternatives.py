@@ -75,7 +75,8 @@ class Answering:
     name = "answering"
 
     def __init__(self, **answers: PlanNet) -> None:
-        self.answers, self.asked = answers, 0
+        self.answers = answers
+        self.asked = 0
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED

@@ -67,9 +67,13 @@ class _Run:
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        self._name, self._base, self._problem = name, knowledge_base, problem
+        self._name = name
+        self._base = knowledge_base
+        self._problem = problem
         self._statics = Statics(knowledge_base, problem)
-        self._request, self._observer, self._begun = request, observer, time.monotonic()
+        self._request = request
+        self._observer = observer
+        self._begun = time.monotonic()
         limits = Limits(deadline=self._begun + request.time_limit_s, memory_mb=request.memory_limit_mb)
         self._search = Search(knowledge_base, limits, observer.should_stop)
 
@@ -88,7 +92,8 @@ class _Run:
 
     def _first(self, lean: PlanningProblem) -> Outcome:
         """The first plan-net, else what the searches for all goals at once say."""
-        search, problem = self._search, self._problem
+        search = self._search
+        problem = self._problem
         outcome = first = self._best(search.at_once(lean))
         if outcome[1] is None and len(problem.goals) > 1:
             outcome = self._best([search.one_by_one(problem, self._statics)])

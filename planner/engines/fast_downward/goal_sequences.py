@@ -38,7 +38,9 @@ class Search:
     def __init__(
         self, knowledge_base: KnowledgeBase, limits: Limits, is_enough: Callable[[], bool] = never
     ) -> None:
-        self._base, self._limits, self._is_enough = knowledge_base, limits, is_enough
+        self._base = knowledge_base
+        self._limits = limits
+        self._is_enough = is_enough
 
     @property
     def is_over(self) -> bool:
@@ -71,7 +73,8 @@ class Search:
 
     def one_by_one(self, problem: PlanningProblem, statics: Statics) -> Found:
         """A sequence that reaches one goal after the other, those that cannot be reached yet later."""
-        state, sequence = problem.facts, list[GroundAction]()
+        state = problem.facts
+        sequence = list[GroundAction]()
         achieved: list[Fact] = []
         waiting = list(problem.goals)
         while waiting:

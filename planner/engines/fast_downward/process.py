@@ -68,7 +68,9 @@ class FastDownwardProcess:
     """Translator and search on files of one folder, all ended at their limits or when it is enough."""
 
     def __init__(self, folder: Path, limits: Limits, is_enough: Callable[[], bool] = never) -> None:
-        self._folder, self._limits, self._is_enough = folder, limits, is_enough
+        self._folder = folder
+        self._limits = limits
+        self._is_enough = is_enough
 
     def translate(self, domain: str, problem: str) -> Answer | None:
         """Ground the task; None if that went well."""
@@ -105,7 +107,8 @@ class FastDownwardProcess:
         is_enough()
 
     def _search(self, configuration: str, is_enough: Callable[[], bool]) -> Ended:
-        binary, plan = f"{binaries()}/downward", str(self._folder / "plan")
+        binary = f"{binaries()}/downward"
+        plan = str(self._folder / "plan")
         command = [binary, "--internal-plan-file", plan, "--search", configuration]
         return self._run(command, is_enough, stdin=self._folder / "output.sas")
 
@@ -121,7 +124,8 @@ class FastDownwardProcess:
 
 
 def _failure(ended: Ended) -> Answer:
-    code, output = ended.code, ended.output
+    code = ended.code
+    output = ended.output
     last = output.strip().splitlines()[-1:] or ["no output"]
     if code is None or code in _OUT_OF_TIME or _SEARCHED_ENOUGH in output:
         return Answer(status=PlanningStatus.TIMED_OUT, reason="the time limit was reached")

@@ -48,8 +48,11 @@ class Yielding:
     """Finds the fragments of tasks that give each other way."""
 
     def __init__(self, problem: PlanningProblem, groups: Groups, homing: Homing, find: Find) -> None:
-        self._problem, self._facts = problem, problem.facts
-        self._groups, self._homing, self._find = groups, homing, find
+        self._problem = problem
+        self._facts = problem.facts
+        self._groups = groups
+        self._homing = homing
+        self._find = find
         self.has_yielded = False
 
     def ways(self, tasks: Sequence[Group]) -> Mapping[Group, Sequence[Fragment]] | list[Group]:

@@ -56,7 +56,8 @@ class Composition:
         seed: int,
     ) -> None:
         self._builder = Builder(knowledge_base, problem, classes, words, tasks)
-        self._weights, self._seed = weights, seed
+        self._weights = weights
+        self._seed = seed
         self._model = self._builder.model()
         self._schedule: Schedule | None = None
         self._choice: Choice | None = None
@@ -99,7 +100,8 @@ class Composition:
 
     def _keep(self, schedule: Schedule) -> None:
         if schedule.is_possible and (self._schedule is None or schedule.cost < self._schedule.cost):
-            self._schedule, self._choice = schedule, schedule.choice
+            self._schedule = schedule
+            self._choice = schedule.choice
 
     def improve(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
         """Anneal until the trials or the seconds are used up or `go_on(best makespan in seconds)` says no.
@@ -120,7 +122,9 @@ class Composition:
             self._builder.stop_near()
             self._model = self._builder.model()
         search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
-        begun, done, share = time.monotonic(), 0, 0.0
+        begun = time.monotonic()
+        done = 0
+        share = 0.0
         chunk = max(LEAST_CHUNK, CHUNK_WORK // max(1, self.legs))
         while share < 1.0:
             if search.go_on(min(chunk, trials - done), share):

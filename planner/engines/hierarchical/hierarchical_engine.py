@@ -213,10 +213,12 @@ class HierarchicalEngine:
             if actions is None:
                 break
             scheduled_s, idle = self._judged(actions, problem)
-            makespan_s, still_idle = scheduled_s, idle
+            makespan_s = scheduled_s
+            still_idle = idle
             if idle:
                 kept = [replace(task, fragments=_without(task.fragments, idle)) for task in tasks]
-                last, tasks = kept == list(tasks), kept
+                last = kept == list(tasks)
+                tasks = kept
                 actions = without_detours(actions, problem, self._base)
                 makespan_s, still_idle = self._judged(actions, problem)
             if not still_idle:
@@ -236,7 +238,8 @@ class HierarchicalEngine:
     def _scheduled(
         self, posed: _Posed, tasks: Sequence[Task], watch: _Watch
     ) -> Sequence[GroundAction] | None:
-        problem, bound_s = posed.problem, posed.bound_s
+        problem = posed.problem
+        bound_s = posed.bound_s
         composition = self._composition(posed, tasks, watch.request)
         if not composition.begin():
             return None

@@ -51,7 +51,10 @@ class Builder:
         words: Vocabulary,
         tasks: Sequence[Task],
     ) -> None:
-        self._problem, self._classes, self._words, self._tasks = problem, classes, words, tasks
+        self._problem = problem
+        self._classes = classes
+        self._words = words
+        self._tasks = tasks
         statics = [fact for fact in problem.facts if not words.is_fluent(fact)]
         everywhere = FactTable(statics)
         shared = FactTable(fact for fact in statics if classes.own.isdisjoint(fact.args))
@@ -170,7 +173,9 @@ class Builder:
 
     def model(self) -> Model:
         """The arrays, with every way that any schedule can need."""
-        travel, classes, steps = self._travel, self._classes, self._steps
+        travel = self._travel
+        classes = self._classes
+        steps = self._steps
         travel.close()
         for way in travel.ways[len(self._way_steps) :]:
             self._way_steps.append([self._step(action, action.agents) for action in way.actions])

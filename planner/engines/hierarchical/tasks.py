@@ -43,7 +43,9 @@ class TaskFinder:
     """Splits a problem's goals into tasks and finds their fragments."""
 
     def __init__(self, problem: PlanningProblem, groups: Groups, homing: Homing, find: Find) -> None:
-        self._problem, self._groups, self._find = problem, groups, find
+        self._problem = problem
+        self._groups = groups
+        self._find = find
         self.interacts = False
         """Some tasks stand in each other's way, as far as is known."""
         self._yielding = Yielding(problem, groups, homing, find)
@@ -64,7 +66,8 @@ class TaskFinder:
     def chain(self) -> Chain | None:
         """The tasks one after the other, None if they do not work in the order looked at: those first that leave
         the others' things alone; what was reached is never touched again."""
-        facts, groups = self._problem.facts, self._groups
+        facts = self._problem.facts
+        groups = self._groups
         tasks: dict[Group, Task] = {}
         actions: list[GroundAction] = []
         while waiting := [g for g in groups.wanted if groups.is_open(g, facts) and g not in tasks]:

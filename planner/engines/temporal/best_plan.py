@@ -27,11 +27,14 @@ class BestPlan:
         observer: Observer,
     ) -> None:
         """:param compiled: what the engine works on, `problem` without bystanders maybe."""
-        self.problem, self.compiled = problem, compiled
+        self.problem = problem
+        self.compiled = compiled
         self.plan_net: PlanNet | None = None
         self.rejected = ""
         """Why the last schedule was not acceptable."""
-        self._engine, self._request, self._observer = engine, request, observer
+        self._engine = engine
+        self._request = request
+        self._observer = observer
         self._statics = Statics(compiled.knowledge_base, problem)
         self._begun = time.monotonic()
         self._enough_at = float("inf")

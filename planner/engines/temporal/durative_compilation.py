@@ -57,7 +57,8 @@ class _TemporalCompiler(Compiler):
     def _need(self, action: Any, condition: Any, *, lasting: bool) -> None:
         from unified_planning.model import ClosedTimeInterval, EndTiming, StartTiming
 
-        start, end = StartTiming(), EndTiming()
+        start = StartTiming()
+        end = EndTiming()
         action.add_condition(ClosedTimeInterval(start, end) if lasting else start, condition)
 
     def _delete(self, action: Any, fluent: Any, *, restored: bool) -> None:

@@ -42,7 +42,8 @@ class PlanFiles:
     """The plan files of a running engine, taken as they come."""
 
     def __init__(self, folder: Path, best: BestPlan) -> None:
-        self._folder, self._best = folder, best
+        self._folder = folder
+        self._best = best
         self._count = 0
 
     def is_enough(self) -> bool:

@@ -47,7 +47,8 @@ class TemporalEngine:
 
     def __init__(self, knowledge_base: KnowledgeBase, solver: Solver) -> None:
         self.name = solver.name
-        self._base, self._solver = knowledge_base, solver
+        self._base = knowledge_base
+        self._solver = solver
 
     def warm_up(self) -> None:
         """Import what is slow to import, by compiling an empty problem."""
@@ -102,18 +103,25 @@ class TemporalEngine:
 def _without_plan(ended: Ended, best: BestPlan) -> Outcome:
     last = (ended.output.strip().splitlines() or ["no output"])[-1]
     if "memory" in ended.output.lower():
-        status, reason = PlanningStatus.OUT_OF_MEMORY, "the memory limit was reached"
+        status = PlanningStatus.OUT_OF_MEMORY
+        reason = "the memory limit was reached"
     elif best.is_enough():
-        status, reason = PlanningStatus.NOT_FOUND, "it was stopped before it found a plan"
+        status = PlanningStatus.NOT_FOUND
+        reason = "it was stopped before it found a plan"
     elif ended.code is None:
-        status, reason = PlanningStatus.TIMED_OUT, "the time limit was reached"
+        status = PlanningStatus.TIMED_OUT
+        reason = "the time limit was reached"
     elif best.rejected:
-        status, reason = PlanningStatus.NOT_FOUND, f"no acceptable plan was found: {best.rejected}"
+        status = PlanningStatus.NOT_FOUND
+        reason = f"no acceptable plan was found: {best.rejected}"
     elif ended.code < 0:
         name = signal.Signals(-ended.code).name
-        status, reason = PlanningStatus.FAILED, f"it crashed ({name}), as it does on larger problems"
+        status = PlanningStatus.FAILED
+        reason = f"it crashed ({name}), as it does on larger problems"
     elif ended.code > 0:
-        status, reason = PlanningStatus.FAILED, f"ended with code {ended.code}: {last}"
+        status = PlanningStatus.FAILED
+        reason = f"ended with code {ended.code}: {last}"
     else:
-        status, reason = PlanningStatus.NOT_FOUND, "the search ended without a plan"
+        status = PlanningStatus.NOT_FOUND
+        reason = "the search ended without a plan"
     return status, None, reason

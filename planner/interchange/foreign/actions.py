@@ -41,7 +41,8 @@ class ActionReader:
     """Reads actions of one problem, with its names for fluents and objects."""
 
     def __init__(self, fluents: Names, objects: Names) -> None:
-        self._fluents, self._objects = fluents, objects
+        self._fluents = fluents
+        self._objects = objects
 
     def read(self, up_action: Any, cost: Any) -> ReadAction:
         """:param cost: the action's cost as an expression, None for 1; durative actions have their duration.

@@ -65,7 +65,8 @@ class _Reader:
     """Reads one problem."""
 
     def __init__(self, up_problem: Any, agents: Collection[str]) -> None:
-        self._up, self._agents = up_problem, agents
+        self._up = up_problem
+        self._agents = agents
         self._types = Names((kind.name for kind in up_problem.user_types), reserved=RESERVED)
         self._fluents = Names((fluent.name for fluent in up_problem.fluents), reserved=RESERVED)
         self._tags = Names((action.name for action in up_problem.actions), reserved=())
@@ -195,7 +196,8 @@ class _Reader:
         objects = {name: kind for name, kind in objects.items() if name not in constants}
         if PERFORMER in self._types:
             objects[self._objects.add(PERFORMER)] = self._types[PERFORMER]
-        facts, functions = set(), {}
+        facts = set()
+        functions = {}
         for fact, value in self._initial():
             if value.is_bool_constant():
                 if value.bool_constant_value():

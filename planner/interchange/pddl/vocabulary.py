@@ -21,7 +21,8 @@ class Vocabulary:
     """The names of one knowledge base in one form; problems add their objects."""
 
     def __init__(self, knowledge_base: KnowledgeBase, form: Form) -> None:
-        self.base, self.form = knowledge_base, form
+        self.base = knowledge_base
+        self.form = form
         self.is_temporal = form is Form.TEMPORAL
         self.types = Names(knowledge_base.file.types)
         self.operators = Names(op.name for op in knowledge_base.operators)

@@ -77,7 +77,8 @@ def test_an_action_that_serves_one_goal_is_not_said_to_serve_the_other(
 
 def test_every_ordering_is_explained_to_both_its_actions(plan_net: PlanNet, explanation: Explanation) -> None:
     for ordering in plan_net.orderings:
-        before, after = plan_net.action(ordering.before), plan_net.action(ordering.after)
+        before = plan_net.action(ordering.before)
+        after = plan_net.action(ordering.after)
         (told,) = [
             words
             for words in explanation.of(after.id).order

@@ -125,7 +125,8 @@ def test_keywords_and_strange_names_become_names_that_readers_take(knowledge_bas
 
 
 def test_the_duration_of_a_team_is_a_table(knowledge_base: KnowledgeBase) -> None:
-    domain, problem = write_domain(knowledge_base), write_problem(knowledge_base, STORING)
+    domain = write_domain(knowledge_base)
+    problem = write_problem(knowledge_base, STORING)
     assert "(= ?duration (duration_transport_long_object_at ?ref1 ?ref2 ?robots_1 ?robots_2))" in domain
     assert "(= (duration_transport_long_object_at door_1 interchange_1 yard_1 yard_2) " in problem
     assert "(at start (not (idle_robot ?robots_2)))" in domain

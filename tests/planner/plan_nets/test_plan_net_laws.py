@@ -51,7 +51,8 @@ def walks(draw: st.DrawFn) -> Walk:
     end."""
     problem, actions = store()
     choose = random.Random(draw(st.integers(0, 2**32)))
-    state, sequence = problem.facts, list[GroundAction]()
+    state = problem.facts
+    sequence = list[GroundAction]()
     for _ in range(draw(st.integers(1, 24))):
         able = [action for action in actions if state.issuperset(action.preconditions)]
         handling = [action for action in able if action.tag in ("DOCK", "TRANSPORT", "RELEASE2")]

@@ -38,7 +38,8 @@ def outcome(plan_net: PlanNet, facts: frozenset[Fact]) -> frozenset[Fact]:
 
     What is under way has deleted already; each action's conditions hold from its start to its end.
     """
-    state, running = set(facts), list[PlanNetAction]()
+    state = set(facts)
+    running = list[PlanNetAction]()
     starts = [(a.earliest_start_s, 1, a) for a in plan_net.actions]
     ends = [(round(a.earliest_end_s, 3), 0, a) for a in plan_net.actions]
     for _, begins, action in sorted([*starts, *ends], key=lambda event: (*event[:2], not event[2].under_way)):
@@ -62,14 +63,17 @@ def hold_to_account(
     knowledge_base: KnowledgeBase,
 ) -> PlanNet:
     """The repaired plan-net: valid, carried out from the present facts to the goals, as different as it says."""
-    plan_net, difference = repair.plan_net, repair.difference
+    plan_net = repair.plan_net
+    difference = repair.difference
     assert plan_net is not None, repair.result.reason
     assert difference is not None
     assert faults_of(plan_net, repair.problem.facts, knowledge_base) == []
     assert up_fault(knowledge_base, repair.problem, plan_net) is None
     assert outcome(plan_net, present.facts) >= set(present.goals)
-    left, new = {action.id: action for action in old}, {action.id: action for action in plan_net.actions}
-    gone, come = {*difference.kept, *difference.reassigned, *difference.dropped}, set(left)
+    left = {action.id: action for action in old}
+    new = {action.id: action for action in plan_net.actions}
+    gone = {*difference.kept, *difference.reassigned, *difference.dropped}
+    come = set(left)
     assert gone == come
     assert {*difference.kept.values(), *difference.reassigned.values(), *difference.added} == set(new)
     for one, other in difference.kept.items():

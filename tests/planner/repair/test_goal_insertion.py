@@ -51,7 +51,8 @@ def test_a_robot_that_is_free_begins_at_once(
     knowledge_base: KnowledgeBase, planner: HierarchicalEngine
 ) -> None:
     store = Store(yard_robots=3, aisles=3)
-    goals, samples = GOALS, {"s0": "door_0", "s1": "door_1", "s2": "bay_2_3"}
+    goals = GOALS
+    samples = {"s0": "door_0", "s1": "door_1", "s2": "bay_2_3"}
     present = store.problem(goals, samples)
     plan_net = planner.plan(present, REQUEST).plan_net
     assert plan_net is not None

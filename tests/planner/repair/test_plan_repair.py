@@ -38,7 +38,8 @@ class Asked:
     name = "asked"
 
     def __init__(self, engine: HierarchicalEngine) -> None:
-        self.engine, self.times = engine, 0
+        self.engine = engine
+        self.times = 0
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -230,7 +231,8 @@ def test_an_action_under_way_whose_needs_are_gone_is_not_counted_on(
 ) -> None:
     present, progress = halfway(plan_net)
     (name,) = [n for n in progress.under_way if plan_net.action(n).tag == "NAVIGATE"]
-    robot, home = plan_net.action(name).agents[0], plan_net.action(name).arguments["ref1"]
+    robot = plan_net.action(name).agents[0]
+    home = plan_net.action(name).arguments["ref1"]
     away = frozenset(f for f in present.facts if f != Fact("robot_attribute", (robot, "gripper", "empty")))
     full = {
         Fact("robot_attribute", (robot, "gripper", "full")),

@@ -65,7 +65,11 @@ class _Search:
     def __init__(
         self, task: Task, expansions: int, deadline: float, lax: bool, stop: Callable[[], bool]
     ) -> None:
-        self.task, self.left, self.deadline, self.lax, self.stop = task, expansions, deadline, lax, stop
+        self.task = task
+        self.left = expansions
+        self.deadline = deadline
+        self.lax = lax
+        self.stop = stop
         self.costs: dict[tuple[int, Debts], float] = {}
         self.by_total: list[tuple[float, int, _Node]] = []
         self.by_rest: list[tuple[float, int, _Node]] = []
@@ -122,7 +126,8 @@ class _Search:
 
     def _ahead(self, node: _Node, relaxed: Sequence[int]) -> _Node | None:
         """Where the relaxed plan leads: its steps that can be carried out, in order, round after round."""
-        waiting, at = list(relaxed), node
+        waiting = list(relaxed)
+        at = node
         while waiting:
             later = []
             for number in waiting:
@@ -175,7 +180,8 @@ class _Search:
         if cost < self.best_cost and is_intended(self.task, steps):
             if self.best is None:
                 self.left = min(self.left, POLISH + self.expanded)
-            self.best, self.best_cost = steps, cost
+            self.best = steps
+            self.best_cost = cost
 
 
 _Key = tuple[int, Debts, float]

@@ -61,7 +61,8 @@ class _Numbering:
 
     def mask(self, literals: Form, args: tuple[str, ...]) -> int:
         """The bits of the literals with these arguments."""
-        mask, atoms = 0, self._atoms
+        mask = 0
+        atoms = self._atoms
         for predicate, terms in literals:
             atom = predicate, tuple([args[term] if isinstance(term, int) else term for term in terms])
             bit = atoms.get(atom)
@@ -102,13 +103,16 @@ class _Blank:
 
         self.op = op
         self.agents = [place[agent] for agent in op.agents]
-        self.needs, self.removes = ready(op.preconditions), ready(op.deletes)
-        self.intended, self.others = ready(op.intended_effects), ready(op.other_effects)
+        self.needs = ready(op.preconditions)
+        self.removes = ready(op.deletes)
+        self.intended = ready(op.intended_effects)
+        self.others = ready(op.other_effects)
         predicates = index.knowledge_base.predicates
         self.ways = tuple(literal for literal in self.others if predicates[literal[0]].make_way)
 
     def step(self, args: tuple[str, ...], cost: float, numbering: _Numbering) -> Step:
-        removes, meant = numbering.mask(self.removes, args), numbering.mask(self.intended, args)
+        removes = numbering.mask(self.removes, args)
+        meant = numbering.mask(self.intended, args)
         meant |= numbering.marks(meant)
         return Step(
             op=self.op,

@@ -44,7 +44,9 @@ class _Relevance:
     def __init__(
         self, index: WorldIndex, goals: Sequence[Fact], level: int, left_out: Collection[int]
     ) -> None:
-        self.index, self.level, self.left_out = index, level, left_out
+        self.index = index
+        self.level = level
+        self.left_out = left_out
         named = {arg for goal in goals for arg in goal.args}
         self.core = [
             name

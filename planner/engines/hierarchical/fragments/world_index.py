@@ -22,7 +22,8 @@ class WorldIndex:
     """Look-ups in one problem. Agents of one class (`AgentClasses`) are called of one *kind*."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self.knowledge_base, self.problem = knowledge_base, problem
+        self.knowledge_base = knowledge_base
+        self.problem = problem
         self.objects = problem.objects
         self.fluents = knowledge_base.fluents
         self.rows: Mapping[str, set[tuple[str, ...]]] = defaultdict(set)

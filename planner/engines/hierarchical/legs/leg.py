@@ -127,13 +127,16 @@ def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
 def _parts(group: Sequence[GroundAction], words: Vocabulary) -> Iterator[Sequence[GroundAction]]:
     """The group cut where others may come in between: where its agents let go of what they held, and where they
     stop on their way (two actions of one kind)."""
-    begun, held, made = 0, False, set[Fact]()
+    begun = 0
+    held = False
+    made = set[Fact]()
     needed = [fact for action in group for fact in action.preconditions]
     for place in range(1, len(group)):
         before = group[place - 1]
         needed = needed[len(before.preconditions) :]
         made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, words))
-        last, held = held, not made.isdisjoint(needed)
+        last = held
+        held = not made.isdisjoint(needed)
         if (last and not held) or (held and before.tag == group[place].tag):
             yield group[begun:place]
             begun = place

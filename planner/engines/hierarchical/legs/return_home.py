@@ -14,7 +14,9 @@ class Homing:
     """Sends the agents of one problem back, so that what is planned from later facts begins where each agent is."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem, words: Vocabulary) -> None:
-        self._base, self._problem, self._words = knowledge_base, problem, words
+        self._base = knowledge_base
+        self._problem = problem
+        self._words = words
         self._statics = FactTable(fact for fact in problem.facts if not words.is_fluent(fact))
         self._setups: dict[str, Setups] = {}
 

@@ -54,7 +54,9 @@ class Setups:
         statics: FactTable,
         agent: str,
     ) -> None:
-        self._problem, self._words, self.agent = problem, words, agent
+        self._problem = problem
+        self._words = words
+        self.agent = agent
         self._base = knowledge_base
         kind = problem.objects[agent]
         self._operators = [

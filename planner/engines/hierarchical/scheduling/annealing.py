@@ -22,12 +22,16 @@ class Annealing:
     """A search from one choice on; `best` and `best_cost` only ever get better."""
 
     def __init__(self, model: Model, choice: Choice, cost: float, weights: Floats, *, seed: int) -> None:
-        self.best, self.best_cost = choice, cost
-        self._model, self._weights = model, weights
-        self._here, self._here_cost = _copy(choice), cost
+        self.best = choice
+        self.best_cost = cost
+        self._model = model
+        self._weights = weights
+        self._here = _copy(choice)
+        self._here_cost = cost
         self._random = np.random.default_rng(seed)
         self._board = board_for(model)
-        self._trial, self._critical = _copy(choice), np.empty_like(self._board.steps)
+        self._trial = _copy(choice)
+        self._critical = np.empty_like(self._board.steps)
         # No trial, so that whoever looks at the clock from here on sees nothing of what may have to be compiled.
         self._tried(_copy(choice), 1.0, 0, 0)
 
@@ -39,7 +43,8 @@ class Annealing:
         seed = int(self._random.integers(2**31 - 1))
         self._here_cost, best_cost = self._tried(best, temperature, trials, seed)
         better = bool(best_cost < self.best_cost)
-        self.best, self.best_cost = best, best_cost
+        self.best = best
+        self.best_cost = best_cost
         return better
 
     def _tried(self, best: Choice, temperature: float, trials: int, seed: int) -> tuple[float, float]:
@@ -69,7 +74,9 @@ def _assign(choice, other):  # type: ignore[no-untyped-def]
     for task in range(choice.alternative.shape[0]):
         choice.alternative[task] = other.alternative[task]
     for n in range(choice.order.shape[0]):
-        choice.order[n], choice.agent[n], choice.aside[n] = other.order[n], other.agent[n], other.aside[n]
+        choice.order[n] = other.order[n]
+        choice.agent[n] = other.agent[n]
+        choice.aside[n] = other.aside[n]
 
 
 @lean
@@ -120,7 +127,8 @@ def _critical_path(board, critical):  # type: ignore[no-untyped-def]
 def _disturb_at(model, choice, critical):  # type: ignore[no-untyped-def]
     """One move of a leg on the critical path: before the one it waits for, or another agent, stop or alternative."""
     n = np.random.randint(critical.shape[0])
-    place, kind = critical[n], np.random.random()
+    place = critical[n]
+    kind = np.random.random()
     if kind < 0.45:
         start = _position(choice.order, place)
         if n + 1 < critical.shape[0]:
@@ -151,7 +159,8 @@ def _disturb(model, choice):  # type: ignore[no-untyped-def]
         if np.random.random() < 0.5:
             _shift(order, np.random.randint(count), np.random.randint(count))
     elif kind < 0.65:
-        one, other = np.random.randint(count), np.random.randint(count)
+        one = np.random.randint(count)
+        other = np.random.randint(count)
         order[one], order[other] = order[other], order[one]
     else:
         start = np.random.randint(count)
@@ -181,7 +190,8 @@ def _stop_elsewhere(choice, place):  # type: ignore[no-untyped-def]
 @lean
 def _recruit(model, choice, place):  # type: ignore[no-untyped-def]
     """Give a leg to another agent of the class, or to whoever can begin first."""
-    task, choice.agent[place] = place // model.widest, NONE
+    task = place // model.widest
+    choice.agent[place] = NONE
     chosen = model.task_first[task] + choice.alternative[task]
     leg = model.leg_first[chosen] + place % model.widest
     if leg < model.leg_first[chosen + 1] and np.random.random() < 0.9:

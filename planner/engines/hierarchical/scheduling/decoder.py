@@ -25,9 +25,15 @@ def decode(model, choice, weights, board):  # type: ignore[no-untyped-def]
     :returns: the cost, the number of steps placed, the makespan in seconds.
     """
     waiting = _begin(model, choice, board)
-    facts, ends = board.facts, board.ends
-    legs, places, waits_for = board.waiting[LEGS], board.waiting[PLACES], board.waiting[WAITS_FOR]
-    length, ways_made, n, anyone = 0, 0, 0, False
+    facts = board.facts
+    ends = board.ends
+    legs = board.waiting[LEGS]
+    places = board.waiting[PLACES]
+    waits_for = board.waiting[WAITS_FOR]
+    length = 0
+    ways_made = 0
+    n = 0
+    anyone = False
     most_ways = 2 * (waiting + board.free.shape[0])
     while waiting > 0:
         if n < waiting:
@@ -43,7 +49,8 @@ def decode(model, choice, weights, board):  # type: ignore[no-untyped-def]
                     waiting -= 1
                     for m in range(n, waiting):
                         legs[m], places[m], waits_for[m] = legs[m + 1], places[m + 1], waits_for[m + 1]
-                    n, anyone = 0, False
+                    n = 0
+                    anyone = False
                     continue
                 if not anyone:
                     waits_for[n] = int(end)
@@ -55,7 +62,8 @@ def decode(model, choice, weights, board):  # type: ignore[no-untyped-def]
                             continue
             n += 1
             continue
-        n, anyone = 0, not anyone
+        n = 0
+        anyone = not anyone
         if anyone:
             continue
         if ways_made == most_ways or not _make_way(model, board, waits_for[:waiting], places, length):
@@ -76,7 +84,8 @@ def _begin(model, choice, board):  # type: ignore[no-untyped-def]
     for n in range(model.hold_facts.shape[0]):
         board.facts[model.hold_facts[n], BY] = model.hold_agents[n]
     for agent in range(board.free.shape[0]):
-        board.free[agent, FREE], board.free[agent, LAST] = 0.0, float(NONE)
+        board.free[agent, FREE] = 0.0
+        board.free[agent, LAST] = float(NONE)
         board.configuration[agent] = model.agent_start[agent]
     board.role_agent[:] = NONE
     board.ends[:] = 0.0
@@ -86,7 +95,8 @@ def _begin(model, choice, board):  # type: ignore[no-untyped-def]
         chosen = model.task_first[place // model.widest] + choice.alternative[place // model.widest]
         leg = model.leg_first[chosen] + place % model.widest
         if leg < model.leg_first[chosen + 1]:
-            board.waiting[LEGS, count], board.waiting[PLACES, count] = leg, place
+            board.waiting[LEGS, count] = leg
+            board.waiting[PLACES, count] = place
             board.waiting[WAITS_FOR, count] = NONE
             count += 1
     return count
@@ -120,7 +130,10 @@ def _cost(model, board, weights, length):  # type: ignore[no-untyped-def]
         way = model.way[board.configuration[model.posture_agent[n]], model.posture_need[n]]
         if way == UNREACHABLE or model.way_first[way] != model.way_first[way + 1]:
             return IMPOSSIBLE, length, 0.0
-    makespan, used, late, energy = 0.0, 0, 0.0, 0.0
+    makespan = 0.0
+    used = 0
+    late = 0.0
+    energy = 0.0
     for agent in range(board.free.shape[0]):
         makespan = max(makespan, board.free[agent, FREE])
         used += 1 if board.free[agent, FREE] > 0.0 else 0

@@ -39,7 +39,8 @@ class Board(NamedTuple):
 
 def board_for(model: Model) -> Board:
     """Room for the longest schedule there can be."""
-    agents, tasks = model.agent_class.shape[0], model.task_deadline_s.shape[0]
+    agents = model.agent_class.shape[0]
+    tasks = model.task_deadline_s.shape[0]
     places = tasks * model.widest
     return Board(
         facts=np.zeros((model.fact_true.shape[0], 8)),

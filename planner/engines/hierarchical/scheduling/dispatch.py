@@ -31,8 +31,10 @@ class Dispatcher:
         """A choice; the noise makes it stray from the rule."""
         model = self._model
         tasks = len(model.task_deadline_s)
-        done, ready = np.zeros(tasks, np.int32), np.zeros(tasks)
-        free, configuration = np.zeros(len(model.agent_class)), model.agent_start.copy()
+        done = np.zeros(tasks, np.int32)
+        ready = np.zeros(tasks)
+        free = np.zeros(len(model.agent_class))
+        configuration = model.agent_start.copy()
         arrival = free[:, None] + self._span[configuration]
         chosen = np.full(tasks, -1, np.int32)
         open_ = np.diff(model.leg_first) > 0
@@ -45,7 +47,9 @@ class Dispatcher:
             slots = model.slot_first[legs]
             start = np.maximum(self._soonest(arrival, slots), ready[task])
             best = int(np.argmin(start + whim[candidates] - FOR_REST * self._rest[legs]))
-            alternative, leg, slot = candidates[best], legs[best], slots[best]
+            alternative = candidates[best]
+            leg = legs[best]
+            slot = slots[best]
             agent = self._agent(arrival, slot)
             end = start[best] + self._work[leg]
             if start[best] < NEVER_S:

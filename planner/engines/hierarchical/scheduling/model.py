@@ -14,7 +14,10 @@ Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
 
 UNREACHABLE = -1
-BACK, NEAR, AHEAD, PUSH = 1, 2, 4, 8
+BACK = 1
+NEAR = 2
+AHEAD = 4
+PUSH = 8
 HEADER = 4
 """A step's data begin with: a mask (bit k set: the leg's k-th agent takes part), numbers of needs, deletes and adds."""
 MOST_AGENTS = 4

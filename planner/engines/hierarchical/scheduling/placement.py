@@ -15,7 +15,9 @@ from planner.engines.hierarchical.scheduling.timelines import place, ready_s
 @inlined
 def _first_in_line(members, way, way_span_s, need, team, slot, free, configuration, ready):  # type: ignore[no-untyped-def]
     """The agent of the class that can begin first, the nearest among equals; -1 where nobody can."""
-    best, best_start, best_span = -1, 0.0, 0.0
+    best = -1
+    best_start = 0.0
+    best_span = 0.0
     for agent in members:
         found = way[configuration[agent], need]
         if found == UNREACHABLE or (slot > 0 and agent in team[:slot]):
@@ -23,7 +25,9 @@ def _first_in_line(members, way, way_span_s, need, team, slot, free, configurati
         span = way_span_s[found]
         start = max(free[agent, FREE] + span, ready)
         if best < 0 or (start, span) < (best_start, best_span):
-            best, best_start, best_span = agent, start, span
+            best = agent
+            best_start = start
+            best_span = span
     return best
 
 
@@ -32,14 +36,16 @@ def _choose(model, board, leg, wanted):  # type: ignore[no-untyped-def]
     """Fill in the leg's team, bound slots and roles as they are; False where a slot has nobody."""
     ready = 0.0
     first = model.slot_first[leg]
-    team, configuration = board.team, board.configuration
+    team = board.team
+    configuration = board.configuration
     if model.core_first[leg] < model.core_first[leg + 1]:
         at = model.step_at[model.core_steps[model.core_first[leg]]]
         for n in range(at + HEADER, at + HEADER + model.step_data[at + 1]):
             ready = max(ready, board.facts[model.step_data[n], SINCE])
     for slot in range(model.slot_first[leg + 1] - first):
         place = first + slot
-        need, kind = model.slot_need[place], model.slot_class[place]
+        need = model.slot_need[place]
+        kind = model.slot_class[place]
         agent = model.slot_agent[place]
         if agent < 0:
             agent = board.role_agent[model.slot_role[place]]
@@ -81,13 +87,17 @@ def _stop(model, board, agent, need, where):  # type: ignore[no-untyped-def]
     """
     here = board.configuration[agent]
     whole = model.way_span_s[model.way[here, need]]
-    best, best_end = NONE, 0.0
+    best = NONE
+    best_end = 0.0
     if where == NEAR:
-        first, last = model.near_first[here], model.near_first[here + 1]
+        first = model.near_first[here]
+        last = model.near_first[here + 1]
     elif where == BACK:
-        first, last = model.leave_first[agent], model.leave_first[agent + 1]
+        first = model.leave_first[agent]
+        last = model.leave_first[agent + 1]
     else:
-        first, last = model.ahead_first[need], model.ahead_first[need + 1]
+        first = model.ahead_first[need]
+        last = model.ahead_first[need + 1]
     for n in range(first, last):
         if where == NEAR:
             way = model.near_ways[n]
@@ -108,14 +118,17 @@ def _stop(model, board, agent, need, where):  # type: ignore[no-untyped-def]
             continue
         end = max(ready, board.free[agent, FREE]) + model.way_span_s[way] + model.way_span_s[rest]
         if best < 0 or end < best_end:
-            best, best_end = way, end
+            best = way
+            best_end = end
     return best
 
 
 @inlined
 def _note(board, length, step, agent, key):  # type: ignore[no-untyped-def]
     """Write down a step of one agent."""
-    board.steps[length], board.crews[length, 0], board.served[length] = step, agent, key
+    board.steps[length] = step
+    board.crews[length, 0] = agent
+    board.served[length] = key
 
 
 @inlined
@@ -140,7 +153,8 @@ def _go(model, board, way, slot, key, length, count):  # type: ignore[no-untyped
 @inlined
 def _work(model, board, leg, key, length, count):  # type: ignore[no-untyped-def]
     """Place the core of a leg: (its end or -1 - fact, steps, the log's length)."""
-    end, last = 0.0, 0.0
+    end = 0.0
+    last = 0.0
     for n in range(model.core_first[leg], model.core_first[leg + 1]):
         step = model.core_steps[n]
         end, count = place(
@@ -161,9 +175,12 @@ def _work(model, board, leg, key, length, count):  # type: ignore[no-untyped-def
 def _attempt(model, board, leg, key, aside, length):  # type: ignore[no-untyped-def]
     """Place a leg with the team as it is: (its end or -1 - fact, steps, the log's length)."""
     first = model.slot_first[leg]
-    end, last, count = 0.0, 0.0, 0
+    end = 0.0
+    last = 0.0
+    count = 0
     for slot in range(model.slot_first[leg + 1] - first):
-        agent, need = board.team[slot], model.slot_need[first + slot]
+        agent = board.team[slot]
+        need = model.slot_need[first + slot]
         if slot == 0:
             if aside & (BACK | NEAR):
                 stop = _stop(model, board, agent, need, aside & (BACK | NEAR))
@@ -205,7 +222,10 @@ def place_leg(model, board, leg, key, wanted, aside, anyone, length):  # type: i
 
     :param anyone: True: where an agent stands in the way, try whether it can do the leg itself.
     """
-    facts, free, configuration, team = board.facts, board.free, board.configuration, board.team
+    facts = board.facts
+    free = board.free
+    configuration = board.configuration
+    team = board.team
     missing = _missing_at_once(model, leg, facts)
     if missing != NONE:
         return -1, float(missing)
@@ -216,7 +236,8 @@ def place_leg(model, board, leg, key, wanted, aside, anyone, length):  # type: i
     before = board.before
     for attempt in range(2):
         for slot in range(slots):
-            before[0, slot], before[1, slot] = free[team[slot], FREE], free[team[slot], LAST]
+            before[0, slot] = free[team[slot], FREE]
+            before[1, slot] = free[team[slot], LAST]
             before[2, slot] = configuration[team[slot]]
         end, now, count = _attempt(model, board, leg, key, aside, length)
         if end >= 0.0:
@@ -230,7 +251,8 @@ def place_leg(model, board, leg, key, wanted, aside, anyone, length):  # type: i
             for column in range(COLUMNS):
                 facts[int(board.log[n, 0]), column] = board.log[n, 1 + column]
         for slot in range(slots):
-            free[team[slot], FREE], free[team[slot], LAST] = before[0, slot], before[1, slot]
+            free[team[slot], FREE] = before[0, slot]
+            free[team[slot], LAST] = before[1, slot]
             configuration[team[slot]] = int(before[2, slot])
         missing = int(-1.0 - end)
         holder = int(facts[missing, BY])

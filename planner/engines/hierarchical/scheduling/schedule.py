@@ -13,8 +13,10 @@ class Schedule:
         board.taken[:] = choice.agent
         cost, length, makespan = decode(model, choice, weights, board)
         self.choice = choice._replace(agent=board.taken)
-        self.cost, self.makespan_s = float(cost), float(makespan)
-        self.steps, self.team = board.steps[:length], board.crews[:length]
+        self.cost = float(cost)
+        self.makespan_s = float(makespan)
+        self.steps = board.steps[:length]
+        self.team = board.crews[:length]
         self.configurations = board.configuration
         self.missing = int(board.stuck[0])
 

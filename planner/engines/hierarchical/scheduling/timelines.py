@@ -22,24 +22,29 @@ from planner.engines.hierarchical.scheduling.model import HEADER, MOST_AGENTS
 def _first_possible(data, needs, deletes, adds, end_of_adds, mask, team, facts, free):  # type: ignore[no-untyped-def]
     """When facts and agents allow a step, and the step that keeps it from starting earlier; (-1, the fact) if one is
     missing. Of what allows it at the same time the agents count, then the facts it needs."""
-    start, by = 0.0, float(NONE)
+    start = 0.0
+    by = float(NONE)
     for n in range(needs, deletes):
         fact = data[n]
         if facts[fact, HOLDS] == 0.0:
             return -1.0, float(fact)
         if facts[fact, SINCE] > start:
-            start, by = facts[fact, SINCE], facts[fact, SINCE_AT]
+            start = facts[fact, SINCE]
+            by = facts[fact, SINCE_AT]
     for n in range(deletes, adds):
         fact = data[n]
         if facts[fact, HOLDS] == 1.0 and facts[fact, UNTIL] > start:
-            start, by = facts[fact, UNTIL], facts[fact, UNTIL_AT]
+            start = facts[fact, UNTIL]
+            by = facts[fact, UNTIL_AT]
     for n in range(adds, end_of_adds):
         fact = data[n]
         if facts[fact, HOLDS] == 0.0 and facts[fact, GONE] > start:
-            start, by = facts[fact, GONE], facts[fact, GONE_AT]
+            start = facts[fact, GONE]
+            by = facts[fact, GONE_AT]
     for slot in range(MOST_AGENTS):
         if mask >> slot & 1 and free[team[slot], FREE] >= start:
-            start, by = free[team[slot], FREE], free[team[slot], LAST]
+            start = free[team[slot], FREE]
+            by = free[team[slot], LAST]
     return start, by
 
 
@@ -49,24 +54,31 @@ def _change(data, needs, deletes, adds, end_of_adds, facts, agent, number, end):
     for n in range(needs, deletes):
         fact = data[n]
         if end > facts[fact, UNTIL]:
-            facts[fact, UNTIL], facts[fact, UNTIL_AT] = end, number
+            facts[fact, UNTIL] = end
+            facts[fact, UNTIL_AT] = number
     for n in range(deletes, adds):
         fact = data[n]
         if facts[fact, HOLDS] == 1.0:
-            facts[fact, HOLDS], facts[fact, GONE] = 0.0, end
-            facts[fact, BY], facts[fact, GONE_AT] = agent, number
+            facts[fact, HOLDS] = 0.0
+            facts[fact, GONE] = end
+            facts[fact, BY] = agent
+            facts[fact, GONE_AT] = number
     for n in range(adds, end_of_adds):
         fact = data[n]
         if facts[fact, HOLDS] == 0.0:
-            facts[fact, HOLDS], facts[fact, SINCE], facts[fact, UNTIL] = 1.0, end, end
-            facts[fact, SINCE_AT], facts[fact, UNTIL_AT] = number, number
+            facts[fact, HOLDS] = 1.0
+            facts[fact, SINCE] = end
+            facts[fact, UNTIL] = end
+            facts[fact, SINCE_AT] = number
+            facts[fact, UNTIL_AT] = number
 
 
 @lean
 def place(step_at, data, step_span_s, step, team, facts, free, cause, number, log, count):  # type: ignore[no-untyped-def]
     """Place one step of the team: (its end, the log's new length), or (-1 - fact, length) where a fact is missing."""
     at = step_at[step]
-    mask, needs = data[at], at + HEADER
+    mask = data[at]
+    needs = at + HEADER
     deletes = needs + data[at + 1]
     adds = deletes + data[at + 2]
     end_of_adds = adds + data[at + 3]
@@ -83,7 +95,8 @@ def place(step_at, data, step_span_s, step, team, facts, free, cause, number, lo
     _change(data, needs, deletes, adds, end_of_adds, facts, team[0], number, end)
     for slot in range(MOST_AGENTS):
         if mask >> slot & 1:
-            free[team[slot], FREE], free[team[slot], LAST] = end, number
+            free[team[slot], FREE] = end
+            free[team[slot], LAST] = number
     return end, count
 
 

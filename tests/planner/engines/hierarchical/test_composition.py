@@ -102,9 +102,12 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: Posed) -> 
     """Orders, agents and stops at random: the decoder never makes an invalid schedule."""
     composition = composition_of(four)
     assert composition.begin()
-    model, builder = composition._model, composition._builder
-    random, board = np.random.default_rng(0), board_for(composition._model)
-    legs, possible = 4 * model.widest, 0
+    model = composition._model
+    builder = composition._builder
+    random = np.random.default_rng(0)
+    board = board_for(composition._model)
+    legs = 4 * model.widest
+    possible = 0
     for _ in range(200):
         choice = Choice(
             random.permutation(legs).astype(np.int32),
@@ -126,9 +129,11 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: Posed) -> None:
     composition = composition_of(four)
     assert composition.begin()
     assert composition._choice is not None
-    model, board = composition._model, board_for(composition._model)
+    model = composition._model
+    board = board_for(composition._model)
     _, _, span_s = decode(model, composition._choice, MAKESPAN_ONLY, board)
-    step, whole = int(board.free[np.argmax(board.free[:, 0]), 1]), 0.0
+    step = int(board.free[np.argmax(board.free[:, 0]), 1])
+    whole = 0.0
     while step >= 0:
         whole += model.step_span_s[board.steps[step]]
         step = int(board.cause[step])

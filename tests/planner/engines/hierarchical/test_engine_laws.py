@@ -56,7 +56,8 @@ def test_random_stores(
         aisles=aisles, yard_robots=yard_robots, store_robots=store_robots, interchanges=interchanges
     )
     chance = random.Random(seed)
-    doors, bays = ["door_0", "door_1"], [f"bay_{a}_{n}" for a in range(aisles) for n in range(6)]
+    doors = ["door_0", "door_1"]
+    bays = [f"bay_{a}_{n}" for a in range(aisles) for n in range(6)]
     samples = {f"s{n}": place for n, place in enumerate(chance.sample(doors + bays, 5))}
     wanted = [
         inside(sample, place)
@@ -223,7 +224,8 @@ def test_fewer_robots_where_robots_are_to_be_few() -> None:
 def test_less_energy_where_energy_is_to_be_saved() -> None:
     for seed in range(3):
         problem = instance("mixed", 4, seed)
-        saving, quick = _with(problem, Objective.ENERGY), _with(problem, Objective.MAKESPAN)
+        saving = _with(problem, Objective.ENERGY)
+        quick = _with(problem, Objective.MAKESPAN)
         assert saving.energy_j <= quick.energy_j
         assert quick.makespan_s <= saving.makespan_s + 0.01
 

@@ -86,10 +86,12 @@ def test_lpg_is_ended_at_the_time_limit(
 class Scripted:
     """A solver that comes up with given schedules."""
 
-    name, is_installed = "scripted", True
+    name = "scripted"
+    is_installed = True
 
     def __init__(self, *schedules: tuple[Step, ...], ended: Ended | None = None) -> None:
-        self._schedules, self._ended = schedules, ended or Ended(code=0, output="")
+        self._schedules = schedules
+        self._ended = ended or Ended(code=0, output="")
 
     def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
         for schedule in self._schedules:
