@@ -19,7 +19,7 @@ import httpx2
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.plans.tree import tree_of
-from benchmarks.console.history import Traffic, carry_out, fill
+from benchmarks.console.history import Traffic, apply_action, fill
 from tests.scenarios.serving import Served, macta_serve
 from tests.scenarios.test_operator_page import FLAGS
 
@@ -181,7 +181,7 @@ def main() -> None:
     with TemporaryDirectory() as folder, macta_serve(Path(folder)) as served:
         headers = {"authorization": f"Bearer {served.token}"}
         with httpx2.Client(base_url=served.address, headers=headers, timeout=30) as api:
-            carry_out(api, "move sample_1 to bay_7")
+            apply_action(api, "move sample_1 to bay_7")
             fill(Path(folder), missions)
             with sync_playwright() as driver:
                 browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)

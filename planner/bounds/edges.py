@@ -14,16 +14,16 @@ from planner.fact import Fact
 
 Values = tuple[Fact | None, ...]
 Part = tuple[Ints, Ints, Ints]
-"""Of an agent in some deeds: configurations before and after, milliseconds."""
+"""An agent's part in some edges: configurations before and after, milliseconds."""
 
 
 @dataclass(slots=True)
 class Nodes:
-    """Numbers for configurations and states, in the order in which they come up."""
+    """Numbers of configurations and states, in order of appearance."""
 
     numbers: dict[tuple[object, ...], int] = field(default_factory=dict)
     having: dict[tuple[object, ...], list[int]] = field(default_factory=lambda: defaultdict(list))
-    """By (owner, fact) the nodes that have it."""
+    """By (owner, fact) the nodes that contain it."""
 
     def number(self, owner: str, values: Values) -> int:
         key = owner, values
@@ -53,7 +53,7 @@ class Nodes:
 
 
 @dataclass(frozen=True, slots=True)
-class Drives:
+class AgentEdges:
     """Edges of configurations: numbers before and after, milliseconds; shapes (edges,)."""
 
     before: Ints
@@ -62,11 +62,11 @@ class Drives:
 
 
 @dataclass(frozen=True, slots=True)
-class Deeds:
-    """Edges of states; shapes (edges,). `things`: in how many things' ways the action is an edge.
+class ThingEdges:
+    """Edges of states; shapes (edges,). `things`: number of things that the action moves.
 
-    Of each edge's agents, shapes (agents, edges), -1: none: configurations before and after, and for how many
-    milliseconds the action keeps them.
+    Of each edge's agents, shapes (agents, edges), -1 for none: configurations before and after, and for how many
+    milliseconds the action occupies them.
     """
 
     before: Ints
@@ -78,8 +78,8 @@ class Deeds:
     kept: Ints
 
 
-def joined_deeds(blocks: Sequence[tuple[Sequence[Ints], Sequence[Part]]]) -> Deeds:
-    """All edges one after the other; edges with fewer agents than others are filled up."""
+def joined_thing_edges(blocks: Sequence[tuple[Sequence[Ints], Sequence[Part]]]) -> ThingEdges:
+    """All edges concatenated; rows of edges with fewer agents than others are padded with -1."""
     widest = max((len(parts) for _, parts in blocks), default=0)
     edges = [np.stack(columns) for columns, _ in blocks] or [np.zeros((4, 0), np.int64)]
     whole = np.concatenate(edges, axis=1)
@@ -93,4 +93,4 @@ def joined_deeds(blocks: Sequence[tuple[Sequence[Ints], Sequence[Part]]]) -> Dee
             else np.zeros((3, 0, len(nobody)), np.int64)
         )
     agents = np.concatenate(filled, axis=2) if filled else np.zeros((3, 0, 0), np.int64)
-    return Deeds(*whole, *agents)
+    return ThingEdges(*whole, *agents)

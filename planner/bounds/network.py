@@ -1,8 +1,8 @@
-"""The ways of one thing and of each class of agents, as graphs.
+"""The possible paths of one thing and of each class of agents, as graphs.
 
-An agent's *configuration* is the values of its variables (`invariants`), a thing's *state* the values of its own and,
-as long as one of them names an agent, that agent's configuration. Every plan takes each thing along a path of states
-and each agent along a path of configurations; what else the plan's actions need is left out.
+An agent's *configuration* is the values of its variables (`invariants`); a thing's *state* is the values of its own
+variables and, while one of them names an agent, that agent's configuration. Every plan takes each thing along a path
+of states and each agent along a path of configurations; all other conditions of the plan's actions are ignored.
 """
 
 from collections.abc import Iterable, Iterator
@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.bounds.edges import Drives, Nodes, Part, Values, joined_deeds
+from planner.bounds.edges import AgentEdges, Nodes, Part, Values, joined_thing_edges
 from planner.bounds.moves import Move, Moves
 from planner.bounds.paths import Ints
 from planner.bounds.world import OTHER, THING, Binding, Pools, Step, World
@@ -19,9 +19,9 @@ from planner.fact import Fact
 
 
 class Network:
-    """Edges of configurations (`drives`) and of states (`deeds`), with what each of a deed's agents does.
+    """Edges of configurations (`agent_edges`) and of states (`thing_edges`, with the part of each agent).
 
-    :raises NotModelled: if two parameters of an action could be the same agent or thing, or there is too much.
+    :raises NotModelled: if two parameters of an action could be the same agent or thing, or the problem is too large.
     """
 
     def __init__(self, world: World) -> None:
@@ -29,21 +29,21 @@ class Network:
         self.configurations = Nodes()
         self.states = Nodes()
         self._moves = moves = Moves(world)
-        drives: list[tuple[Ints, ...]] = [(np.zeros(0, np.int64),) * 3]
-        deeds: list[tuple[tuple[Ints, ...], list[Part]]] = []
+        agent_edges: list[tuple[Ints, ...]] = [(np.zeros(0, np.int64),) * 3]
+        thing_edges: list[tuple[tuple[Ints, ...], list[Part]]] = []
         world.reach(moves.steps)
         for step in moves.steps:
-            drives += self._drives(step)
-            deeds += [deed for kind in world.thing_types for deed in self._deeds(step, kind)]
-        self.drives = Drives(*(np.concatenate(column) for column in zip(*drives, strict=True)))
-        self.deeds = joined_deeds(deeds)
+            agent_edges += self._agent_edges(step)
+            thing_edges += [deed for kind in world.thing_types for deed in self._thing_edges(step, kind)]
+        self.agent_edges = AgentEdges(*(np.concatenate(column) for column in zip(*agent_edges, strict=True)))
+        self.thing_edges = joined_thing_edges(thing_edges)
 
     def configuration(self, agent: str, facts: Iterable[Fact]) -> int:
         """The number of an agent's configuration among these facts."""
         named = [self._renamed(fact) for fact in facts if agent in fact.args]
-        leader = self.world.leader[agent]
+        representative = self.world.representative[agent]
         return self.configurations.number(
-            leader, tuple(one.value(named, leader) for one in self._moves.of_agents)
+            representative, tuple(one.value(named, representative) for one in self._moves.of_agents)
         )
 
     def state(self, thing: str, facts: Iterable[Fact]) -> int:
@@ -52,12 +52,12 @@ class Network:
         known = list(facts)
         own = [one.value(known, thing) for one in self._moves.of_things[kind]]
         values: Values = tuple(one and self._renamed(one, thing) for one in own)
-        held = [self._moves.holder(one, self.world.leader) for one in own if one is not None]
+        held = [self._moves.holder(one, self.world.representative) for one in own if one is not None]
         holder = next((one for one in held if one is not None), None)
         if holder is not None:
             named = [self._renamed(fact, thing) for fact in known if holder in fact.args]
-            leader = self.world.leader[holder]
-            values += tuple(one.value(named, leader) for one in self._moves.of_agents)
+            representative = self.world.representative[holder]
+            values += tuple(one.value(named, representative) for one in self._moves.of_agents)
         return self.states.number(kind, values)
 
     def goal_states(self, thing: str, goal: Fact) -> list[int] | None:
@@ -69,21 +69,21 @@ class Network:
 
     def configurations_with(self, agent: str, goal: Fact) -> list[int]:
         """An agent's configurations in which a goal is reached; none if no variable has it."""
-        leader = self.world.leader[agent]
-        return self.configurations.having.get((leader, self._renamed(goal)), [])
+        representative = self.world.representative[agent]
+        return self.configurations.having.get((representative, self._renamed(goal)), [])
 
     def _renamed(self, fact: Fact, thing: str = "") -> Fact:
-        leader = self.world.leader
+        representative = self.world.representative
         things = self.world.things
         return Fact(
             fact.predicate,
             tuple(
-                THING if arg == thing else OTHER if arg in things else leader.get(arg, arg)
+                THING if arg == thing else OTHER if arg in things else representative.get(arg, arg)
                 for arg in fact.args
             ),
         )
 
-    def _drives(self, step: Step) -> Iterator[tuple[Ints, ...]]:
+    def _agent_edges(self, step: Step) -> Iterator[tuple[Ints, ...]]:
         """The edges of configurations: before, after, milliseconds."""
         op = step.op
         moves = {name: move for name, move in self._moves.of_agent(op).items() if move.before != move.after}
@@ -94,7 +94,7 @@ class Network:
             pools, spans = found
             possible = spans >= 0
             for name, move in moves.items():
-                if binding.get(name) in self.world.leader:
+                if binding.get(name) in self.world.representative:
                     before, after = self._configurations(binding, name, move, pools)
                     cost = spans if name in op.agents else np.zeros_like(spans)
                     yield _picked(possible, before, after, cost)
@@ -105,7 +105,7 @@ class Network:
         nodes = self.configurations
         return nodes.filled(owner, move.before, others, pools), nodes.filled(owner, move.after, others, pools)
 
-    def _deeds(self, step: Step, kind: str) -> Iterator[tuple[tuple[Ints, ...], list[Part]]]:
+    def _thing_edges(self, step: Step, kind: str) -> Iterator[tuple[tuple[Ints, ...], list[Part]]]:
         """The edges of states (before, after, milliseconds, things of the action), and for each agent its part."""
         op = step.op
         things = self._moves.of_thing(op, kind)
@@ -116,7 +116,9 @@ class Network:
             if thing is None or found is None:
                 continue
             pools, spans = found
-            agents = {name: one for name, one in concerned.items() if binding.get(name) in self.world.leader}
+            agents = {
+                name: one for name, one in concerned.items() if binding.get(name) in self.world.representative
+            }
             before, after = (
                 self.states.filled(kind, self._moves.state(of_thing, of_agents), binding, pools)
                 for of_thing, of_agents in (

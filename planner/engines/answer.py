@@ -1,4 +1,4 @@
-"""What every engine's answer has in common: the problem is checked first, mistakes are results, time is taken."""
+"""Common frame of all engines: checks the problem, turns invalid input and plans into results, measures time."""
 
 import time
 from collections.abc import Callable
@@ -13,7 +13,7 @@ Outcome = tuple[PlanningStatus, PlanNet | None, str]
 """How planning ended, the plan-net if there is one, else why there is none."""
 
 
-def answered(
+def timed_result(
     engine: str, knowledge_base: KnowledgeBase, problem: PlanningProblem, plan: Callable[[], PlanningResult]
 ) -> PlanningResult:
     """What `plan` answers, with the time it took; `FAILED` if the problem or its plan is not of the knowledge base."""
@@ -23,11 +23,11 @@ def answered(
             knowledge_base.check(fact, problem.objects)
         result = plan()
     except (KnowledgeBaseError, InvalidPlan) as error:
-        result = result_of(engine, (PlanningStatus.FAILED, None, str(error)))
+        result = to_result(engine, (PlanningStatus.FAILED, None, str(error)))
     return replace(result, planning_s=round(time.monotonic() - begun, 4))
 
 
-def result_of(engine: str, outcome: Outcome) -> PlanningResult:
-    """The outcome as an engine's result; how long it took is for `answered` to say."""
+def to_result(engine: str, outcome: Outcome) -> PlanningResult:
+    """The outcome as an engine's result; `timed_result` fills in the time."""
     status, plan_net, reason = outcome
     return PlanningResult(status=status, engine=engine, planning_s=0.0, plan_net=plan_net, reason=reason)

@@ -1,7 +1,7 @@
-"""A sequence without detours: two actions of the same robots replaced by one where one will do.
+"""Removes detours: replaces two actions of the same robots by one that suffices.
 
-Engines that do not know intended from other effects go from a to b to c, or carry a sample along just to be
-somewhere. What comes later may have to be bound anew: it speaks of where its robot came from.
+Engines that do not distinguish intended from other effects go from a to b to c, or carry a sample along just to get
+somewhere. Later actions may need new arguments: they name where their robot came from.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ from planner.knowledge import GroundAction, KnowledgeBase
 from planner.problem.interface import PlanningProblem
 
 LONGEST = 300
-"""Longer sequences are left as they are: the work grows with the square of the length."""
+"""Maximum length of a sequence to shorten: the work grows with its square."""
 
 
 def without_detours(

@@ -1,4 +1,4 @@
-"""From a sequence of actions, whoever found it, to a plan-net that may be proposed and carried out."""
+"""From an engine's sequence of actions to a checked plan-net."""
 
 from collections.abc import Sequence
 
@@ -10,19 +10,18 @@ from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.synchronisation import keep_in_step
-from planner.plan_nets.validation import faults_of, unintended
+from planner.plan_nets.validation import faults_of, unjustified
 from planner.problem.interface import PlanningProblem
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
 
-def finish(
+def complete_plan_net(
     sequence: Sequence[GroundAction],
     problem: PlanningProblem,
     knowledge_base: KnowledgeBase,
-    statics: Statics,
+    statics: StaticFacts,
 ) -> PlanNet | str:
-    """The checked plan-net with what keeps its orderings; or, in words, which action it has for no intended
-    effect.
+    """The checked plan-net with what keeps each ordering, or the reason if an action is there for no intended effect.
 
     :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
         own mistake.
@@ -30,7 +29,7 @@ def finish(
     order = extract(sequence, problem.facts, problem.goals)
     recruitment = recruitment_of(order.actions, statics)
     plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)
-    if idle := unintended(plan_net, knowledge_base):
+    if idle := unjustified(plan_net, knowledge_base):
         return idle[0]
     if faults := faults_of(plan_net, problem.facts, knowledge_base):
         raise InvalidPlan("; ".join(faults))
@@ -47,5 +46,5 @@ def confirm(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: Knowled
 
 
 def merit(plan_net: PlanNet) -> tuple[float, int, float]:
-    """What to have little of, first things first: makespan, waiting for clearance, work."""
+    """Quantities to minimise, most important first: makespan, clearances, total work in seconds."""
     return plan_net.makespan_s, plan_net.clearances, sum(action.duration_s for action in plan_net.actions)

@@ -29,11 +29,11 @@ class Reasons:
             self._promised[link.producer].add(link.fact)
 
     def after(self, ordering: Ordering) -> str:
-        """As the later action is told of it."""
+        """The ordering in the later action's explanation."""
         return f"after {self._names[ordering.before]}: {self.why(ordering)}"
 
     def before(self, ordering: Ordering) -> str:
-        """As the earlier action is told of it."""
+        """The ordering in the earlier action's explanation."""
         return f"before {self._names[ordering.after]}: {self.why(ordering)}"
 
     def why(self, ordering: Ordering) -> str:

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from planner.knowledge import GroundAction
 from planner.knowledge.phrases import enumeration
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
 Action = GroundAction | PlanNetAction
 
 
-def recruitment_of(actions: Sequence[Action], statics: Statics) -> dict[str, str]:
+def recruitment_of(actions: Sequence[Action], statics: StaticFacts) -> dict[str, str]:
     """A sentence for each robot: what it is to do and can, what it reaches, and who else would qualify."""
     work: dict[str, list[Action]] = defaultdict(list)
     for action in actions:
@@ -20,7 +20,7 @@ def recruitment_of(actions: Sequence[Action], statics: Statics) -> dict[str, str
     return {robot: _sentence(robot, work, statics) for robot in sorted(work)}
 
 
-def by_work(plan_net: PlanNet) -> list[str]:
+def robots_by_work(plan_net: PlanNet) -> list[str]:
     """The plan's robots, those with the most to do first."""
     work_s: dict[str, float] = defaultdict(float)
     for action in plan_net.actions:
@@ -29,7 +29,7 @@ def by_work(plan_net: PlanNet) -> list[str]:
     return sorted(work_s, key=lambda robot: (-work_s[robot], robot))
 
 
-def _sentence(robot: str, work: Mapping[str, Sequence[Action]], statics: Statics) -> str:
+def _sentence(robot: str, work: Mapping[str, Sequence[Action]], statics: StaticFacts) -> str:
     mine = work[robot]
     tags = list(dict.fromkeys(action.tag for action in mine))
     needed = {fact for action in mine for fact in action.preconditions if fact in statics.facts}

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_nets.causality import FROM_START, causal_links
-from planner.plan_nets.progression import carry_out
+from planner.plan_nets.progression import apply_action
 
 
 def without_redundant(
@@ -59,7 +59,7 @@ def _eliminated(
         action, is_needed = kept[position]
         rest = None if is_needed else _rest(kept[position + 1 :], set(state), set(achieved), goals)
         if rest is None:
-            carry_out(action, state, achieved)
+            apply_action(action, state, achieved)
             position += 1
         else:
             kept[position:] = rest
@@ -73,7 +73,7 @@ def _rest(
     kept = []
     for action, is_needed in steps:
         if state.issuperset(action.preconditions):
-            carry_out(action, state, achieved)
+            apply_action(action, state, achieved)
             kept.append((action, is_needed))
         elif is_needed:
             return None

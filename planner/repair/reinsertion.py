@@ -25,7 +25,7 @@ SCHEDULES = 100
 Cost = tuple[float, float]
 
 
-def drawn_forward(
+def insert_new_actions(
     kept: Sequence[GroundAction],
     fresh: PlanNet,
     remaining: Remaining,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from planner.native_process import Ended, Limits, never, run
+from planner.native_process import Limits, ProcessEnd, never, run
 from planner.problem.interface import PlanningStatus
 
 GREEDY = (
@@ -28,7 +28,7 @@ CHEAP = (
 """Lazy A* on the costs: mostly shorter; for one goal as cheap as the optimum wherever that was found."""
 
 _WEIGHTED = ",".join(f"lazy_wastar([hff,hlm],preferred=[hff,hlm],w={weight})" for weight in (5, 3, 2, 1))
-EVER_CHEAPER = (
+ANYTIME = (
     "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),"
     f"let(hff,ff(),iterated([{_WEIGHTED}],repeat_last=true)))"
 )
@@ -103,16 +103,18 @@ class FastDownwardProcess:
                 take(_steps(text))
             return self._is_enough()
 
-        self._search(EVER_CHEAPER, is_enough)
+        self._search(ANYTIME, is_enough)
         is_enough()
 
-    def _search(self, configuration: str, is_enough: Callable[[], bool]) -> Ended:
+    def _search(self, configuration: str, is_enough: Callable[[], bool]) -> ProcessEnd:
         binary = f"{binaries()}/downward"
         plan = str(self._folder / "plan")
         command = [binary, "--internal-plan-file", plan, "--search", configuration]
         return self._run(command, is_enough, stdin=self._folder / "output.sas")
 
-    def _run(self, command: Sequence[str], is_enough: Callable[[], bool], stdin: Path | None = None) -> Ended:
+    def _run(
+        self, command: Sequence[str], is_enough: Callable[[], bool], stdin: Path | None = None
+    ) -> ProcessEnd:
         return run(
             command,
             folder=self._folder,
@@ -123,7 +125,7 @@ class FastDownwardProcess:
         )
 
 
-def _failure(ended: Ended) -> Answer:
+def _failure(ended: ProcessEnd) -> Answer:
     code = ended.code
     output = ended.output
     last = output.strip().splitlines()[-1:] or ["no output"]

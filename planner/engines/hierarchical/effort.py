@@ -6,13 +6,13 @@ end what takes far too long.
 
 from planner.problem.interface import PlanningRequest
 
-LONGEST_EFFORT_S = 4.0
-ENDLESS = 10**9
+MAX_EFFORT_S = 4.0
+UNLIMITED_TRIALS = 10**9
 """Trials where the request says how long."""
 TRIALS = 40
 TRIALS_A_LEG = 3
-MOST_DECODED = 3_500_000
-MOST_INTERACTING = 40_000
+MAX_LEGS_DECODED = 3_500_000
+MAX_TRIALS_INTERACTING = 40_000
 
 
 def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, float]:
@@ -22,9 +22,9 @@ def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, floa
     :param choices: fragments to choose from where tasks interact, else 0.
     """
     if request.effort_s is not None:
-        return ENDLESS, request.effort_s
+        return UNLIMITED_TRIALS, request.effort_s
     if choices:
-        return min(MOST_INTERACTING, TRIALS * legs * max(legs, choices)), LONGEST_EFFORT_S
+        return min(MAX_TRIALS_INTERACTING, TRIALS * legs * max(legs, choices)), MAX_EFFORT_S
     # By the square of the legs, of many by their cube, up to so many legs decoded.
     trials = legs**2 * max(TRIALS, TRIALS_A_LEG * legs)
-    return min(trials, MOST_DECODED // max(1, legs)), LONGEST_EFFORT_S
+    return min(trials, MAX_LEGS_DECODED // max(1, legs)), MAX_EFFORT_S

@@ -40,7 +40,7 @@ class _Steps:
     adds: list[list[int]] = field(default_factory=list)
 
 
-class Builder:
+class SchedulingProblemBuilder:
     """Builds the model of one problem; `leave` widens it where an agent must make way."""
 
     def __init__(
@@ -92,7 +92,7 @@ class Builder:
         """The shared facts by number."""
         return tuple(self._facts)
 
-    def is_posture(self, task: int) -> bool:
+    def is_final_configuration(self, task: int) -> bool:
         """True if the task is about where an agent ends."""
         return any(self._words.is_configuration(goal) for goal in self._tasks[task].goals)
 
@@ -245,12 +245,12 @@ class Builder:
             ahead_first=ahead_first,
             ahead_needs=ahead_needs,
             goal_facts=ints(goal_facts),
-            posture_agent=ints([agent for agent, _ in self._postures]),
-            posture_need=ints([need for _, need in self._postures]),
+            final_agent=ints([agent for agent, _ in self._postures]),
+            final_need=ints([need for _, need in self._postures]),
             roles=max(1, self._roles),
-            widest=max((len(legs) for legs in by_alternative), default=1),
-            most_steps=self._most_steps(),
-            most_touches=self._most_touches(),
+            max_legs=max((len(legs) for legs in by_alternative), default=1),
+            max_steps=self._max_steps(),
+            max_touched_facts=self._max_touched_facts(),
         )
 
     def _holds(self) -> list[tuple[int, int]]:
@@ -264,7 +264,7 @@ class Builder:
                         found.setdefault(fact, self._agent_number[agent])
         return sorted(found.items())
 
-    def _most_steps(self) -> int:
+    def _max_steps(self) -> int:
         """Every task's longest alternative with the longest way for each slot, and everyone making way twice."""
         longest = max((len(way) for way in self._way_steps), default=0)
         legs = [
@@ -277,7 +277,7 @@ class Builder:
         count = sum(len(max(alternatives, key=len)) for alternatives in self._alternatives)
         return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
 
-    def _most_touches(self) -> int:
+    def _max_touched_facts(self) -> int:
         steps = self._steps
         touches = [
             len(n) + len(d) + len(a) for n, d, a in zip(steps.needs, steps.deletes, steps.adds, strict=True)

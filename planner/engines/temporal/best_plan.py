@@ -4,15 +4,15 @@ import time
 from collections.abc import Sequence
 
 from planner.engines.detours import without_detours
-from planner.engines.plan_net_completion import finish, merit
+from planner.engines.plan_net_completion import complete_plan_net, merit
 from planner.engines.temporal.durative_compilation import Step, sequence_of
 from planner.errors import InvalidPlan
 from planner.interchange.compilation import CompiledProblem
 from planner.plan_nets.plan_net import PlanNet
 from planner.problem.interface import Observer, PlanningProblem, PlanningRequest, Progress
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
-LEAST_EFFORT_S = 1.0
+MIN_EFFORT_S = 1.0
 
 
 class BestPlan:
@@ -35,7 +35,7 @@ class BestPlan:
         self._engine = engine
         self._request = request
         self._observer = observer
-        self._statics = Statics(compiled.knowledge_base, problem)
+        self._statics = StaticFacts(compiled.knowledge_base, problem)
         self._begun = time.monotonic()
         self._enough_at = float("inf")
 
@@ -44,7 +44,7 @@ class BestPlan:
         try:
             base = self.compiled.knowledge_base
             sequence = without_detours(sequence_of(self.compiled, schedule), self.problem, base)
-            plan_net = finish(sequence, self.problem, base, self._statics)
+            plan_net = complete_plan_net(sequence, self.problem, base, self._statics)
         except InvalidPlan as error:
             self.rejected = str(error)
             return
@@ -63,7 +63,7 @@ class BestPlan:
             effort_s = self._request.effort_s
             # As long again as the first plan took: what comes later seldom is much better (our choice).
             self._enough_at = time.monotonic() + (
-                max(LEAST_EFFORT_S, elapsed_s) if effort_s is None else effort_s
+                max(MIN_EFFORT_S, elapsed_s) if effort_s is None else effort_s
             )
         self.plan_net = plan_net
         progress = Progress(engine=self._engine, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)

@@ -10,7 +10,7 @@ from pathlib import Path
 from planner.engines.temporal.best_plan import BestPlan
 from planner.engines.temporal.plan_files import PlanFiles
 from planner.interchange.compiled_pddl import write_pddl
-from planner.native_process import Ended, Limits, run
+from planner.native_process import Limits, ProcessEnd, run
 
 MANY = "10000"
 """So many plans, each better than the one before: until it is ended."""
@@ -25,7 +25,7 @@ class Lpg:
     def is_installed(self) -> bool:
         return binary() is not None
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         domain, problem = write_pddl(best.compiled)
         (folder / "domain.pddl").write_text(domain)
         (folder / "problem.pddl").write_text(problem)

@@ -7,13 +7,13 @@ import time
 from pathlib import Path
 from typing import Protocol
 
-from planner.engines.answer import Outcome, answered, result_of
+from planner.engines.answer import Outcome, timed_result, to_result
 from planner.engines.plan_net_completion import confirm
 from planner.engines.temporal.best_plan import BestPlan
 from planner.engines.temporal.durative_compilation import compile_temporal
 from planner.explanation.diagnosis import why_unsolvable
 from planner.knowledge import KnowledgeBase
-from planner.native_process import Ended, Limits
+from planner.native_process import Limits, ProcessEnd
 from planner.problem.interface import (
     UNOBSERVED,
     Observer,
@@ -22,7 +22,7 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 from planner.relaxation import is_relaxed_reachable
 
 
@@ -34,7 +34,7 @@ class Solver(Protocol):
     @property
     def is_installed(self) -> bool: ...
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         """Hand every schedule found to `best`, until that is enough or the time is over."""
         ...
 
@@ -60,9 +60,9 @@ class TemporalEngine:
         """A plan-net, or why not; the processes started are ended at the time limit."""
 
         def plan() -> PlanningResult:
-            return result_of(self.name, self._plan(problem, request, observer))
+            return to_result(self.name, self._plan(problem, request, observer))
 
-        return answered(self.name, self._base, problem, plan)
+        return timed_result(self.name, self._base, problem, plan)
 
     def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
         if not self._solver.is_installed:
@@ -71,7 +71,7 @@ class TemporalEngine:
         if not is_relaxed_reachable(self._base, problem):
             return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
         deadline = time.monotonic() + request.time_limit_s
-        lean = Statics(self._base, problem).lean(problem)
+        lean = StaticFacts(self._base, problem).lean(problem)
         # Bystanders are left out at first; who knows whether one of them helps.
         if lean.objects == problem.objects:
             return self._search(problem, problem, request, observer, deadline)
@@ -100,7 +100,7 @@ class TemporalEngine:
         return PlanningStatus.SOLVED, best.plan_net, ""
 
 
-def _without_plan(ended: Ended, best: BestPlan) -> Outcome:
+def _without_plan(ended: ProcessEnd, best: BestPlan) -> Outcome:
     last = (ended.output.strip().splitlines() or ["no output"])[-1]
     if "memory" in ended.output.lower():
         status = PlanningStatus.OUT_OF_MEMORY

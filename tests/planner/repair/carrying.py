@@ -56,7 +56,7 @@ def outcome(plan_net: PlanNet, facts: frozenset[Fact]) -> frozenset[Fact]:
     return frozenset(state)
 
 
-def hold_to_account(
+def check_repair(
     repair: Repair,
     old: Iterable[PlanNetAction],
     present: PlanningProblem,
@@ -77,7 +77,7 @@ def hold_to_account(
     assert gone == come
     assert {*difference.kept.values(), *difference.reassigned.values(), *difference.added} == set(new)
     for one, other in difference.kept.items():
-        assert deed(left[one]) == deed(new[other])
+        assert activity(left[one]) == activity(new[other])
         before_s = max(0.0, left[one].earliest_start_s - difference.elapsed_s)
         later_s = new[other].earliest_start_s - before_s
         assert abs(difference.shifted.get(other, 0.0) - later_s) < (
@@ -94,5 +94,5 @@ def hold_to_account(
     return plan_net
 
 
-def deed(action: PlanNetAction) -> tuple[str, tuple[str, ...], Mapping[str, str]]:
+def activity(action: PlanNetAction) -> tuple[str, tuple[str, ...], Mapping[str, str]]:
     return action.tag, action.agents, action.arguments

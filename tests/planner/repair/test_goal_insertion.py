@@ -8,7 +8,7 @@ from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, PlanningReque
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, as_scheduled, join
 from tests.planner.engines.hierarchical.worlds import Store
-from tests.planner.repair.carrying import GOALS, hold_to_account, moved, problem, with_another
+from tests.planner.repair.carrying import GOALS, check_repair, moved, problem, with_another
 from tests.planner.store import inside
 
 REQUEST = PlanningRequest(time_limit_s=30, effort_s=0)
@@ -26,7 +26,7 @@ def checked(
     made = join(engine, knowledge_base, plan_net, present, progress, goals, REQUEST)
     left = [action for action in plan_net.actions if action.id not in progress.done]
     every = replace(present, goals=(*plan_net.goals, *goals))
-    joined = hold_to_account(made, left, every, knowledge_base)
+    joined = check_repair(made, left, every, knowledge_base)
     assert made.difference is not None
     assert made.course is Course.JOINED
     for action in left:

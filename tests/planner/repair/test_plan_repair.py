@@ -20,7 +20,7 @@ from planner.errors import UnknownAction
 from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, as_scheduled, repair
 from tests.planner.repair.carrying import (
     GOALS,
-    hold_to_account,
+    check_repair,
     moved,
     outcome,
     problem,
@@ -68,7 +68,7 @@ def checked(
     """The repair, held to account."""
     made = repair(engine, knowledge_base, plan_net, present, progress, REQUEST, stability_s=stability_s)
     left = [action for action in plan_net.actions if action.id not in progress.done]
-    hold_to_account(made, left, present, knowledge_base)
+    check_repair(made, left, present, knowledge_base)
     return made
 
 

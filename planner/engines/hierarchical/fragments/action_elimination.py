@@ -7,7 +7,7 @@ from planner.engines.hierarchical.fragments.steps import Step, Task, bits
 
 def is_intended(task: Task, steps: Sequence[Step]) -> bool:
     """True if each step is there for something it may be planned for."""
-    return all(used & step.intends for step, used in zip(steps, uses(task, steps), strict=True))
+    return all(used & step.justifying for step, used in zip(steps, uses(task, steps), strict=True))
 
 
 def needed(task: Task, steps: Sequence[Step]) -> tuple[Step, ...]:

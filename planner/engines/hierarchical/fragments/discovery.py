@@ -52,16 +52,18 @@ def discover(
     :param stop: asked now and then; True ends the search as the deadline does.
     """
     if levels < ALL_LEVELS:
-        return _brief(index, goals, deadline, levels, stop)
+        return _first_solution(index, goals, deadline, levels, stop)
     doubted = False
-    for lax in (False, True):
-        for level, task in _tasks(index, goals, lax, deadline):
+    for permissive in (False, True):
+        for level, task in _tasks(index, goals, permissive, deadline):
             if not is_reachable(task):
                 if not doubted and is_out_of_reach(index, goals, deadline):
                     return Discovery(solutions=(), is_proof=True)
                 doubted = True
                 continue
-            found = search(task, expansions=EXPANSIONS[level], deadline=deadline, lax=lax, stop=stop)
+            found = search(
+                task, expansions=EXPANSIONS[level], deadline=deadline, permissive=permissive, stop=stop
+            )
             if found.steps is not None:
                 others = _others(index, goals, level, task, found.steps, deadline, stop)
                 return Discovery(solutions=(found.steps, *others), is_proof=False)
@@ -72,7 +74,7 @@ def discover(
     return Discovery(solutions=(), is_proof=False)
 
 
-def _brief(
+def _first_solution(
     index: WorldIndex, goals: Sequence[Fact], deadline: float, levels: int, stop: Callable[[], bool]
 ) -> Discovery:
     """The first solution in the smallest worlds."""
@@ -85,11 +87,11 @@ def _brief(
 
 
 def _tasks(
-    index: WorldIndex, goals: Sequence[Fact], lax: bool, deadline: float
+    index: WorldIndex, goals: Sequence[Fact], permissive: bool, deadline: float
 ) -> Iterator[tuple[int, Task]]:
     """The levels' tasks and, where all else failed, the whole world's, as far as they are small enough."""
     seen: set[frozenset[str]] = set()
-    for level in range(LEVELS + lax):
+    for level in range(LEVELS + permissive):
         whole = level == LEVELS
         world = frozenset(index.objects) if whole else small_world(index, goals, level)
         if world in seen and not whole:

@@ -3,7 +3,7 @@
 from collections.abc import Hashable, Sequence
 from itertools import combinations
 
-from planner.engines.hierarchical.fragments.relevance import core_of
+from planner.engines.hierarchical.fragments.relevance import goal_neighbourhood
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact
 
@@ -11,7 +11,7 @@ from planner.fact import Fact
 def signature(index: WorldIndex, goals: Sequence[Fact]) -> Hashable:
     """The goals' predicates, what the present facts say of their objects and of those next to them, which sorts
     of agents relate to which of these, and how far apart they are; free of names, so it holds across worlds."""
-    core = list(core_of(index, goals, 1))
+    core = list(goal_neighbourhood(index, goals, 1))
     numbers = {name: number for number, name in enumerate(core)}
 
     def word(arg: str) -> str | int:

@@ -12,7 +12,7 @@ from planner.knowledge.literal import Literal
 Atom = tuple[str, tuple[str, ...]]
 Form = tuple[tuple[str, tuple[int | str, ...]], ...]
 """Literals whose terms are places among an operator's arguments, or constants."""
-LEAST_S = 0.1
+MIN_S = 0.1
 """What an action costs at least, so that no plan is longer than need be."""
 
 
@@ -38,7 +38,7 @@ def task_of(
             cost = index.seconds(op, args)
             if cost is None:
                 continue
-            steps.append(blank.step(args, max(cost, LEAST_S), numbering))
+            steps.append(blank.step(args, max(cost, MIN_S), numbering))
             if len(steps) > limit or (len(steps) % 1024 == 0 and monotonic() > deadline):
                 return None
     return Task(
@@ -112,17 +112,17 @@ class _Blank:
 
     def step(self, args: tuple[str, ...], cost: float, numbering: _Numbering) -> Step:
         removes = numbering.mask(self.removes, args)
-        meant = numbering.mask(self.intended, args)
-        meant |= numbering.marks(meant)
+        intended = numbering.mask(self.intended, args)
+        intended |= numbering.marks(intended)
         return Step(
             op=self.op,
             args=args,
             cost=cost,
             needs=numbering.mask(self.needs, args),
             removes=removes | numbering.marks(removes),
-            adds=meant | numbering.mask(self.others, args),
-            meant=meant,
-            intends=meant | numbering.mask(self.ways, args),
+            adds=intended | numbering.mask(self.others, args),
+            intended=intended,
+            justifying=intended | numbering.mask(self.ways, args),
             agents=tuple([args[place] for place in self.agents]),
         )
 

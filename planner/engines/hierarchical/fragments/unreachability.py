@@ -8,7 +8,7 @@ from collections.abc import Hashable, Mapping, Sequence
 
 from planner.engines.hierarchical.fragments.grounding import task_of
 from planner.engines.hierarchical.fragments.heuristic import is_reachable
-from planner.engines.hierarchical.fragments.relevance import core_of
+from planner.engines.hierarchical.fragments.relevance import goal_neighbourhood
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact
 from planner.problem.interface import PlanningProblem
@@ -40,7 +40,7 @@ def _representatives(index: WorldIndex, goals: Sequence[Fact]) -> Mapping[str, s
     they have to do with, others by which of these agents have to do with them and what is said of them; the
     goals' objects and those next to them stand for themselves."""
     own = {arg for goal in goals for arg in goal.args}
-    own |= {name for name in core_of(index, goals, 2) if name not in index.agents}
+    own |= {name for name in goal_neighbourhood(index, goals, 2) if name not in index.agents}
     sorts = {kind: (profile, index.neighbours(kind) & own) for kind, profile in index.profiles.items()}
     leaders: dict[Hashable, str] = {}
 

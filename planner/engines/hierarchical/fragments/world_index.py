@@ -46,11 +46,11 @@ class WorldIndex:
     def static_facts(self, name: str) -> list[Fact]:
         return self._static_facts.get(name, [])
 
-    def beside(self, name: str) -> tuple[str, ...]:
+    def linked_by_fluents(self, name: str) -> tuple[str, ...]:
         """The objects that fluent facts tie this one to, each relation to few."""
         return self._tied(name, self.fluent_facts(name))
 
-    def brought_along(self, name: str) -> tuple[str, ...]:
+    def linked_by_static_facts(self, name: str) -> tuple[str, ...]:
         """The objects other than agents that static facts tie this one to, each relation to few."""
         return tuple(o for o in self._tied(name, self.static_facts(name)) if o not in self.agents)
 
@@ -90,7 +90,7 @@ class WorldIndex:
         """The operator's duration with these arguments in its parameters' order; None where undefined. Agents of
         a kind take the same time, so it is worked out for their first."""
         places = self._timed[op.name]
-        values = tuple([self._leaders.get(args[place], args[place]) for place in places])
+        values = tuple([self._representatives.get(args[place], args[place]) for place in places])
         known = self._seconds[op.name]
         if values not in known:
             names = tuple(op.parameters)
@@ -108,7 +108,7 @@ class WorldIndex:
         }
 
     @cached_property
-    def _leaders(self) -> Mapping[str, str]:
+    def _representatives(self) -> Mapping[str, str]:
         return {agent: self.members[kind][0] for agent, kind in self.kind_of.items()}
 
     @cached_property
@@ -147,7 +147,7 @@ class WorldIndex:
         return self._shapes[name]
 
     def type_word(self, arg: str) -> str:
-        """An object's type, told apart if it belongs to one agent alone; constants as they are."""
+        """An object's type, report_progress apart if it belongs to one agent alone; constants as they are."""
         kind = self.objects.get(arg)
         return arg if kind is None else f"{OWN} {kind}" if arg in self._classes.own else f"a {kind}"
 

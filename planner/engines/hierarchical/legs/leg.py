@@ -2,7 +2,7 @@
 
 A fragment says which agent does what from where it stands. What only brings an agent into place (its *setup*) depends
 on what it did before, so a leg keeps the rest, its *core*, and the configuration each agent must be in to begin it.
-An agent's *configuration* is every fluent fact that names it, no other agent and none of the *themes*, the things
+An agent's *configuration* is every fluent fact that names it, no other agent and none of the *things*, the things
 that are moved or worked on (objects no static fact or function names).
 """
 
@@ -18,7 +18,7 @@ Configuration = frozenset[Fact]
 
 
 class Vocabulary:
-    """Which facts of a problem are configurations of agents, and which things are themes."""
+    """Which facts of a problem are configurations of agents, and which things are things."""
 
     def __init__(
         self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses
@@ -29,7 +29,7 @@ class Vocabulary:
         placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
         placed |= {arg for _, args in problem.functions for arg in args}
         self._is_configuration: dict[Fact, bool] = {}
-        self.themes = frozenset(problem.objects.keys() - placed - self.agents)
+        self.things = frozenset(problem.objects.keys() - placed - self.agents)
 
     def agents_of(self, fact: Fact) -> frozenset[str]:
         return self.agents.intersection(fact.args)
@@ -41,7 +41,7 @@ class Vocabulary:
         known = self._is_configuration.get(fact)
         if known is None:
             known = self.is_fluent(fact) and len(self.agents_of(fact)) == 1
-            known = self._is_configuration[fact] = known and self.themes.isdisjoint(fact.args)
+            known = self._is_configuration[fact] = known and self.things.isdisjoint(fact.args)
         return known
 
     def is_setup(self, action: GroundAction) -> bool:
@@ -50,7 +50,7 @@ class Vocabulary:
             len(action.agents) == 1
             and all(self.is_configuration(fact) for fact in action.intended_effects)
             and all(
-                self.themes.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
+                self.things.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
                 for fact in (*action.preconditions, *action.deletes, *action.effects)
                 if self.is_fluent(fact)
             )

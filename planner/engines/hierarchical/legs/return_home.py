@@ -10,7 +10,7 @@ from planner.plan_nets.progression import progressed
 from planner.problem.interface import PlanningProblem
 
 
-class Homing:
+class ReturnHome:
     """Sends the agents of one problem back, so that what is planned from later facts begins where each agent is."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem, words: Vocabulary) -> None:

@@ -65,7 +65,7 @@ class Setups:
             if len(op.agents) == 1
             and knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
             and all(op.agents[0] in literal.terms for literal in op.intended_effects)
-            and not any(self._binds_only_themes(parameter) for parameter in op.parameters.values())
+            and not any(self._binds_only_things(parameter) for parameter in op.parameters.values())
         ]
         fluents = words.fluents
         self._static = {
@@ -102,10 +102,10 @@ class Setups:
             self._steps[start] = tuple(way for way in found if way is not None)
         return self._steps[start]
 
-    def _binds_only_themes(self, kind: str) -> bool:
+    def _binds_only_things(self, kind: str) -> bool:
         """Whether things that are moved are all that a parameter of this type can be: no setup has one."""
         known = {name for name, own in self._problem.objects.items() if self._base.file.is_a(own, kind)}
-        return bool(known) and known <= self._words.themes
+        return bool(known) and known <= self._words.things
 
     def _is_made(self, wanted: Fact) -> bool:
         """Whether any setup may bring a fact about: without, there is no use in a search."""
@@ -165,7 +165,7 @@ class Setups:
 
     def _outcome(self, start: Configuration, action: GroundAction) -> Way | None:
         words = self._words
-        if not words.themes.isdisjoint(action.arguments.values()) or not words.is_setup(action):
+        if not words.things.isdisjoint(action.arguments.values()) or not words.is_setup(action):
             return None
         gone = words.configuration(self.agent, action.deletes)
         end = (start - gone) | words.configuration(self.agent, action.effects)
@@ -212,7 +212,7 @@ class Setups:
             yield binding
             return
         for name, kind in sorted(self._problem.objects.items()):
-            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._words.themes:
+            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._words.things:
                 yield from self._completed(op, {**binding, free: name})
 
 

@@ -15,7 +15,7 @@ from planner.engines.hierarchical.scheduling.decoder_state import (
     UNTIL,
     UNTIL_AT,
 )
-from planner.engines.hierarchical.scheduling.model import HEADER, MOST_AGENTS
+from planner.engines.hierarchical.scheduling.model import HEADER, MAX_AGENTS
 
 
 @inlined
@@ -41,7 +41,7 @@ def _first_possible(data, needs, deletes, adds, end_of_adds, mask, team, facts, 
         if facts[fact, HOLDS] == 0.0 and facts[fact, GONE] > start:
             start = facts[fact, GONE]
             by = facts[fact, GONE_AT]
-    for slot in range(MOST_AGENTS):
+    for slot in range(MAX_AGENTS):
         if mask >> slot & 1 and free[team[slot], FREE] >= start:
             start = free[team[slot], FREE]
             by = free[team[slot], LAST]
@@ -93,7 +93,7 @@ def place(step_at, data, step_span_s, step, team, facts, free, cause, number, lo
             log[count, 1 + column] = facts[data[n], column]
         count += 1
     _change(data, needs, deletes, adds, end_of_adds, facts, team[0], number, end)
-    for slot in range(MOST_AGENTS):
+    for slot in range(MAX_AGENTS):
         if mask >> slot & 1:
             free[team[slot], FREE] = end
             free[team[slot], LAST] = number

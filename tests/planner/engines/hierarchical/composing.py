@@ -21,7 +21,7 @@ Sequenced = tuple[GroundAction, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Posed:
+class ProblemSetup:
     """A problem with its vocabulary."""
 
     base: KnowledgeBase
@@ -30,7 +30,7 @@ class Posed:
     words: Vocabulary
 
     @classmethod
-    def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "Posed":
+    def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "ProblemSetup":
         classes = AgentClasses(base, problem)
         return cls(base=base, problem=problem, classes=classes, words=Vocabulary(base, problem, classes))
 

@@ -143,7 +143,7 @@ for family, samples in (("mixed", 3), ("swap", 2)):
 
 def test_two_processes_find_the_same_plan_net() -> None:
     """Neither the hashing of names nor the order of sets matters."""
-    told = [
+    report_progress = [
         subprocess.run(
             [sys.executable, "-c", _TELL],
             env={**os.environ, "PYTHONHASHSEED": seed},
@@ -153,29 +153,29 @@ def test_two_processes_find_the_same_plan_net() -> None:
         ).stdout
         for seed in ("1", "2")
     ]
-    assert "PlanNet" in told[0]
-    assert told[0] == told[1]
+    assert "PlanNet" in report_progress[0]
+    assert report_progress[0] == report_progress[1]
 
 
 class Watching(Observer):
-    """Notes what it is told, and says stop after so many words."""
+    """Notes what it is report_progress, and says stop after so many words."""
 
     def __init__(self, patience: int = 10**9) -> None:
-        self.told: list[Progress] = []
+        self.report_progress: list[Progress] = []
         self._patience = patience
 
     def progress(self, progress: Progress) -> None:
-        self.told.append(progress)
+        self.report_progress.append(progress)
 
     def should_stop(self) -> bool:
-        return len(self.told) >= self._patience
+        return len(self.report_progress) >= self._patience
 
 
 def test_progress_only_gets_better() -> None:
     watching = Watching()
     ENGINE.plan(instance("mixed", 4, 0), PlanningRequest(effort_s=0.5), watching)
-    makespans = [p.makespan_s for p in watching.told if p.makespan_s is not None]
-    elapsed = [p.elapsed_s for p in watching.told]
+    makespans = [p.makespan_s for p in watching.report_progress if p.makespan_s is not None]
+    elapsed = [p.elapsed_s for p in watching.report_progress]
     assert len(makespans) > 1
     assert makespans == sorted(makespans, reverse=True)
     assert elapsed == sorted(elapsed)
@@ -188,7 +188,7 @@ def test_who_says_stop_gets_the_best_plan_so_far() -> None:
         ENGINE.plan(problem, PlanningRequest(effort_s=300.0, time_limit_s=600.0), watching), problem, BASE
     )
     assert result.status is PlanningStatus.SOLVED
-    assert len(watching.told) < 10
+    assert len(watching.report_progress) < 10
 
 
 def test_who_says_stop_at_once_is_answered() -> None:

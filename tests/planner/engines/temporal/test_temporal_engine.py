@@ -18,7 +18,7 @@ from planner import (
 from planner.engines.temporal import Aries, Lpg, Solver, TemporalEngine, lpg
 from planner.engines.temporal.best_plan import BestPlan
 from planner.engines.temporal.durative_compilation import Step, compile_temporal, sequence_of
-from planner.native_process import Ended, Limits
+from planner.native_process import Limits, ProcessEnd
 from tests.planner.store import inside, store_problem
 
 LIMIT_S = 100.0  # generous: the machine may be busy
@@ -89,11 +89,11 @@ class Scripted:
     name = "scripted"
     is_installed = True
 
-    def __init__(self, *schedules: tuple[Step, ...], ended: Ended | None = None) -> None:
+    def __init__(self, *schedules: tuple[Step, ...], ended: ProcessEnd | None = None) -> None:
         self._schedules = schedules
-        self._ended = ended or Ended(code=0, output="")
+        self._ended = ended or ProcessEnd(code=0, output="")
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         for schedule in self._schedules:
             best.take(schedule)
         return self._ended
@@ -106,15 +106,15 @@ def step(start: float, operator: str, *objects: str) -> Step:
 @pytest.mark.parametrize(
     ("ended", "status"),
     [
-        (Ended(code=None, output=""), PlanningStatus.TIMED_OUT),
-        (Ended(code=1, output="out of memory"), PlanningStatus.OUT_OF_MEMORY),
-        (Ended(code=0, output=""), PlanningStatus.NOT_FOUND),
-        (Ended(code=7, output="oh\ndear"), PlanningStatus.FAILED),
-        (Ended(code=-11, output=""), PlanningStatus.FAILED),
+        (ProcessEnd(code=None, output=""), PlanningStatus.TIMED_OUT),
+        (ProcessEnd(code=1, output="out of memory"), PlanningStatus.OUT_OF_MEMORY),
+        (ProcessEnd(code=0, output=""), PlanningStatus.NOT_FOUND),
+        (ProcessEnd(code=7, output="oh\ndear"), PlanningStatus.FAILED),
+        (ProcessEnd(code=-11, output=""), PlanningStatus.FAILED),
     ],
 )
 def test_the_end_without_a_plan_says_how(
-    knowledge_base: KnowledgeBase, ended: Ended, status: PlanningStatus
+    knowledge_base: KnowledgeBase, ended: ProcessEnd, status: PlanningStatus
 ) -> None:
     result = TemporalEngine(knowledge_base, Scripted(ended=ended)).plan(STORE, PlanningRequest())
     assert result.status is status
