@@ -45,6 +45,14 @@ def confirm(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: Knowled
         raise InvalidPlan(f"unified-planning rejects the plan: {fault}")
 
 
+def warm_up_validation(knowledge_base: KnowledgeBase) -> None:
+    """Import unified-planning (1-2 s), which `confirm` needs."""
+    empty = PlanningProblem(objects={}, facts=frozenset(), goals=())
+    plan_net = complete_plan_net((), empty, knowledge_base, StaticFacts(knowledge_base, empty))
+    assert isinstance(plan_net, PlanNet)
+    confirm(plan_net, empty, knowledge_base)
+
+
 def merit(plan_net: PlanNet) -> tuple[float, int, float]:
     """Quantities to minimise, most important first: makespan, clearances, total work in seconds."""
     return plan_net.makespan_s, plan_net.clearances, sum(action.duration_s for action in plan_net.actions)

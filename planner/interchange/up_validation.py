@@ -16,7 +16,7 @@ from typing import Any
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.validation import linearisation

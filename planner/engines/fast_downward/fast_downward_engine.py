@@ -7,10 +7,8 @@ from collections.abc import Iterable, Sequence
 from planner.engines.answer import Outcome, timed_result, to_result
 from planner.engines.detours import without_detours
 from planner.engines.fast_downward.goal_sequences import Search, SequenceResult
-from planner.engines.plan_net_completion import complete_plan_net, confirm, merit
+from planner.engines.plan_net_completion import complete_plan_net, confirm, merit, warm_up_validation
 from planner.explanation.diagnosis import why_unsolvable
-from planner.interchange.compilation import compile_problem
-from planner.interchange.compiled_pddl import write_pddl
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.native_process import Limits
 from planner.plan_nets.plan_net import PlanNet
@@ -39,8 +37,8 @@ class FastDownwardEngine:
         self._base = knowledge_base
 
     def warm_up(self) -> None:
-        """Import what is slow to import, by compiling an empty problem."""
-        write_pddl(compile_problem(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=())))
+        """Import what is slow to import."""
+        warm_up_validation(self._base)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED

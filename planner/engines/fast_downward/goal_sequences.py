@@ -8,8 +8,7 @@ from pathlib import Path
 
 from planner.engines.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
 from planner.fact import Fact
-from planner.interchange.compilation import compile_problem
-from planner.interchange.compiled_pddl import write_pddl
+from planner.interchange.pddl import Form, PddlTask
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.native_process import Limits, never
 from planner.plan_nets.extraction import fault_of
@@ -51,24 +50,24 @@ class Search:
 
         :param patient: share out all the time that is left.
         """
-        compiled = compile_problem(self._base, problem)
+        task = PddlTask(self._base, problem, Form.CLASSICAL)
         time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
-        for answer in self._answers(*write_pddl(compiled), time_s):
-            steps = tuple(compiled.ground(operator, objects) for operator, objects in answer.steps)
+        for answer in self._answers(task, time_s):
+            steps = tuple(task.ground(operator, objects) for operator, objects in answer.steps)
             yield SequenceResult(status=answer.status, sequence=steps, reason=answer.reason)
 
     def improve(
         self, problem: PlanningProblem, effort_s: float, take: Callable[[Sequence[GroundAction]], None]
     ) -> None:
         """Search for ever cheaper sequences, each taken as soon as it is found."""
-        compiled = compile_problem(self._base, problem)
+        task = PddlTask(self._base, problem, Form.CLASSICAL)
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
             deadline = time.monotonic() + min(effort_s, self._limits.left_s)
             limits = replace(self._limits, deadline=deadline)
             process = FastDownwardProcess(Path(folder), limits, self._is_enough)
-            if process.translate(*write_pddl(compiled)) is None:
+            if process.translate(task) is None:
                 process.improve(
-                    lambda steps: take([compiled.ground(operator, objects) for operator, objects in steps])
+                    lambda steps: take([task.ground(operator, objects) for operator, objects in steps])
                 )
 
     def goal_by_goal(self, problem: PlanningProblem, statics: StaticFacts) -> SequenceResult:
@@ -94,10 +93,10 @@ class Search:
             return SequenceResult(status=PlanningStatus.NOT_FOUND, reason=fault)
         return SequenceResult(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
 
-    def _answers(self, domain: str, problem: str, time_s: float) -> Iterator[Answer]:
+    def _answers(self, task: PddlTask, time_s: float) -> Iterator[Answer]:
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
             process = FastDownwardProcess(Path(folder), self._limits, self._is_enough)
-            failure = process.translate(domain, problem)
+            failure = process.translate(task)
             if failure is not None:
                 yield failure
                 return

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from planner.interchange.pddl import PddlTask
 from planner.native_process import Limits, ProcessEnd, never, run
 from planner.problem.interface import PlanningStatus
 
@@ -72,10 +73,9 @@ class FastDownwardProcess:
         self._limits = limits
         self._is_enough = is_enough
 
-    def translate(self, domain: str, problem: str) -> Answer | None:
-        """Ground the task; None if that went well."""
-        (self._folder / "domain.pddl").write_text(domain)
-        (self._folder / "problem.pddl").write_text(problem)
+    def translate(self, task: PddlTask) -> Answer | None:
+        """Ground the task; None on success."""
+        task.write(self._folder)
         command = [sys.executable, "-S", "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
         ended = self._run(command, self._is_enough)
         return None if ended.code == 0 else _failure(ended)

@@ -27,8 +27,8 @@ class Aries:
 
     def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         """`seed` has no meaning to it."""
-        compiled = best.compiled
-        (folder / PROBLEM).write_bytes(pickle.dumps((compiled.knowledge_base.file, compiled.problem)))
+        task = best.task
+        (folder / PROBLEM).write_bytes(pickle.dumps((task.knowledge_base.file, task.problem)))
         found = PlanFiles(folder, best)
         ended = run(
             [sys.executable, "-m", "planner.engines.temporal.aries_process", str(limits.left_s)],

@@ -1,13 +1,13 @@
-"""The best of the schedules that an engine comes up with."""
+"""The best of the schedules that a temporal planner finds."""
 
 import time
 from collections.abc import Sequence
 
 from planner.engines.detours import without_detours
 from planner.engines.plan_net_completion import complete_plan_net, merit
-from planner.engines.temporal.durative_compilation import Step, sequence_of
+from planner.engines.temporal.steps import Step, sequence_of
 from planner.errors import InvalidPlan
-from planner.interchange.compilation import CompiledProblem
+from planner.interchange.pddl import PddlTask
 from planner.plan_nets.plan_net import PlanNet
 from planner.problem.interface import Observer, PlanningProblem, PlanningRequest, Progress
 from planner.problem.static_facts import StaticFacts
@@ -22,28 +22,28 @@ class BestPlan:
         self,
         engine: str,
         problem: PlanningProblem,
-        compiled: CompiledProblem,
+        task: PddlTask,
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        """:param compiled: what the engine works on, `problem` without bystanders maybe."""
+        """:param task: what the planner works on, perhaps `problem` without bystanders."""
         self.problem = problem
-        self.compiled = compiled
+        self.task = task
         self.plan_net: PlanNet | None = None
         self.rejected = ""
         """Why the last schedule was not acceptable."""
         self._engine = engine
         self._request = request
         self._observer = observer
-        self._statics = StaticFacts(compiled.knowledge_base, problem)
+        self._statics = StaticFacts(task.knowledge_base, problem)
         self._begun = time.monotonic()
         self._enough_at = float("inf")
 
     def take(self, schedule: Sequence[Step]) -> None:
         """Consider one more schedule; a faulty one is the engine's mistake and passed over."""
         try:
-            base = self.compiled.knowledge_base
-            sequence = without_detours(sequence_of(self.compiled, schedule), self.problem, base)
+            base = self.task.knowledge_base
+            sequence = without_detours(sequence_of(self.task, schedule), self.problem, base)
             plan_net = complete_plan_net(sequence, self.problem, base, self._statics)
         except InvalidPlan as error:
             self.rejected = str(error)

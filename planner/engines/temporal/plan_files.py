@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.durative_compilation import Step
+from planner.engines.temporal.steps import Step
 
 _STEP = re.compile(r"^\s*([\d.]+):\s*\(([^)]*)\)\s*\[\s*([\d.]+)")
 

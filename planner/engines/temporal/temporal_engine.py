@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Protocol
 
 from planner.engines.answer import Outcome, timed_result, to_result
-from planner.engines.plan_net_completion import confirm
+from planner.engines.plan_net_completion import confirm, warm_up_validation
 from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.durative_compilation import compile_temporal
 from planner.explanation.diagnosis import why_unsolvable
+from planner.interchange.pddl import Form, PddlTask
 from planner.knowledge import KnowledgeBase
 from planner.native_process import Limits, ProcessEnd
 from planner.problem.interface import (
@@ -51,8 +51,8 @@ class TemporalEngine:
         self._solver = solver
 
     def warm_up(self) -> None:
-        """Import what is slow to import, by compiling an empty problem."""
-        compile_temporal(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=()))
+        """Import what is slow to import."""
+        warm_up_validation(self._base)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -89,8 +89,8 @@ class TemporalEngine:
         observer: Observer,
         deadline: float,
     ) -> Outcome:
-        compiled = compile_temporal(self._base, searched)
-        best = BestPlan(self.name, problem, compiled, request, observer)
+        task = PddlTask(self._base, searched, Form.TEMPORAL, is_simplified=True)
+        best = BestPlan(self.name, problem, task, request, observer)
         limits = Limits(deadline=deadline, memory_mb=request.memory_limit_mb)
         with tempfile.TemporaryDirectory(prefix=f"macta-{self.name}-") as folder:
             ended = self._solver.run(Path(folder), limits, request.seed, best)

@@ -4,9 +4,9 @@ import pytest
 
 from planner import FastDownwardEngine, KnowledgeBase, PlanningRequest, PlanningStatus, faults_of
 from planner.errors import Unsupported
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
 from planner.interchange.foreign import import_domain, import_problem
 from planner.interchange.pddl import Form, write_domain, write_problem
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.relaxation import is_relaxed_reachable
 from tests.planner.store import inside, store_problem
 

@@ -17,7 +17,8 @@ from planner import (
 )
 from planner.engines.temporal import Aries, Lpg, Solver, TemporalEngine, lpg
 from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.durative_compilation import Step, compile_temporal, sequence_of
+from planner.engines.temporal.steps import Step, sequence_of
+from planner.interchange.pddl import Form, PddlTask
 from planner.native_process import Limits, ProcessEnd
 from tests.planner.store import inside, store_problem
 
@@ -122,7 +123,7 @@ def test_the_end_without_a_plan_says_how(
 
 
 def test_a_faulty_schedule_is_passed_over_with_the_reason(knowledge_base: KnowledgeBase) -> None:
-    wrong = (step(0, "a_dock", "o_sample_1", "o_yard_1", "o_door_1"),)
+    wrong = (step(0, "dock", "sample_1", "yard_1", "door_1"),)
     result = TemporalEngine(knowledge_base, Scripted(wrong)).plan(STORE, PlanningRequest())
     assert result.status is PlanningStatus.NOT_FOUND
     assert "robot_position(yard_1, near, door_1)" in result.reason
@@ -146,10 +147,10 @@ def test_a_fact_outside_the_vocabulary_fails_with_the_choices(knowledge_base: Kn
 def test_a_schedule_becomes_a_sequence_by_its_starts(knowledge_base: KnowledgeBase) -> None:
     near = Fact("robot_position", ("yard_1", "near", "door_1"))
     problem: PlanningProblem = store_problem([near])
-    compiled = compile_temporal(knowledge_base, problem)
+    task = PddlTask(knowledge_base, problem, Form.TEMPORAL)
     schedule = (
-        step(9, "a_navigate", "o_yard_1", "o_door_2", "o_door_1", "o_yard"),
-        step(0, "a_navigate", "o_yard_1", "o_home_yard_1", "o_door_2", "o_yard"),
+        step(9, "navigate", "yard_1", "door_2", "door_1", "yard"),
+        step(0, "navigate", "yard_1", "home_yard_1", "door_2", "yard"),
     )
-    places = [action.arguments["ref2"] for action in sequence_of(compiled, schedule)]
+    places = [action.arguments["ref2"] for action in sequence_of(task, schedule)]
     assert places == ["door_2", "door_1"]
