@@ -19,8 +19,8 @@ from app.world_model import initial_spots, objects_of, planning_problem, spot_of
 from app.world_model.beliefs import CAN
 from app.world_model.reservation import is_withheld
 from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
-from planner.bounds.contradiction import contradicting_goals
 from planner.explanation.diagnosis import why_unsolvable
+from planner.problem.contradiction import contradicting_goals
 from planner.relaxation import is_relaxed_reachable
 from robots.clock import Clock
 from robots.wire import SymbolicFact

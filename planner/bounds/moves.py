@@ -4,10 +4,10 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from planner.bounds.invariants import Variable
 from planner.bounds.world import NotModelled, Step, World
 from planner.fact import Fact
 from planner.knowledge import Operator
+from planner.knowledge.invariants import Variable
 from planner.knowledge.literal import Literal
 
 Lifted = tuple[Literal | None, ...]

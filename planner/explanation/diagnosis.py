@@ -11,10 +11,10 @@ from dataclasses import replace
 from itertools import product
 from math import prod
 
-from planner.bounds.contradiction import contradicting_goals
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.knowledge.phrases import clause, denial, enumeration, naturally_sorted, nothing, phrase
+from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import PlanningProblem
 from planner.problem.static_facts import StaticFacts
 from planner.relaxation import Relaxation

@@ -10,7 +10,6 @@ import numpy as np
 
 from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
-from planner.bounds.contradiction import contradicting_goals
 from planner.engines.answer import timed_result, to_result
 from planner.engines.detours import without_detours
 from planner.engines.garbage_collection import garbage_collection_paused
@@ -38,6 +37,7 @@ from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
 from planner.plan_nets.validation import unjustified_actions
+from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import (
     UNOBSERVED,
     Objective,

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.planner.val_validation import is_installed, val_fault
 from planner import Fact, KnowledgeBase, PlanNet, PlanNetAction, PlanningProblem
-from planner.interchange.val_validation import is_installed, val_fault
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
 from tests.planner.large_store import LargeStore
