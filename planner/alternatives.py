@@ -6,7 +6,7 @@ Found by solving the same problem to other ends, and with robots of the shortest
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from planner.explanation.recruitment import recruitment_of, robots_by_work
+from planner.explanation.recruiting import recruitment_of, robots_by_work
 from planner.knowledge import KnowledgeBase
 from planner.knowledge.phrases import enumeration
 from planner.plan_nets.plan_net import PlanNet

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner.bounds.paths import Ints
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
-from planner.knowledge.duration import scale_term
+from planner.knowledge.expression import scale_term
 from planner.knowledge.invariants import Variable, variables_of
 from planner.knowledge.literal import Literal
 from planner.problem.interface import PlanningProblem

@@ -1,9 +1,11 @@
 """From an engine's sequence of actions to a checked plan-net."""
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-from planner.errors import InvalidPlan
-from planner.explanation.recruitment import recruitment_of
+from planner.errors import InvalidPlan, KnowledgeBaseError
+from planner.explanation.recruiting import recruitment_of
 from planner.interchange.up_validation import up_fault
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.assembly import assemble
@@ -11,7 +13,7 @@ from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.synchronisation import keep_in_step
 from planner.plan_nets.validation import faults_of, unjustified
-from planner.problem.interface import PlanningProblem
+from planner.problem.interface import PlanningProblem, PlanningResult, PlanningStatus
 from planner.problem.static_facts import StaticFacts
 
 
@@ -56,3 +58,27 @@ def warm_up_validation(knowledge_base: KnowledgeBase) -> None:
 def merit(plan_net: PlanNet) -> tuple[float, int, float]:
     """Quantities to minimise, most important first: makespan, clearances, total work in seconds."""
     return plan_net.makespan_s, plan_net.clearances, sum(action.duration_s for action in plan_net.actions)
+
+
+Outcome = tuple[PlanningStatus, PlanNet | None, str]
+"""How planning ended, the plan-net if there is one, else why there is none."""
+
+
+def timed_result(
+    engine: str, knowledge_base: KnowledgeBase, problem: PlanningProblem, plan: Callable[[], PlanningResult]
+) -> PlanningResult:
+    """What `plan` answers, with the time it took; `FAILED` if the problem or its plan is not of the knowledge base."""
+    begun = time.monotonic()
+    try:
+        for fact in (*sorted(problem.facts), *problem.goals):
+            knowledge_base.check(fact, problem.objects)
+        result = plan()
+    except (KnowledgeBaseError, InvalidPlan) as error:
+        result = to_result(engine, (PlanningStatus.FAILED, None, str(error)))
+    return replace(result, planning_s=round(time.monotonic() - begun, 4))
+
+
+def to_result(engine: str, outcome: Outcome) -> PlanningResult:
+    """The outcome as an engine's result; `timed_result` fills in the time."""
+    status, plan_net, reason = outcome
+    return PlanningResult(status=status, engine=engine, planning_s=0.0, plan_net=plan_net, reason=reason)

@@ -4,10 +4,17 @@ ourselves."""
 import time
 from collections.abc import Iterable, Sequence
 
-from planner.engines.answer import Outcome, timed_result, to_result
 from planner.engines.detours import without_detours
 from planner.engines.fast_downward.goal_sequences import Search, SequenceResult
-from planner.engines.plan_net_completion import complete_plan_net, confirm, merit, warm_up_validation
+from planner.engines.plan_net_completion import (
+    Outcome,
+    complete_plan_net,
+    confirm,
+    merit,
+    timed_result,
+    to_result,
+    warm_up_validation,
+)
 from planner.explanation.diagnosis import why_unsolvable
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.native_process import Limits

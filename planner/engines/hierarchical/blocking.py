@@ -11,7 +11,7 @@ from typing import Protocol
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
-from planner.engines.hierarchical.legs.return_home import ReturnHome
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.fact import Fact
 from planner.plan_nets.extraction import fault_of
 from planner.problem.interface import PlanningProblem

@@ -8,14 +8,37 @@ import numpy as np
 
 from planner.engines.hierarchical.legs.leg import Vocabulary
 from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING
-from planner.engines.hierarchical.scheduling.annealing import Annealing
+from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, Choice, Floats, Model, ints
-from planner.engines.hierarchical.scheduling.schedule import Schedule
 from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
 from planner.knowledge import GroundAction, KnowledgeBase
-from planner.problem.interface import PlanningProblem
+from planner.problem.interface import PlanningProblem, PlanningRequest
 from planner.problem.robot_classes import AgentClasses
+
+MAX_EFFORT_S = 4.0
+UNLIMITED_TRIALS = 10**9
+"""Trials where the request says how long."""
+TRIALS = 40
+TRIALS_A_LEG = 3
+MAX_LEGS_DECODED = 3_500_000
+MAX_TRIALS_INTERACTING = 40_000
+
+
+def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, float]:
+    """The schedules to try, and the seconds after which to stop in any case.
+
+    :param legs: of a schedule.
+    :param choices: fragments to choose from where tasks interact, else 0.
+    """
+    if request.effort_s is not None:
+        return UNLIMITED_TRIALS, request.effort_s
+    if choices:
+        return min(MAX_TRIALS_INTERACTING, TRIALS * legs * max(legs, choices)), MAX_EFFORT_S
+    # By the square of the legs, of many by their cube, up to so many legs decoded.
+    trials = legs**2 * max(TRIALS, TRIALS_A_LEG * legs)
+    return min(trials, MAX_LEGS_DECODED // max(1, legs)), MAX_EFFORT_S
+
 
 MIN_CHUNK = 8
 CHUNK_WORK = 4000

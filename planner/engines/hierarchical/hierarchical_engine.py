@@ -10,16 +10,14 @@ import numpy as np
 
 from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
-from planner.engines.answer import timed_result, to_result
 from planner.engines.detours import without_detours
 from planner.engines.garbage_collection import garbage_collection_paused
-from planner.engines.hierarchical.composition import Composition
-from planner.engines.hierarchical.effort import effort
+from planner.engines.hierarchical.composition import Composition, effort
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments, ProblemFragments
 from planner.engines.hierarchical.legs.goal_groups import Goals, Groups
 from planner.engines.hierarchical.legs.leg import Vocabulary
-from planner.engines.hierarchical.legs.return_home import ReturnHome
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.engines.hierarchical.legs.stops import (
     MAX_NEAR_STOPPING,
     SHARE,
@@ -30,7 +28,7 @@ from planner.engines.hierarchical.legs.stops import (
 from planner.engines.hierarchical.scheduling.model import Floats
 from planner.engines.hierarchical.scheduling_problem import Task
 from planner.engines.hierarchical.tasks import TaskFinder, Unmet
-from planner.engines.plan_net_completion import complete_plan_net, confirm
+from planner.engines.plan_net_completion import complete_plan_net, confirm, timed_result, to_result
 from planner.explanation.diagnosis import why_unsolvable
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.agent_renaming import renamed
-from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of
+from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of, renamed
 from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.travel import Travel
 from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows

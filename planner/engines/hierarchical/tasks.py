@@ -12,7 +12,7 @@ from math import exp
 from planner.engines.hierarchical.blocking import BlockingTasks, FindFragments
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
-from planner.engines.hierarchical.legs.return_home import ReturnHome
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.engines.hierarchical.scheduling_problem import NO_DEADLINE_S, Task
 from planner.fact import Fact
 from planner.knowledge import GroundAction

@@ -8,8 +8,8 @@ from typing import Any
 
 from planner.engines.temporal.aries import PROBLEM
 from planner.engines.temporal.aries_compilation import AriesCompiler
+from planner.engines.temporal.best_plan import Step
 from planner.engines.temporal.plan_files import plan_file, text_of
-from planner.engines.temporal.steps import Step
 from planner.knowledge import KnowledgeBase
 
 

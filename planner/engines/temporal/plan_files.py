@@ -4,8 +4,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.steps import Step
+from planner.engines.temporal.best_plan import BestPlan, Step
 
 _STEP = re.compile(r"^\s*([\d.]+):\s*\(([^)]*)\)\s*\[\s*([\d.]+)")
 

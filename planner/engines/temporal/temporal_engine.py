@@ -7,8 +7,7 @@ import time
 from pathlib import Path
 from typing import Protocol
 
-from planner.engines.answer import Outcome, timed_result, to_result
-from planner.engines.plan_net_completion import confirm, warm_up_validation
+from planner.engines.plan_net_completion import Outcome, confirm, timed_result, to_result, warm_up_validation
 from planner.engines.temporal.best_plan import BestPlan
 from planner.explanation.diagnosis import why_unsolvable
 from planner.interchange.pddl import Form, PddlTask

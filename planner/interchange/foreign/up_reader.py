@@ -28,7 +28,7 @@ from planner.knowledge import (
     PredicateSpec,
     TypeSpec,
 )
-from planner.knowledge.duration import DURATION_SCALE
+from planner.knowledge.expression import DURATION_SCALE
 from planner.knowledge.literal import Literal
 from planner.knowledge.schema import DISTANCE, DURATION, RELATION, TIME
 from planner.problem.interface import PlanningProblem

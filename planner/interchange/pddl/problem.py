@@ -8,7 +8,7 @@ from planner.fact import Fact
 from planner.interchange.pddl.domain import domain_text, section
 from planner.interchange.pddl.vocabulary import Form, Vocabulary
 from planner.knowledge import GroundAction, KnowledgeBase
-from planner.knowledge.duration import scale_term
+from planner.knowledge.expression import scale_term
 from planner.problem.duration_table import duration_table
 from planner.problem.interface import PlanningProblem
 

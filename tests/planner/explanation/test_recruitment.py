@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from planner import Fact, KnowledgeBase
-from planner.explanation.recruitment import recruitment_of
+from planner.explanation.recruiting import recruitment_of
 from planner.interchange.foreign import import_problem
 from planner.problem.static_facts import StaticFacts
 from tests.planner.large_store import LargeStore

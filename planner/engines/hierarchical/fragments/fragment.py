@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 from planner.engines.hierarchical.fragments.binding import Bound, join
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS, discover
-from planner.engines.hierarchical.fragments.goal_signature import signature
-from planner.engines.hierarchical.fragments.lifting import LiftedFragment, lift
+from planner.engines.hierarchical.fragments.lifting import LiftedFragment, lift, signature
 from planner.engines.hierarchical.fragments.steps import Step
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact

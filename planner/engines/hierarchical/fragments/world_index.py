@@ -6,6 +6,7 @@ from functools import cached_property
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
+from planner.problem.duration_table import duration_parameters
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import ANYONE, AgentClasses
 
@@ -224,10 +225,3 @@ class WorldIndex:
 
     def distance(self, one: Node, other: Node) -> int | None:
         return 0 if one == other else self.distances(one).get(other)
-
-
-def duration_parameters(op: Operator) -> frozenset[str]:
-    """The parameters that the operator's duration depends on, teams spelt out."""
-    return frozenset(
-        member for _, terms in op.duration.calls for term in terms for member in op.teams.get(term, (term,))
-    )

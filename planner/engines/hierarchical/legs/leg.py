@@ -6,11 +6,12 @@ An agent's *configuration* is every fluent fact that names it, no other agent an
 that are moved or worked on (objects no static fact or function names).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge.operator import TEAM_SEPARATOR
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
@@ -224,3 +225,25 @@ def _postures(goals: Sequence[Fact], legs: Sequence[Leg], words: Vocabulary) -> 
         if wanted:
             yield Leg(agents=(agent,), needs=(wanted,), core=(), roles=(role,), bound=(True,))
             role += 1
+
+
+def renamed(action: GroundAction, names: Mapping[str, str]) -> GroundAction:
+    """The action with agents exchanged; what is not in `names` stays."""
+    if all(old == new for old, new in names.items()):
+        return action
+
+    def of(facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        return tuple(Fact(f.predicate, tuple(names.get(arg, arg) for arg in f.args)) for f in facts)
+
+    return replace(
+        action,
+        arguments={
+            name: TEAM_SEPARATOR.join(names.get(part, part) for part in value.split(TEAM_SEPARATOR))
+            for name, value in action.arguments.items()
+        },
+        agents=tuple(names.get(agent, agent) for agent in action.agents),
+        preconditions=of(action.preconditions),
+        deletes=of(action.deletes),
+        intended_effects=of(action.intended_effects),
+        other_effects=of(action.other_effects),
+    )

@@ -8,8 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, field
 
-from planner.engines.hierarchical.legs.agent_renaming import renamed
-from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.engines.hierarchical.legs.leg import Vocabulary, renamed
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.base import binding_of

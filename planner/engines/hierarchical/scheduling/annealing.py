@@ -10,6 +10,27 @@ from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
 from planner.engines.hierarchical.scheduling.decoder_state import FREE, LAST, NONE, decoder_state_for
 from planner.engines.hierarchical.scheduling.model import AHEAD, BACK, NEAR, PUSH, Choice, Floats, Model
 
+
+class Schedule:
+    """A decoded choice (`choice`: as it was taken): its steps with their agents in an order they can be carried out."""
+
+    def __init__(self, model: Model, choice: Choice, weights: Floats) -> None:
+        state = decoder_state_for(model)
+        state.taken[:] = choice.agent
+        cost, length, makespan = decode(model, choice, weights, state)
+        self.choice = choice._replace(agent=state.taken)
+        self.cost = float(cost)
+        self.makespan_s = float(makespan)
+        self.steps = state.steps[:length]
+        self.team = state.step_agents[:length]
+        self.configurations = state.configuration
+        self.missing = int(state.missing_fact[0])
+
+    @property
+    def is_possible(self) -> bool:
+        return self.cost < IMPOSSIBLE
+
+
 INITIAL_TEMPERATURE = 1.0
 """The temperature at the start, as a share of what a leg costs on average."""
 FINAL_TEMPERATURE = 0.025

@@ -13,7 +13,7 @@ from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
 from planner.engines.hierarchical.legs.leg import Vocabulary, legs_of
-from planner.engines.hierarchical.legs.return_home import ReturnHome
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.plan_nets.progression import progressed
 from planner.problem.robot_classes import AgentClasses
 

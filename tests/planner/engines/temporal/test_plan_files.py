@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from planner.engines.temporal.best_plan import Step
 from planner.engines.temporal.plan_files import PlanFiles, plan_file, steps_of, text_of
-from planner.engines.temporal.steps import Step
 
 LPG = """
 ; Version LPG-td-1.4

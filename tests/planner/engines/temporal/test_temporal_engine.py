@@ -16,8 +16,7 @@ from planner import (
     faults_of,
 )
 from planner.engines.temporal import Aries, Lpg, Solver, TemporalEngine, lpg
-from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.steps import Step, sequence_of
+from planner.engines.temporal.best_plan import BestPlan, Step, sequence_of
 from planner.interchange.pddl import Form, PddlTask
 from planner.native_process import Limits, ProcessEnd
 from tests.planner.store import inside, store_problem
