@@ -91,7 +91,7 @@ MISHAPS: list[Callable[[Case, random.Random], Case]] = [
 ]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32), mishap=st.sampled_from(MISHAPS), share=st.floats(0, 1))
 def test_a_repaired_plan_net_is_valid_and_kept_is_what_is_said_to_be_kept(
     seed: int, mishap: Callable[[Case, random.Random], Case], share: float
@@ -115,7 +115,7 @@ def test_a_repaired_plan_net_is_valid_and_kept_is_what_is_said_to_be_kept(
         assert sum(action.under_way for action in repaired.actions) == len(under_way)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32), share=st.floats(0, 1))
 def test_who_joins_disturbs_nobody(seed: int, share: float) -> None:
     choose = random.Random(seed)

@@ -10,7 +10,9 @@ from planner.engines.hierarchical.composition import Composed, Composition
 from planner.engines.hierarchical.legs.stops import with_stops
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
 from planner.engines.hierarchical.scheduling.decoder_state import decoder_state_for
+from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import AHEAD, NEAR, PUSH, Choice
+from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
 from tests.planner.engines.hierarchical.composing import MAKESPAN_ONLY, ProblemSetup, said
@@ -33,6 +35,10 @@ def four(knowledge_base: KnowledgeBase) -> ProblemSetup:
 
 def composition_of(world: ProblemSetup, *, seed: int = 0) -> Composition:
     return world.composition([(world.quickest(goal),) for goal in world.problem.goals], seed=seed)
+
+
+def builder_of(world: ProblemSetup) -> SchedulingProblemBuilder:
+    return world.builder([(world.quickest(goal),) for goal in world.problem.goals])
 
 
 def improved(composition: Composition, trials: int = TRIALS) -> Composed:
@@ -100,12 +106,10 @@ def test_a_robot_begins_from_wherever_it_stands(knowledge_base: KnowledgeBase) -
 
 def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSetup) -> None:
     """Orders, agents and stops at random: the decoder never makes an invalid schedule."""
-    composition = composition_of(four)
-    assert composition.begin()
-    model = composition._model
-    builder = composition._builder
+    builder = builder_of(four)
+    model = builder.model()
     random = np.random.default_rng(0)
-    board = decoder_state_for(composition._model)
+    state = decoder_state_for(model)
     legs = 4 * model.max_legs
     possible = 0
     for _ in range(200):
@@ -115,10 +119,10 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSet
             random.integers(-1, len(model.agent_class), legs).astype(np.int32),
             random.choice([0, NEAR, AHEAD, PUSH, NEAR | AHEAD | PUSH], legs).astype(np.int32),
         )
-        cost, length, span_s = decode(model, choice, MAKESPAN_ONLY, board)
+        cost, length, span_s = decode(model, choice, MAKESPAN_ONLY, state)
         if cost < IMPOSSIBLE:
             possible += 1
-            actions = builder.actions(board.steps[:length], board.step_agents[:length])
+            actions = builder.actions(state.steps[:length], state.step_agents[:length])
             assert fault_of(actions, four.problem.facts, four.problem.goals) is None
             assert span_s >= makespan_s(four, actions) - 0.01
     assert possible > 100
@@ -126,15 +130,14 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSet
 
 def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> None:
     """The causes lead from the last step back to the start, and their durations add up to the makespan."""
-    composition = composition_of(four)
-    assert composition.begin()
-    assert composition._choice is not None
-    model = composition._model
-    board = decoder_state_for(composition._model)
-    _, _, span_s = decode(model, composition._choice, MAKESPAN_ONLY, board)
-    step = int(board.free[np.argmax(board.free[:, 0]), 1])
+    model = builder_of(four).model()
+    state = decoder_state_for(model)
+    choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
+    cost, _, span_s = decode(model, choice, MAKESPAN_ONLY, state)
+    assert cost < IMPOSSIBLE
+    step = int(state.free[np.argmax(state.free[:, 0]), 1])
     whole = 0.0
     while step >= 0:
-        whole += model.step_span_s[board.steps[step]]
-        step = int(board.cause[step])
+        whole += model.step_span_s[state.steps[step]]
+        step = int(state.cause[step])
     assert whole == pytest.approx(span_s)

@@ -39,13 +39,13 @@ def instance(family: str, samples: int, seed: int) -> PlanningProblem:
     return FAMILIES[family](samples, seed).problem(BASE)
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=8, deadline=None, derandomize=True)
 @given(
     aisles=st.integers(1, 3),
     yard_robots=st.integers(1, 3),
     store_robots=st.integers(1, 2),
     interchanges=st.integers(1, 2),
-    goals=st.integers(1, 4),
+    goals=st.integers(1, 3),
     seed=st.integers(0, 9999),
 )
 def test_random_stores(
@@ -131,51 +131,51 @@ def test_the_same_request_gives_the_same_plan_net_whatever_was_planned_before(
     assert ENGINE.plan(problem, request).plan_net == fresh
 
 
-_TELL = """
+PRINT_PLAN_NETS = """
 from benchmarks.planner.instances import FAMILIES
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 base = load_knowledge_base()
-for family, samples in (("mixed", 3), ("swap", 2)):
+for family, samples in (("mixed", 2), ("swap", 2)):
     print(HierarchicalEngine(base).plan(FAMILIES[family](samples, 1).problem(base), PlanningRequest(seed=3)).plan_net)
 """
 
 
 def test_two_processes_find_the_same_plan_net() -> None:
     """Neither the hashing of names nor the order of sets matters."""
-    report_progress = [
-        subprocess.run(
-            [sys.executable, "-c", _TELL],
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", PRINT_PLAN_NETS],
             env={**os.environ, "PYTHONHASHSEED": seed},
-            capture_output=True,
-            check=True,
+            stdout=subprocess.PIPE,
             text=True,
-        ).stdout
+        )
         for seed in ("1", "2")
     ]
-    assert "PlanNet" in report_progress[0]
-    assert report_progress[0] == report_progress[1]
+    one, other = (process.communicate()[0] for process in processes)
+    assert "PlanNet" in one
+    assert one == other
 
 
 class Watching(Observer):
-    """Notes what it is report_progress, and says stop after so many words."""
+    """Keeps the progress reports and asks to stop after a number of them."""
 
     def __init__(self, patience: int = 10**9) -> None:
-        self.report_progress: list[Progress] = []
+        self.reports: list[Progress] = []
         self._patience = patience
 
     def progress(self, progress: Progress) -> None:
-        self.report_progress.append(progress)
+        self.reports.append(progress)
 
     def should_stop(self) -> bool:
-        return len(self.report_progress) >= self._patience
+        return len(self.reports) >= self._patience
 
 
 def test_progress_only_gets_better() -> None:
     watching = Watching()
     ENGINE.plan(instance("mixed", 4, 0), PlanningRequest(effort_s=0.5), watching)
-    makespans = [p.makespan_s for p in watching.report_progress if p.makespan_s is not None]
-    elapsed = [p.elapsed_s for p in watching.report_progress]
+    makespans = [p.makespan_s for p in watching.reports if p.makespan_s is not None]
+    elapsed = [p.elapsed_s for p in watching.reports]
     assert len(makespans) > 1
     assert makespans == sorted(makespans, reverse=True)
     assert elapsed == sorted(elapsed)
@@ -188,7 +188,7 @@ def test_who_says_stop_gets_the_best_plan_so_far() -> None:
         ENGINE.plan(problem, PlanningRequest(effort_s=300.0, time_limit_s=600.0), watching), problem, BASE
     )
     assert result.status is PlanningStatus.SOLVED
-    assert len(watching.report_progress) < 10
+    assert len(watching.reports) < 10
 
 
 def test_who_says_stop_at_once_is_answered() -> None:

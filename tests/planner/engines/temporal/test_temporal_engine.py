@@ -44,7 +44,7 @@ def test_a_sample_is_stored_by_a_valid_plan_net_that_is_told_of(
     solver: Solver, knowledge_base: KnowledgeBase
 ) -> None:
     seen = Seen()
-    request = PlanningRequest(time_limit_s=LIMIT_S)
+    request = PlanningRequest(time_limit_s=LIMIT_S, effort_s=0.0)
     result = of(solver, knowledge_base).plan(STORE, request, seen)
     assert result.status is PlanningStatus.SOLVED, result.reason
     assert result.engine == solver.name
