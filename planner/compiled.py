@@ -17,7 +17,6 @@ KERNEL = (
     "compiled.py",
     f"{SCHEDULING}/model.py",
     f"{SCHEDULING}/decoder_state.py",
-    f"{SCHEDULING}/timelines.py",
     f"{SCHEDULING}/placement.py",
     f"{SCHEDULING}/decoder.py",
     f"{SCHEDULING}/annealing.py",

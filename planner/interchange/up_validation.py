@@ -16,7 +16,7 @@ from typing import Any
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.validation import linearisation
@@ -69,7 +69,8 @@ def up_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: 
 def _steps(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: PlanNet) -> Iterator[_Step]:
     """:raises KnowledgeBaseError: if an action is not what the knowledge base makes of its arguments, or a
     static condition does not hold."""
-    fluents, goals = knowledge_base.fluents, frozenset(plan_net.goals)
+    fluents = knowledge_base.fluents
+    goals = frozenset(plan_net.goals)
     for action in linearisation(plan_net):
         name = f"{action.id}_{action.tag.lower()}"
         own = knowledge_base.ground(action.tag, action.arguments, problem.functions, objects=problem.objects)

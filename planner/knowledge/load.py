@@ -89,7 +89,8 @@ def _describe(root: yaml.Node, place: list[str], message: str) -> str:
     if (match := _PLACE.match(message)) is not None:
         place = match[1].split(".")
         message = message[match.end() :]
-    line, action = root.start_mark.line + 1, ""
+    line = root.start_mark.line + 1
+    action = ""
     node: yaml.Node | None = root
     for part in place:
         node = _child(node, part)

@@ -30,7 +30,8 @@ class Precedence:
         order = topological(following)
         rank = {node: place for place, node in enumerate(order)}
         successors = tuple(tuple(sorted(others, key=rank.__getitem__)) for others in following)
-        before, after = [0] * count, [0] * count
+        before = [0] * count
+        after = [0] * count
         for node in order:
             for other in successors[node]:
                 before[other] |= before[node] | 1 << node

@@ -15,7 +15,7 @@ def progressed(facts: Iterable[Fact], actions: Iterable[GroundAction]) -> frozen
     return frozenset(state)
 
 
-def carry_out(action: GroundAction, state: set[Fact], achieved: set[Fact]) -> None:
+def apply_action(action: GroundAction, state: set[Fact], achieved: set[Fact]) -> None:
     """Change what holds, and what holds on purpose: at first or by an intended effect (MACTA §5, table 3)."""
     for held, effects in ((state, action.effects), (achieved, action.intended_effects)):
         held.difference_update(action.deletes)

@@ -12,7 +12,7 @@ from planner.problem.interface import (
     PlanningResult,
 )
 
-LEAST_SHARE_S = 0.05
+MIN_SHARE_S = 0.05
 """With less time left, no further problem is begun."""
 
 
@@ -21,9 +21,11 @@ class Solving:
 
     def __init__(self, engine: PlanningEngine, request: PlanningRequest, observer: Observer) -> None:
         """:param request: its time limit is for all problems together."""
-        self._engine, self._request, self._observer = engine, request, observer
+        self._engine = engine
+        self._request = request
+        self._observer = observer
         self._give_up = time.monotonic() + request.time_limit_s
-        self._longest_s = LEAST_SHARE_S
+        self._longest_s = MIN_SHARE_S
 
     def solve(self, problem: PlanningProblem, objective: Objective | None = None) -> PlanningResult | None:
         """The engine's answer; None if there is no time left for it or nobody waits any more.

@@ -10,7 +10,7 @@ from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
 
 
-class Statics:
+class StaticFacts:
     """The static facts of a problem, by robot: whatever acts, of whatever type."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:

@@ -1,4 +1,4 @@
-"""Plan-nets that the world has overtaken, mended rather than made anew; and goals that join what is running."""
+"""Repair of plan-nets after the world has changed, and insertion of new goals into running missions."""
 
 from planner.repair.difference import Difference, compare
 from planner.repair.goal_insertion import join

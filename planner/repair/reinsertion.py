@@ -25,7 +25,7 @@ SCHEDULES = 100
 Cost = tuple[float, float]
 
 
-def drawn_forward(
+def insert_new_actions(
     kept: Sequence[GroundAction],
     fresh: PlanNet,
     remaining: Remaining,
@@ -65,11 +65,15 @@ class _Reinsertion:
         starts_by_s: Mapping[int, float],
     ) -> None:
         """:param count: of the kept actions."""
-        self._actions, self._count, self._starts_by_s = actions, count, starts_by_s
-        self._facts, self._goals = remaining.problem.facts, remaining.problem.goals
+        self._actions = actions
+        self._count = count
+        self._starts_by_s = starts_by_s
+        self._facts = remaining.problem.facts
+        self._goals = remaining.problem.goals
         self._held = len(remaining.under_way)
         self._position = {id(action): position for position, action in enumerate(actions)}
-        self._replays, self._schedules = REPLAYS, SCHEDULES
+        self._replays = REPLAYS
+        self._schedules = SCHEDULES
 
     def run(self, blocks: Sequence[Sequence[int]]) -> tuple[GroundAction, ...]:
         order = list(range(len(self._actions)))
@@ -80,7 +84,8 @@ class _Reinsertion:
             for trial in self._trials(order, block):
                 cost = self._cost(trial)
                 if cost is not None and cost < best:
-                    best, order = cost, trial
+                    best = cost
+                    order = trial
         return tuple(self._actions[position] for position in order)
 
     def _trials(self, order: Sequence[int], block: Sequence[int]) -> Iterator[list[int]]:

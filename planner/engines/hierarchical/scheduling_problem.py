@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.agent_renaming import renamed
-from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of
+from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of, renamed
 from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.travel import Travel
 from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows
@@ -40,7 +39,7 @@ class _Steps:
     adds: list[list[int]] = field(default_factory=list)
 
 
-class Builder:
+class SchedulingProblemBuilder:
     """Builds the model of one problem; `leave` widens it where an agent must make way."""
 
     def __init__(
@@ -51,7 +50,10 @@ class Builder:
         words: Vocabulary,
         tasks: Sequence[Task],
     ) -> None:
-        self._problem, self._classes, self._words, self._tasks = problem, classes, words, tasks
+        self._problem = problem
+        self._classes = classes
+        self._words = words
+        self._tasks = tasks
         statics = [fact for fact in problem.facts if not words.is_fluent(fact)]
         everywhere = FactTable(statics)
         shared = FactTable(fact for fact in statics if classes.own.isdisjoint(fact.args))
@@ -89,7 +91,7 @@ class Builder:
         """The shared facts by number."""
         return tuple(self._facts)
 
-    def is_posture(self, task: int) -> bool:
+    def is_final_configuration(self, task: int) -> bool:
         """True if the task is about where an agent ends."""
         return any(self._words.is_configuration(goal) for goal in self._tasks[task].goals)
 
@@ -170,7 +172,9 @@ class Builder:
 
     def model(self) -> Model:
         """The arrays, with every way that any schedule can need."""
-        travel, classes, steps = self._travel, self._classes, self._steps
+        travel = self._travel
+        classes = self._classes
+        steps = self._steps
         travel.close()
         for way in travel.ways[len(self._way_steps) :]:
             self._way_steps.append([self._step(action, action.agents) for action in way.actions])
@@ -240,12 +244,12 @@ class Builder:
             ahead_first=ahead_first,
             ahead_needs=ahead_needs,
             goal_facts=ints(goal_facts),
-            posture_agent=ints([agent for agent, _ in self._postures]),
-            posture_need=ints([need for _, need in self._postures]),
+            final_agent=ints([agent for agent, _ in self._postures]),
+            final_need=ints([need for _, need in self._postures]),
             roles=max(1, self._roles),
-            widest=max((len(legs) for legs in by_alternative), default=1),
-            most_steps=self._most_steps(),
-            most_touches=self._most_touches(),
+            max_legs=max((len(legs) for legs in by_alternative), default=1),
+            max_steps=self._max_steps(),
+            max_touched_facts=self._max_touched_facts(),
         )
 
     def _holds(self) -> list[tuple[int, int]]:
@@ -259,7 +263,7 @@ class Builder:
                         found.setdefault(fact, self._agent_number[agent])
         return sorted(found.items())
 
-    def _most_steps(self) -> int:
+    def _max_steps(self) -> int:
         """Every task's longest alternative with the longest way for each slot, and everyone making way twice."""
         longest = max((len(way) for way in self._way_steps), default=0)
         legs = [
@@ -272,7 +276,7 @@ class Builder:
         count = sum(len(max(alternatives, key=len)) for alternatives in self._alternatives)
         return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
 
-    def _most_touches(self) -> int:
+    def _max_touched_facts(self) -> int:
         steps = self._steps
         touches = [
             len(n) + len(d) + len(a) for n, d, a in zip(steps.needs, steps.deletes, steps.adds, strict=True)

@@ -6,8 +6,8 @@ from collections.abc import Collection
 from typing import Any
 
 from planner.errors import Unsupported
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
 from planner.interchange.foreign.up_reader import ReadProblem, read_up_problem
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBaseFile
 
 TOTAL_COST = "total-cost"

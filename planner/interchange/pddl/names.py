@@ -27,7 +27,8 @@ class Names:
         *,
         reserved: Collection[str] = KEYWORDS,
     ) -> None:
-        self._others, self._reserved = tuple(others), reserved
+        self._others = tuple(others)
+        self._reserved = reserved
         self._given: dict[str, str] = {}
         self._original: dict[str, str] = {}
         for original in originals:

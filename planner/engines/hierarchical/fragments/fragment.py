@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 from planner.engines.hierarchical.fragments.binding import Bound, join
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS, discover
-from planner.engines.hierarchical.fragments.goal_signature import signature
-from planner.engines.hierarchical.fragments.lifting import LiftedFragment, lift
+from planner.engines.hierarchical.fragments.lifting import LiftedFragment, lift, signature
 from planner.engines.hierarchical.fragments.steps import Step
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact
@@ -92,7 +91,7 @@ class ProblemFragments:
             fresh = tuple(lift(self._index, goals, steps) for steps in solutions)
             self._learnt[shape] = tuple(dict.fromkeys((*known, *fresh)))
             bound = self._bound(fresh, goals)
-        chosen = worthwhile(self._index, bound)[:limit]
+        chosen = undominated(self._index, bound)[:limit]
         if chosen:
             return tuple(self._fragment(goals, each.steps) for each in chosen)
         ranked = sorted(solutions, key=lambda steps: sum(step.cost for step in steps))
@@ -123,7 +122,7 @@ class ProblemFragments:
         return self._actions[key]
 
 
-def worthwhile(index: WorldIndex, bound: Sequence[Bound]) -> list[Bound]:
+def undominated(index: WorldIndex, bound: Sequence[Bound]) -> list[Bound]:
     """By cost, each set of steps once, and none that only adds to the agents and operators of a cheaper one."""
     kept: dict[frozenset[tuple[str, tuple[str, ...]]], tuple[Bound, Counter[object]]] = {}
     for each in sorted(bound, key=lambda each: each.cost):

@@ -38,17 +38,17 @@ class Groups:
         self._about: dict[str, list[Fact]] = defaultdict(list)
         self._lying: dict[str, set[str]] = defaultdict(set)
         for fact in filter(words.is_fluent, problem.facts):
-            things = words.themes.intersection(fact.args)
+            things = words.things.intersection(fact.args)
             for thing in things:
                 self._about[thing].append(fact)
             for arg in problem.objects.keys() & set(fact.args) - things:
                 self._lying[arg] |= things
-        self.idle = tuple(Group(things=frozenset([thing])) for thing in sorted(words.themes - busy))
+        self.idle = tuple(Group(things=frozenset([thing])) for thing in sorted(words.things - busy))
 
     def _grouped(self, goals: Iterable[Fact]) -> Iterable[Group]:
         parts: list[tuple[frozenset[str], Group]] = []
         for goal in dict.fromkeys(goals):
-            things = self._words.themes.intersection(goal.args)
+            things = self._words.things.intersection(goal.args)
             about = self._words.agents_of(goal) if self._words.is_configuration(goal) else things
             same = [part for part in parts if not part[0].isdisjoint(about)]
             parts = [part for part in parts if part not in same]
@@ -56,13 +56,13 @@ class Groups:
             parts.append((about.union(*(names for names, _ in same)), joined))
         return (group for _, group in parts)
 
-    def is_posture(self, group: Group) -> bool:
+    def is_final_configuration(self, group: Group) -> bool:
         """True if it is about where an agent ends."""
         return any(self._words.is_configuration(goal) for goal in group.goals)
 
     def is_open(self, group: Group, facts: frozenset[Fact]) -> bool:
         """True if something is to be done: agents may have to come back where they are now."""
-        return self.is_posture(group) or not facts.issuperset(group.goals)
+        return self.is_final_configuration(group) or not facts.issuperset(group.goals)
 
     def moved(self, actions: Sequence[GroundAction], groups: Iterable[Group]) -> list[Group]:
         """The groups whose things the actions change."""
@@ -70,11 +70,11 @@ class Groups:
             arg
             for action in actions
             for fact in (*action.deletes, *action.effects)
-            for arg in self._words.themes.intersection(fact.args)
+            for arg in self._words.things.intersection(fact.args)
         }
         return [group for group in groups if not touched.isdisjoint(group.things)]
 
-    def beside(self, group: Group) -> frozenset[str]:
+    def linked_by_fluents(self, group: Group) -> frozenset[str]:
         """The things that lie where the group's are to come: a fact names them with an object of its goals."""
         named = {arg for goal in group.goals for arg in goal.args} - self._words.agents
         return frozenset(

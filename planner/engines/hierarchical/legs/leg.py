@@ -2,15 +2,16 @@
 
 A fragment says which agent does what from where it stands. What only brings an agent into place (its *setup*) depends
 on what it did before, so a leg keeps the rest, its *core*, and the configuration each agent must be in to begin it.
-An agent's *configuration* is every fluent fact that names it, no other agent and none of the *themes*, the things
+An agent's *configuration* is every fluent fact that names it, no other agent and none of the *things*, the things
 that are moved or worked on (objects no static fact or function names).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge.operator import TEAM_SEPARATOR
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
@@ -18,7 +19,7 @@ Configuration = frozenset[Fact]
 
 
 class Vocabulary:
-    """Which facts of a problem are configurations of agents, and which things are themes."""
+    """Which facts of a problem are configurations of agents, and which things are things."""
 
     def __init__(
         self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses
@@ -29,7 +30,7 @@ class Vocabulary:
         placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
         placed |= {arg for _, args in problem.functions for arg in args}
         self._is_configuration: dict[Fact, bool] = {}
-        self.themes = frozenset(problem.objects.keys() - placed - self.agents)
+        self.things = frozenset(problem.objects.keys() - placed - self.agents)
 
     def agents_of(self, fact: Fact) -> frozenset[str]:
         return self.agents.intersection(fact.args)
@@ -41,7 +42,7 @@ class Vocabulary:
         known = self._is_configuration.get(fact)
         if known is None:
             known = self.is_fluent(fact) and len(self.agents_of(fact)) == 1
-            known = self._is_configuration[fact] = known and self.themes.isdisjoint(fact.args)
+            known = self._is_configuration[fact] = known and self.things.isdisjoint(fact.args)
         return known
 
     def is_setup(self, action: GroundAction) -> bool:
@@ -50,7 +51,7 @@ class Vocabulary:
             len(action.agents) == 1
             and all(self.is_configuration(fact) for fact in action.intended_effects)
             and all(
-                self.themes.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
+                self.things.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
                 for fact in (*action.preconditions, *action.deletes, *action.effects)
                 if self.is_fluent(fact)
             )
@@ -127,13 +128,16 @@ def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
 def _parts(group: Sequence[GroundAction], words: Vocabulary) -> Iterator[Sequence[GroundAction]]:
     """The group cut where others may come in between: where its agents let go of what they held, and where they
     stop on their way (two actions of one kind)."""
-    begun, held, made = 0, False, set[Fact]()
+    begun = 0
+    held = False
+    made = set[Fact]()
     needed = [fact for action in group for fact in action.preconditions]
     for place in range(1, len(group)):
         before = group[place - 1]
         needed = needed[len(before.preconditions) :]
         made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, words))
-        last, held = held, not made.isdisjoint(needed)
+        last = held
+        held = not made.isdisjoint(needed)
         if (last and not held) or (held and before.tag == group[place].tag):
             yield group[begun:place]
             begun = place
@@ -221,3 +225,25 @@ def _postures(goals: Sequence[Fact], legs: Sequence[Leg], words: Vocabulary) -> 
         if wanted:
             yield Leg(agents=(agent,), needs=(wanted,), core=(), roles=(role,), bound=(True,))
             role += 1
+
+
+def renamed(action: GroundAction, names: Mapping[str, str]) -> GroundAction:
+    """The action with agents exchanged; what is not in `names` stays."""
+    if all(old == new for old, new in names.items()):
+        return action
+
+    def of(facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        return tuple(Fact(f.predicate, tuple(names.get(arg, arg) for arg in f.args)) for f in facts)
+
+    return replace(
+        action,
+        arguments={
+            name: TEAM_SEPARATOR.join(names.get(part, part) for part in value.split(TEAM_SEPARATOR))
+            for name, value in action.arguments.items()
+        },
+        agents=tuple(names.get(agent, agent) for agent in action.agents),
+        preconditions=of(action.preconditions),
+        deletes=of(action.deletes),
+        intended_effects=of(action.intended_effects),
+        other_effects=of(action.other_effects),
+    )

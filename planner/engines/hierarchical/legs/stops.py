@@ -8,8 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, field
 
-from planner.engines.hierarchical.legs.agent_renaming import renamed
-from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.engines.hierarchical.legs.leg import Vocabulary, renamed
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.base import binding_of
@@ -17,10 +16,10 @@ from planner.plan_nets.progression import progressed
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
-MOST_MEMBERS = 4
+MAX_MEMBERS = 4
 """In larger classes somebody else is mostly free, and there would be too many variants."""
 
-MOST_NEAR_STOPPING = 128
+MAX_NEAR_STOPPING = 128
 """With more tasks, stops near to busy places would take too long to find, and the ways on from there."""
 NEAR_STOPS = 3
 """Places near to a busy one that are considered for stops."""
@@ -50,7 +49,7 @@ class Stops:
                 continue
             old = action.agents[0]
             members = self.classes.members[self.classes.number(old)]
-            for agent in members if len(members) <= MOST_MEMBERS else ():
+            for agent in members if len(members) <= MAX_MEMBERS else ():
                 names = {old: agent, agent: old}
                 played = tuple(
                     renamed(a, names) if old in a.agents or agent in a.agents else a for a in actions
@@ -81,7 +80,7 @@ class Stops:
             ends = self._reached(action)
             kinds = {self.problem.objects[end] for end in ends}
             spans = []
-            for name in sorted(self.problem.objects.keys() - busy - self.words.own - self.words.themes):
+            for name in sorted(self.problem.objects.keys() - busy - self.words.own - self.words.things):
                 if self.problem.objects[name] in kinds:
                     first = self._exchanged(action, dict.fromkeys(ends, name), None)
                     if first is not None:

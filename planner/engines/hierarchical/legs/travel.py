@@ -32,7 +32,10 @@ class Travel:
         :param setups: the ways of a class.
         :param own_setups: the ways of an agent, those to its own objects too.
         """
-        self._classes, self._words, self._setups, self._own_setups = classes, words, setups, own_setups
+        self._classes = classes
+        self._words = words
+        self._setups = setups
+        self._own_setups = own_setups
         self.configurations: dict[ClassFacts, int] = {}
         self.needs: dict[ClassFacts, int] = {}
         self.effects: dict[tuple[int, Configuration, Configuration], int] = {}
@@ -69,7 +72,8 @@ class Travel:
         for action in core:
             deletes = self._words.configuration(agent, action.deletes)
             adds = self._words.configuration(agent, action.effects)
-            removed, added = (removed | deletes) - adds, (added - deletes) | adds
+            removed = (removed | deletes) - adds
+            added = (added - deletes) | adds
         number, gone = self._said(agent, removed)
         _, come = self._said(agent, added)
         effect = self.effects.setdefault((number, gone, come), len(self.effects))
@@ -78,7 +82,8 @@ class Travel:
 
     def close(self) -> None:
         """Follow every way and effect until no new configuration comes up."""
-        needs, effects = list(self.needs), list(self.effects)
+        needs = list(self.needs)
+        effects = list(self.effects)
         waiting = {*self.starts.values(), *self.after.values(), *self._refuges}
         seen = set(waiting)
         while waiting:

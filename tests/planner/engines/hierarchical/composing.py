@@ -11,7 +11,7 @@ from planner.engines.hierarchical.fragments.fragment import Fragments
 from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of
 from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.stops import Stops
-from planner.engines.hierarchical.scheduling_problem import Task
+from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
 from planner.problem.robot_classes import AgentClasses
 from tests.planner.engines.hierarchical.checks import fragments_of
 
@@ -21,7 +21,7 @@ Sequenced = tuple[GroundAction, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Posed:
+class ProblemSetup:
     """A problem with its vocabulary."""
 
     base: KnowledgeBase
@@ -30,7 +30,7 @@ class Posed:
     words: Vocabulary
 
     @classmethod
-    def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "Posed":
+    def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "ProblemSetup":
         classes = AgentClasses(base, problem)
         return cls(base=base, problem=problem, classes=classes, words=Vocabulary(base, problem, classes))
 
@@ -49,11 +49,19 @@ class Posed:
 
     def composition(self, fragments: Sequence[Sequence[Sequenced]], *, seed: int = 0) -> Composition:
         """Of tasks for the problem's goals, one each."""
-        tasks = [
+        tasks = self._tasks(fragments)
+        return Composition(self.base, self.problem, self.classes, self.words, tasks, MAKESPAN_ONLY, seed=seed)
+
+    def builder(self, fragments: Sequence[Sequence[Sequenced]]) -> SchedulingProblemBuilder:
+        """The scheduling problem of the same tasks."""
+        tasks = self._tasks(fragments)
+        return SchedulingProblemBuilder(self.base, self.problem, self.classes, self.words, tasks)
+
+    def _tasks(self, fragments: Sequence[Sequence[Sequenced]]) -> list[Task]:
+        return [
             Task(goals=(goal,), fragments=tuple(some))
             for goal, some in zip(self.problem.goals, fragments, strict=True)
         ]
-        return Composition(self.base, self.problem, self.classes, self.words, tasks, MAKESPAN_ONLY, seed=seed)
 
 
 def said(actions: Sequence[GroundAction]) -> list[tuple[str, ...]]:

@@ -8,12 +8,12 @@ import pytest
 
 from benchmarks.planner.instances import FAMILIES
 from planner import Fact, PlanningProblem, load_knowledge_base
-from planner.engines.hierarchical.blocking import Yielding
+from planner.engines.hierarchical.blocking import BlockingTasks
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
 from planner.engines.hierarchical.legs.leg import Vocabulary, legs_of
-from planner.engines.hierarchical.legs.return_home import Homing
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.plan_nets.progression import progressed
 from planner.problem.robot_classes import AgentClasses
 
@@ -33,7 +33,7 @@ def ways(problem: PlanningProblem, words: Vocabulary, groups: Groups) -> Mapping
         source = fragments.of(replace(problem, facts=facts))
         return source.alternatives(goals, deadline=time.monotonic() + 60.0, levels=levels)
 
-    found = Yielding(problem, groups, Homing(BASE, problem, words), find).ways(groups.wanted)
+    found = BlockingTasks(problem, groups, ReturnHome(BASE, problem, words), find).ways(groups.wanted)
     assert not isinstance(found, list)
     return found
 
@@ -85,7 +85,7 @@ def test_a_robot_is_free_between_putting_aside_and_fetching_again() -> None:
 def test_agents_are_back_home_where_later_fragments_begin() -> None:
     problem, words, groups = posed("swap", 2, 1)
     aside = next(f for fragments in ways(problem, words, groups).values() for f in fragments)
-    after = Homing(BASE, problem, words).after(problem.facts, aside.actions)
+    after = ReturnHome(BASE, problem, words).after(problem.facts, aside.actions)
     assert after != problem.facts
     for agent in words.agents:
         assert words.configuration(agent, after) == words.configuration(agent, problem.facts)

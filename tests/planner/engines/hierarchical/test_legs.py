@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from planner import Fact, KnowledgeBase
-from tests.planner.engines.hierarchical.composing import Posed, said
+from tests.planner.engines.hierarchical.composing import ProblemSetup, said
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -14,8 +14,8 @@ def near(robot: str, place: str) -> Fact:
     return Fact("robot_position", (robot, "near", place))
 
 
-def posed(base: KnowledgeBase, *goals: Fact, store: Store | None = None) -> Posed:
-    return Posed.of(base, (store or Store()).problem(goals or [STORED], {"sample": "door_1"}))
+def posed(base: KnowledgeBase, *goals: Fact, store: Store | None = None) -> ProblemSetup:
+    return ProblemSetup.of(base, (store or Store()).problem(goals or [STORED], {"sample": "door_1"}))
 
 
 def test_a_fragment_is_cut_where_the_sample_changes_hands(knowledge_base: KnowledgeBase) -> None:
@@ -45,7 +45,7 @@ def test_a_robot_that_holds_the_sample_already_is_bound_to_its_leg(knowledge_bas
     empty = Fact("robot_attribute", ("yard_1", "gripper", "empty"))
     full = Fact("robot_attribute", ("yard_1", "gripper", "full"))
     held = problem.facts - {empty, inside("sample", "door_1")} | {full, inside("sample", "yard_1")}
-    world = Posed.of(knowledge_base, replace(problem, facts=held))
+    world = ProblemSetup.of(knowledge_base, replace(problem, facts=held))
     first, second = world.legs(STORED)
     assert (first.agents, first.bound) == (("yard_1",), (True,))
     assert second.bound == (False,)

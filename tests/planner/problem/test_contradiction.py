@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from planner import Fact, KnowledgeBase, PlanningRequest, PlanningStatus
-from planner.bounds.contradiction import contradicting_goals
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.problem.contradiction import contradicting_goals
 from tests.planner.store import inside, store_problem
 
 STORE = store_problem([])

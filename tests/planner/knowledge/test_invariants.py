@@ -1,7 +1,7 @@
 """Variables found in knowledge bases: of each, at most one fact at a time."""
 
 from planner import Fact, KnowledgeBase, read_knowledge_base
-from planner.bounds.invariants import Variable, variables_of
+from planner.knowledge.invariants import Variable, variables_of
 from tests.planner.engines.hierarchical.survey import SURVEY
 
 STORE = frozenset({"area", "location", "robot", "object"})

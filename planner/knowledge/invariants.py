@@ -1,4 +1,4 @@
-"""Variables that a knowledge base has without saying so: sets of facts of which at most one holds at a time.
+"""Implicit variables of a knowledge base: sets of facts of which at most one holds at a time.
 
 Found as Helmert (2009, Concise finite-domain representations for PDDL planning tasks) does: a set of patterns that
 share one object, such that an action that adds a fact of the set needs and deletes another, of the same object.
@@ -12,8 +12,8 @@ from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.literal import Literal
 
-MOST_PARTS = 4
-"""A set of more patterns is not looked for."""
+MAX_PARTS = 4
+"""Maximum number of patterns of a variable."""
 
 Admits = Callable[[str], bool]
 """Whether an object of the sort looked at can be bound to a parameter of this type."""
@@ -107,7 +107,7 @@ def _grown(
         fault = _unbalanced(op, parts, admits)
         if fault is None:
             continue
-        if not fault or len(parts) == MOST_PARTS:
+        if not fault or len(parts) == MAX_PARTS:
             return
         more = [
             part

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.planner.val_validation import is_installed, val_fault
 from planner import Fact, KnowledgeBase, PlanNet, PlanNetAction, PlanningProblem
-from planner.interchange.val_validation import is_installed, val_fault
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
 from tests.planner.large_store import LargeStore
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not is_installed(), reason="VAL is not installed
 
 @pytest.fixture(scope="module")
 def solved(knowledge_base: KnowledgeBase) -> tuple[PlanningProblem, PlanNet]:
-    store = LargeStore(aisles=4, samples=16)
+    store = LargeStore(aisles=2, samples=4)
     problem = store.problem()
     order = extract(store.sequence(problem, knowledge_base), problem.facts, problem.goals)
     return problem, assemble(order, problem.goals, knowledge_base, {})

@@ -16,9 +16,7 @@ def contradicting_goals(
     Two samples in a place with room for one, or a robot in two places: values of one variable (`planner.bounds.
     invariants`) that has one value among the present facts. Not all contradictions are found.
     """
-    from planner.bounds.invariants import (
-        variables_of,
-    )  # NOTE: only a planning process has use for what it brings
+    from planner.knowledge.invariants import variables_of
 
     about: dict[str, list[Fact]] = defaultdict(list)
     for goal in dict.fromkeys(problem.goals):
