@@ -6,7 +6,7 @@ is lost, as by radio; robots and service send again what matters, so nothing res
 
 from robots.link.mqtt.broker import Broker, BrokerError
 from robots.link.mqtt.fleet import FleetLink
-from robots.link.mqtt.following import FollowingClock
+from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.service import ServiceLink
 from robots.link.mqtt.topics import ConnectionState, Presence, Proclamation
 

@@ -9,7 +9,7 @@ from typing import Protocol
 from pydantic import ValidationError
 
 from robots.link.mqtt.broker import Broker
-from robots.link.mqtt.following import FollowingClock
+from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Parcel, Session

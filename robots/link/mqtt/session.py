@@ -14,7 +14,7 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 
 from robots.link.mqtt.broker import Broker
-from robots.link.mqtt.reading import ReadingClient
+from robots.link.mqtt.buffered_client import BufferedClient
 
 KEEPALIVE_S = 10
 """A client that is silent for one and a half times this is taken for lost, and its last will is sent."""
@@ -92,8 +92,8 @@ class Session:
         )
         return info.rc == MQTTErrorCode.MQTT_ERR_SUCCESS
 
-    def _client(self, broker: Broker, client_id: str, queued: int) -> ReadingClient:
-        client = ReadingClient(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+    def _client(self, broker: Broker, client_id: str, queued: int) -> BufferedClient:
+        client = BufferedClient(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
         client.connect_timeout = CONNECT_S
         client.max_queued_messages_set(queued)
         if broker.username is not None:

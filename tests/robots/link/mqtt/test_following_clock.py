@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.link.mqtt.following import TRUSTED_S, FollowingClock
+from robots.link.mqtt.following_clock import TRUSTED_S, FollowingClock
 
 
 class Wall:
