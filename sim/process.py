@@ -8,7 +8,7 @@ from multiprocessing.process import BaseProcess
 from threading import Lock
 from typing import Any, Self
 
-from robots.link.channel import PipeLink
+from robots.link import PipeLink
 from robots.world import WorldFile
 from sim.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop
 from sim.error import SimulationError

@@ -22,7 +22,7 @@ from app.states import ENDED, MissionState
 from app.teleoperation import Teleoperation
 from app.tuning import TuningDesk
 from robots.clock import Clock
-from robots.link.channel import Link, LinkClosed
+from robots.link import Link, LinkClosed
 from robots.wire import (
     BehaviourScript,
     Body,

@@ -7,7 +7,7 @@ from typing import Any
 from app.cli.long_running import log_warnings, tell_why_afresh, told_to_end, warn_if_open
 from app.cli.settings import settings_of
 from app.errors import Invalid, Unavailable
-from robots.link.channel import LinkClosed
+from robots.link import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile
 from sim import Keep, LastingWorld
@@ -64,7 +64,7 @@ class _Relay:
                 self._simulation.send(message)
         except LinkClosed as error:
             raise Unavailable(f"world {self._world.name} cannot go on: {error}") from error
-        self._link.proclaim(self._simulation.now_s(), self._speed)
+        self._link.announce(self._simulation.now_s(), self._speed)
         if self._link.superseded:
             raise Unavailable(
                 f"another fleet drives world {self._world.name} at {self._broker}; this one ends"

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from robots.executive.memory import MailboxMemory
-from robots.link.channel import Link, LinkClosed
+from robots.link import Link, LinkClosed
 from robots.wire import (
     Acknowledgement,
     Body,

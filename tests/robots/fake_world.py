@@ -11,7 +11,7 @@ import numpy as np
 
 from robots.clock import ManualClock
 from robots.executive.agent import BehaviouralAgent
-from robots.link.channel import InMemoryLink, Link
+from robots.link import InMemoryLink, Link
 from robots.physical.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
 from robots.physical.geometry import wrap
 from robots.physical.profile import BeaconSpec, RobotProfile

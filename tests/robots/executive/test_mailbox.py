@@ -3,7 +3,7 @@
 import pytest
 
 from robots.executive.mailbox import AT_ONCE, KEPT_REPORTS, Mailbox
-from robots.link.channel import InMemoryLink, LinkClosed
+from robots.link import InMemoryLink, LinkClosed
 from robots.physical.body import Pose
 from robots.wire import (
     Acknowledgement,

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory, ScriptMemory
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.wire import (
     Acknowledgement,
