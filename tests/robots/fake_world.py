@@ -6,6 +6,7 @@ It implements `Body` for on-robot software under test. What it knows of the trut
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import atan2, cos, hypot, inf, pi, sin
+from typing import Any
 
 import numpy as np
 
@@ -50,12 +51,15 @@ class FakeWorld:
         pose: Pose,
         others: Sequence[str] = (),
         link: Link | None = None,
-        home: str | None = None,
+        **told: Any,
     ) -> InMemoryLink:
-        """A rover with its agent; returns the service's end of its link."""
+        """A rover with its agent; returns the service's end of its link.
+
+        :param told: more of its `RobotProfile`.
+        """
         ours, theirs = InMemoryLink.pair()
         self.bodies[name] = FakeBody(self, name, pose)
-        profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), home=home)
+        profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), **told)
         self.agents[name] = BehaviouralAgent(
             profile=profile, body=self.bodies[name], link=link or theirs, clock=self.clock
         )
