@@ -24,7 +24,7 @@ from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
 from app.workflows import MISSION_LIFE, MISSIONS
 from benchmarks.planned import planned
 from robots.clock import ManualClock
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.world import load_world
 
 SETTLE_S, GIVE_UP_S = 20.0, 900.0

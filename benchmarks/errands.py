@@ -180,7 +180,7 @@ def _planned_m(step: BehaviourPacket, world: WorldFile) -> float:
     return dist(*(world.location(str(place)).at for place in places))
 
 
-def apply_action(world: WorldFile, *errands: Errand, seed: int, jitter_m: float = 0.4) -> Result:
+def carry_out(world: WorldFile, *errands: Errand, seed: int, jitter_m: float = 0.4) -> Result:
     """Run errands side by side to their end and look whether the goals became true in the world itself."""
     with Crew(world, seed=seed, jitter_m=jitter_m) as crew:
         all_ended = crew.run([each for errand in errands for each in errand.scripts()])

@@ -92,7 +92,7 @@ class Ended:
     facts: Sequence[str]
 
 
-def apply_action(
+def carry_out(
     world: WorldFile,
     worker: PlanningWorker,
     folder: Path,
@@ -235,7 +235,7 @@ def main() -> None:
                 with tempfile.TemporaryDirectory() as folder:
                     world = with_link(link, options.world)
                     ended.append(
-                        apply_action(world, worker, Path(folder), seed=seed, goal=options.goal, worst=worst)
+                        carry_out(world, worker, Path(folder), seed=seed, goal=options.goal, worst=worst)
                     )
                 if not ended[-1].came_true or ended[-1].state is not MissionState.COMPLETED:
                     print(f"  {name}, seed {seed}: {ended[-1]}")

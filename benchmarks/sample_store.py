@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.errands import Ran, Result, apply_action, figures, to_retrieve, to_store, tour, with_sample
+from benchmarks.errands import Ran, Result, carry_out, figures, to_retrieve, to_store, tour, with_sample
 from robots.wire import ScriptState
 from robots.world import load_world
 from sim.trials.script_runner import Crew
@@ -52,7 +52,7 @@ def trials(seeds: int) -> list[Trial]:
 def run(trial: Trial) -> tuple[Trial, Result]:
     world = load_world("sample_store")
     if trial.kind == "main":
-        return trial, apply_action(world, to_store("sample_1", "door_1", "bay_7", "yard_1"), seed=trial.seed)
+        return trial, carry_out(world, to_store("sample_1", "door_1", "bay_7", "yard_1"), seed=trial.seed)
     if trial.kind == "tour":
         return trial, all_tour(trial.seed)
     if trial.kind == "store":
@@ -61,7 +61,7 @@ def run(trial: Trial) -> tuple[Trial, Result]:
     else:
         world = with_sample(world, "sample_1", trial.bay, vacant=trial.door)
         errand = to_retrieve("sample_1", trial.bay, trial.door, trial.robot)
-    return trial, apply_action(world, errand, seed=trial.seed)
+    return trial, carry_out(world, errand, seed=trial.seed)
 
 
 def all_tour(seed: int) -> Result:

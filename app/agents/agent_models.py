@@ -22,7 +22,7 @@ from app.store import Database, MissionRow, ScriptRow, is_away
 from app.store.script_orders import unanswered
 from app.workflows.background import Background
 from robots.clock import Clock
-from robots.link.channel import Link, LinkClosed
+from robots.link import Link, LinkClosed
 from robots.wire import (
     BehaviourScript,
     Body,

@@ -14,7 +14,7 @@ from benchmarks.capacity import copied
 GIVE_UP_S = 180.0
 
 
-def apply_action(api: httpx2.Client, text: str) -> None:
+def carry_out(api: httpx2.Client, text: str) -> None:
     """State a goal and wait until its mission has ended."""
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).raise_for_status().json()["id"]
     until(api, f"/v1/goals/{goal}", lambda known: known["state"] == "finished")

@@ -1,6 +1,6 @@
 """Plane geometry. A point is a complex number: x ahead (or east), y to the left (or north), metres."""
 
-from cmath import phase, rect
+from cmath import rect
 from math import pi
 
 from numba.extending import register_jitable
@@ -27,8 +27,3 @@ def to_world(pose: Pose, point: complex) -> complex:
 def to_robot(pose: Pose, point: complex) -> complex:
     """A point of the world's frame in the robot's frame."""
     return (point - complex(pose.x_m, pose.y_m)) * rect(1.0, -pose.heading_rad)
-
-
-def bearing(point: complex) -> float:
-    """Direction of a point of the robot's frame, radians, 0 ahead, counter-clockwise."""
-    return phase(point)

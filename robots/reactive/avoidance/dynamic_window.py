@@ -53,7 +53,7 @@ class DynamicWindowRun:
         now = Velocity(percepts.progress.speed_m_s, percepts.progress.turn_rad_s)
         linear, angular = self.window(now, wanted)
         points, reach_m = self._near(wanted)
-        coast = self._coast(angular)
+        coast = self.coast(angular)
         clear_m = np.minimum(clearance_m(linear, angular, coast, points, reach_m), self.settings.horizon_m)
         value = self.objective(linear, coast, clear_m, wanted)
         value[~self.admissible(linear, angular, clear_m)] = -np.inf
@@ -82,7 +82,7 @@ class DynamicWindowRun:
             & ((linear < 1e-6) | (np.abs(angular) <= np.sqrt(2 * clear_rad * s.turn_acceleration_rad_s2)))
         )
 
-    def _coast(self, angular: Numbers) -> Numbers:
+    def coast(self, angular: Numbers) -> Numbers:
         """How far the robot turns within the window and until it then has come to rest, radians."""
         s = self.settings
         return angular * s.window_s + angular * np.abs(angular) / (2 * s.turn_acceleration_rad_s2)

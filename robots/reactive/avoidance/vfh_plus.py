@@ -52,7 +52,7 @@ class VfhPlusRun:
     settings: VfhPlus
     surroundings: Surroundings = field(default_factory=Surroundings)
     _blocked: Sectors = field(default_factory=lambda: np.zeros(SECTORS, dtype=np.bool_))
-    _previous_rad: float | None = None
+    previous_rad: float | None = None
 
     def steer(self, wanted: Wanted, percepts: Percepts) -> Velocity:
         self.surroundings.update(percepts)
@@ -67,7 +67,7 @@ class VfhPlusRun:
         course = self.course(masked, target, heading)
         if course is None:
             return Velocity(0.0, self._search(wanted))
-        self._previous_rad = course
+        self.previous_rad = course
         return self._drive(wrap(course - heading), wanted, points, reach)
 
     def histogram(self, points: Points, reach_m: Numbers, certainty: Numbers, heading: float) -> Numbers:
@@ -89,7 +89,7 @@ class VfhPlusRun:
         candidates = candidate_directions(blocked, target, self.settings.wide)
         if not candidates:
             return None
-        previous = self._previous_rad if self._previous_rad is not None else heading
+        previous = self.previous_rad if self.previous_rad is not None else heading
         weights, aims = self._weights(), (target, heading, previous)
 
         def cost(candidate: float) -> float:

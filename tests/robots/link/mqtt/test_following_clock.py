@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.link.mqtt.following import TRUSTED_S, FollowingClock
+from robots.link.mqtt.following_clock import EXTRAPOLATED_S, FollowingClock
 
 
 class Wall:
@@ -17,7 +17,7 @@ class Wall:
 def test_it_goes_on_at_the_worlds_rate() -> None:
     wall = Wall()
     clock = FollowingClock(wall)
-    clock.set("r", 10.0, 4.0, goes=True)
+    clock.set("r", 10.0, 4.0, running=True)
     wall.now_s += 0.5
     assert clock.now_s() == 12.0
     assert clock.rate == 4.0
@@ -26,7 +26,7 @@ def test_it_goes_on_at_the_worlds_rate() -> None:
 def test_what_is_remembered_of_a_fleet_does_not_make_it_go() -> None:
     wall = Wall()
     clock = FollowingClock(wall)
-    clock.set("r", 10.0, 1.0, goes=False)
+    clock.set("r", 10.0, 1.0, running=False)
     wall.now_s += 50
     assert clock.now_s() == 10.0
 
@@ -34,15 +34,15 @@ def test_what_is_remembered_of_a_fleet_does_not_make_it_go() -> None:
 def test_without_a_word_it_stands_after_a_while() -> None:
     wall = Wall()
     clock = FollowingClock(wall)
-    clock.set("r", 10.0, 2.0, goes=True)
+    clock.set("r", 10.0, 2.0, running=True)
     wall.now_s += 3600
-    assert clock.now_s() == 10.0 + 2 * TRUSTED_S
+    assert clock.now_s() == 10.0 + 2 * EXTRAPOLATED_S
 
 
 def test_with_a_fleet_that_is_lost_it_stands_at_once() -> None:
     wall = Wall()
     clock = FollowingClock(wall)
-    clock.set("r", 10.0, 1.0, goes=True)
+    clock.set("r", 10.0, 1.0, running=True)
     wall.now_s += 1
     clock.stop()
     wall.now_s += 1
@@ -51,9 +51,9 @@ def test_with_a_fleet_that_is_lost_it_stands_at_once() -> None:
 
 def test_another_run_begins_with_its_own_time() -> None:
     clock = FollowingClock(Wall())
-    clock.set("r", 500.0, 1.0, goes=True)
+    clock.set("r", 500.0, 1.0, running=True)
     assert clock.now_s() == 500.0
-    clock.set("s", 3.0, 1.0, goes=True)
+    clock.set("s", 3.0, 1.0, running=True)
     assert clock.now_s() == 3.0
 
 
@@ -67,8 +67,8 @@ def test_within_a_run_it_never_goes_back(words: list[tuple[float, float | None, 
     wall = Wall()
     clock = FollowingClock(wall)
     latest_s = 0.0
-    for said_s, rate, goes, later_s in words:
-        clock.set("r", said_s, rate, goes=goes)
+    for announced_s, rate, running, later_s in words:
+        clock.set("r", announced_s, rate, running=running)
         for _ in range(2):
             now_s = clock.now_s()
             assert now_s >= latest_s
