@@ -82,7 +82,7 @@ def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
     def seek_alternatives(goal_id: str, body: SeekAlternatives | None = None) -> GoalBody:
         """Have other plans found than the proposed one; follow `alternatives`. 409 if none waits for a decision."""
         count = (body or SeekAlternatives()).count
-        return GoalBody.of(choices.seek(goal_id, count, actor=ACTOR))
+        return GoalBody.of(choices.search(goal_id, count, actor=ACTOR))
 
     @router.get("/goals/{goal_id}/plans")
     def compare_plans(goal_id: str) -> Page[PlanChoice]:
@@ -108,7 +108,7 @@ def plans_router(plans: PlanApproval, explaining: Explanations, exporting: PlanE
     @router.get("/plans/{plan_id}")
     def get_plan(plan_id: str) -> PlanBody:
         row = plans.get(plan_id)
-        return plan_body(row).model_copy(update={"overtaken": tuple(plans.overtaken(row))})
+        return plan_body(row).model_copy(update={"overtaken": tuple(plans.why_stale(row))})
 
     @router.get("/plans/{plan_id}/explanation")
     def explain_plan(plan_id: str) -> ExplanationBody:

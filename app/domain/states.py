@@ -2,25 +2,18 @@
 
 from enum import StrEnum
 
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from robots.wire import ScriptState
 
-
-class GoalState(StrEnum):
-    SUBMITTED = "submitted"  # waits for the planner or, with a reason, for a running mission
-    PLANNING = "planning"
-    PLANNED = "planned"
-    UNSOLVABLE = "unsolvable"
-    COMMITTED = "committed"
-    FINISHED = "finished"
-    WITHDRAWN = "withdrawn"
-
-
-class PlanState(StrEnum):
-    PROPOSED = "proposed"
-    APPROVED = "approved"
-    REJECTED = "rejected"
-    SUPERSEDED = "superseded"
-    EXPIRED = "expired"
+__all__ = [
+    "ENDED",
+    "TERMINAL_SCRIPTS",
+    "Connection",
+    "GoalState",
+    "MissionState",
+    "PlanState",
+]
 
 
 class MissionState(StrEnum):

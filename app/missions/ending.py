@@ -3,7 +3,8 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import GoalState, MissionState, PlanState
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.states import MissionState, PlanState
 from app.planning.proposals import close_plans
 from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.event_log import EventLog
@@ -40,7 +41,7 @@ def end_mission(
     mission.reason, mission.failure = reason, failure
     goal = session.get_one(GoalRow, mission.goal_id)
     close_plans(session, events, goal, PlanState.EXPIRED, "its mission has ended")
-    goal.state, goal.outcome, goal.reason = GoalState.FINISHED, state.value, reason
+    goal_lifecycle.finish(goal, outcome=state.value, reason=reason)
     events.append(
         session,
         f"mission.{state.value}",

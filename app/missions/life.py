@@ -21,7 +21,7 @@ from app.domain.states import MissionState
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.ending import end_mission
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
-from app.missions.recovery import MissionRecovery
+from app.missions.recovery import RecoverySteps
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
 from app.store.mission_record import locked_after_goal
@@ -75,7 +75,7 @@ class MissionLife:
         dispatching: ScriptDispatcher,
         times: Mapping[str, WorldTime],
         patience_s: float,
-        recovery: MissionRecovery,
+        recovery: RecoverySteps,
         waiting: WaitingGoals,
         silent_in_s: Callable[[str], float],
     ) -> None:

@@ -10,7 +10,8 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
-from app.domain.states import ENDED, GoalState, MissionState, PlanState
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.states import ENDED, MissionState, PlanState
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
@@ -23,7 +24,6 @@ from robots.world import WorldFile
 
 UNMET = ""
 """The run of a world whose fleet has not been heard of yet: its facts are as its file says."""
-OPEN_GOALS = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED)
 
 
 def recorded_run(settings: Settings, world: str) -> str | None:
@@ -120,9 +120,11 @@ def _end_missions(session: Session, events: EventLog, world_id: str, reason: str
 
 
 def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str, *, runs: bool) -> None:
-    query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(OPEN_GOALS))
+    query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(goal_lifecycle.UNDECIDED))
     for goal in session.scalars(query).all():
         close_plans(session, events, goal, PlanState.EXPIRED, reason)
-        goal.state, goal.reason = GoalState.SUBMITTED if runs else GoalState.WITHDRAWN, reason
-        goal.outcome = None if runs else "world_not_running"
+        if runs:
+            goal_lifecycle.wait(goal, reason)
+        else:
+            goal_lifecycle.withdraw(goal, outcome="world_not_running", reason=reason)
         events.append(session, f"goal.{goal.state}", goal.id, reason=reason)

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.recovery_rules import Policy, Step, Trouble, category_of
-from app.domain.states import GoalState
 from app.planning.mission_progress import begin_attempt, note
 from app.store import GoalRow, MissionRow
 from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
@@ -25,13 +25,16 @@ class PlanningRequests:
         self._workflows = core.workflows
         self._clocks = clocks
 
-    def plan_goal(self, session: Session, goal: GoalRow, reason: str = "") -> None:
-        """Have the goal planned, or planned again for a reason."""
+    def plan_goal(self, session: Session, goal: GoalRow) -> None:
+        """Have a submitted goal planned."""
         goal.attempts += 1
-        goal.state = GoalState.SUBMITTED
-        goal.reason = reason
         goal.stop_requested = False
         self._workflows.start(session, PLANNING, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
+
+    def plan_again(self, session: Session, goal: GoalRow, reason: str) -> None:
+        """Have a goal planned again whose plan has expired."""
+        goal_lifecycle.resubmit(goal, reason)
+        self.plan_goal(session, goal)
 
     def recover(
         self, session: Session, mission: MissionRow, troubles: Sequence[Trouble], *, failure: str, reason: str

@@ -2,8 +2,9 @@
 
 from sqlalchemy.orm import Session
 
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.recovery_rules import Step
-from app.domain.states import GoalState, MissionState
+from app.domain.states import MissionState
 from app.planning.mission_progress import note
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
@@ -28,7 +29,7 @@ def revise(
     mission.revision += 1
     mission.recovery_step = None
     note(mission, plan_id=plan.id, outcome="approved")
-    goal.state, goal.plan_id = GoalState.COMMITTED, plan.id
+    goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
     if mission.state == MissionState.PAUSED:
         mission.resume_to = MissionState.DISPATCHING
     else:

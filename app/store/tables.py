@@ -1,17 +1,18 @@
 """The tables. JSON columns hold the wire and API bodies as they were; times ending in `_s` are the world's clock."""
 
-from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import JSON, ForeignKey, Index, Integer, String
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
+from app.domain.clock import SYSTEM_CLOCK, iso_utc
+
 ID = String(120)
 
 
 def utc_now() -> str:
-    """The wall clock as ISO 8601 in UTC, milliseconds."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    """The default of columns that hold an instant."""
+    return iso_utc(SYSTEM_CLOCK.epoch_s())
 
 
 class Base(DeclarativeBase):

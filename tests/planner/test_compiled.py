@@ -5,6 +5,7 @@ import pytest
 from numba import njit
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
+
 from planner.compiled import inlined, lean
 
 

@@ -33,3 +33,30 @@ def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None
         rows = connection.execute(text("SELECT id, version, releases FROM worlds")).all()
     assert [tuple(row) for row in rows] == [("lab", 7, 0)]
     record.close()
+
+
+def test_goals_that_waited_in_submitted_become_waiting_and_back(database_url: str) -> None:
+    record = Database(database_url)
+    goal = (
+        "INSERT INTO goals (id, world, text, goal, priority, auto_approve, state, reason, attempts, created_by, "
+        "created_at, updated_at) VALUES (:id, 'lab', '', '[]', 0, false, 'submitted', :reason, 1, 'me', '', '')"
+    )
+    rows = {"new": "", "waits": "waits for mission m", "again": "the plan was overtaken: in(a, b)"}
+    with record.engine.connect() as connection:
+        command.upgrade(_config(connection), "0012")
+        connection.execute(
+            text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', '', '{}', 1)")
+        )
+        for name, reason in rows.items():
+            connection.execute(text(goal), {"id": name, "reason": reason})
+        connection.commit()
+        command.upgrade(_config(connection), "0013")
+        states = connection.execute(text("SELECT id, state FROM goals")).all()
+        assert {one.id: one.state for one in states} == {
+            "new": "submitted",
+            "waits": "waiting",
+            "again": "submitted",
+        }
+        command.downgrade(_config(connection), "0012")
+        assert set(connection.execute(text("SELECT state FROM goals")).scalars()) == {"submitted"}
+    record.close()
