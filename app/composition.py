@@ -104,7 +104,7 @@ class Service:
         self._core = Core(
             database=self.database,
             events=self.events,
-            facts=FactStore(self.events),
+            facts=FactStore(self.events, knowledge_base),
             workflows=workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,

@@ -15,7 +15,7 @@ from typing import Any
 from sqlalchemy import func, inspect, select
 
 from app.composition import RunningWorld, Service, make_engine
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process_tree import Running, tree_of

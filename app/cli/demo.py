@@ -17,8 +17,9 @@ from app.cli.truth import holds
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
-from app.domain.states import GoalState, MissionState
 from app.domain.world_model import initial_facts
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.domain.events import ScriptCleared
 from app.domain.lifecycles.script import DELIVERABLE, has_failed, has_terminated
 from app.store import MissionRow, ScriptRow
 from app.store.event_log import EventLog
@@ -45,7 +46,7 @@ def renew_clearances(session: Session, events: EventLog, mission: MissionRow) ->
         if fresh:
             script.cleared = ended
             script.clearance = f"clearance:{len(ended)}"
-            events.append(session, "script.cleared", script.id, robot=script.robot, ended=fresh)
+            events.append(session, ScriptCleared(subject=script.id, robot=script.robot, ended=tuple(fresh)))
 
 
 def _packets(script: ScriptRow) -> list[str]:

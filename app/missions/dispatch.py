@@ -6,7 +6,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import MissionDispatching
 from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.script import Delivery
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
 from app.store import MissionRow, ScriptRow
@@ -58,9 +60,16 @@ class ScriptDispatcher:
         mission.stopped_for = ""
         mission.asked_at = None
         mission.enquire_at_s = now_s + net.makespan_s + mission.margin_s
-        robots = [script.robot for script in organised.scripts]
-        data = {"plan": mission.plan_id, "revision": mission.revision, "robots": robots}
-        self._core.events.append(session, "mission.dispatching", mission.id, **data)
+        self._core.events.append(
+            session,
+            MissionDispatching(
+                subject=mission.id,
+                plan=mission.plan_id,
+                revision=mission.revision,
+                robots=tuple(script.robot for script in organised.scripts),
+                state=MissionState(mission.state),
+            ),
+        )
         return ""
 
 

@@ -3,6 +3,7 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.domain.events import GoalFinished, MissionEnded
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import recovery
@@ -45,11 +46,13 @@ def end_mission(
     goal_lifecycle.finish(goal, outcome=state.value, reason=reason)
     events.append(
         session,
-        f"mission.{state.value}",
-        mission.id,
-        goal=goal.id,
-        reason=reason,
-        failure=failure,
-        ended_at_s=mission.ended_at_s,
+        MissionEnded(
+            subject=mission.id,
+            goal=goal.id,
+            state=state,
+            reason=reason,
+            failure=failure,
+            ended_at_s=ended_at_s,
+        ),
     )
-    events.append(session, "goal.finished", goal.id, outcome=state.value, reason=reason)
+    events.append(session, GoalFinished(subject=goal.id, outcome=state, reason=reason))

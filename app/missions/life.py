@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.agents.running_world import RunningWorld
 from app.core import Core
+from app.domain.events import MISSION_PHASES, MissionOverdue, MissionRobotsAsked
 from app.domain.ids import new_id
 from app.domain.lifecycles.mission import MissionState, active_state, assess, has_ended, with_overdue
 from app.domain.lifecycles.recovery import RecoveryStep
@@ -189,8 +190,6 @@ class MissionLife:
         newly_overdue = verdict.is_overdue and not mission.is_overdue
         if same_state and mission.reason == verdict.reason and not newly_overdue:
             return
-        if newly_overdue:
-            self._events.append(session, "mission.overdue", mission.id, deadline_s=mission.deadline_s)
         assess(
             mission,
             verdict.state,
@@ -198,10 +197,14 @@ class MissionLife:
             failure=verdict.failure,
             is_overdue=verdict.is_overdue,
         )
+        state = MissionState(mission.state)
+        if newly_overdue:
+            overdue = MissionOverdue(subject=mission.id, deadline_s=mission.deadline_s, state=state)
+            self._events.append(session, overdue)
         if not same_state or verdict.ask or verdict.cancel:
             reason = with_overdue(verdict.reason, is_overdue=verdict.is_overdue)
-            type_ = "mission.robots_asked" if verdict.ask else f"mission.{verdict.state.value}"
-            self._events.append(session, type_, mission.id, reason=reason)
+            phase = MissionRobotsAsked if verdict.ask else MISSION_PHASES[verdict.state]
+            self._events.append(session, phase(subject=mission.id, reason=reason, state=state))
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:

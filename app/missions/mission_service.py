@@ -7,9 +7,10 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
+from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
 from app.domain.ids import new_id
 from app.domain.lifecycles import mission as mission_lifecycle
-from app.domain.lifecycles.mission import has_ended, is_paused
+from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
 from app.domain.lifecycles.recovery import RecoveryStep, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
 from app.domain.recovery_rules import Policy
@@ -50,7 +51,11 @@ class MissionService:
                 return _with_scripts(session, mission)
             _refuse_ended(mission, "cancelled")
             mission.cancel_requested = True
-            self._events.append(session, "mission.cancel_requested", mission.id, actor=actor, comment=comment)
+            state = MissionState(mission.state)
+            self._events.append(
+                session,
+                MissionCancelRequested(subject=mission.id, actor=actor, comment=comment, state=state),
+            )
             self._workflows.wake(session, mission.workflow, f"cancel:{mission.id}")
             return _with_scripts(session, mission)
 
@@ -61,8 +66,11 @@ class MissionService:
             _refuse_ended(mission, "recovered otherwise")
             if mission.recovery != policy:
                 mission.recovery = policy
-                data = {"actor": actor, "policy": policy.value}
-                self._events.append(session, "mission.recovery_set", mission.id, **data)
+                state = MissionState(mission.state)
+                self._events.append(
+                    session,
+                    MissionRecoverySet(subject=mission.id, actor=actor, policy=policy.value, state=state),
+                )
                 self._workflows.wake(session, mission.workflow, f"{mission.id}:policy:{new_id('policy')}")
             return _with_scripts(session, mission)
 
@@ -92,14 +100,19 @@ class MissionService:
 
     def _try_again(self, session: Session, mission: MissionRow, actor: str, comment: str) -> Mission:
         try_again(mission)
-        self._events.append(session, "mission.resumed", mission.id, actor=actor, comment=comment)
+        state = MissionState(mission.state)
+        self._events.append(
+            session, MissionResumed(subject=mission.id, actor=actor, comment=comment, state=state)
+        )
         self._workflows.wake(session, mission.workflow, f"{mission.id}:again:{len(mission.attempts)}")
         return _with_scripts(session, mission)
 
     def _order(
         self, session: Session, mission: MissionRow, verb: ControlVerb, actor: str, comment: str
     ) -> None:
-        self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
+        ordered = MissionPaused if verb is ControlVerb.PAUSE else MissionResumed
+        state = MissionState(mission.state)
+        self._events.append(session, ordered(subject=mission.id, actor=actor, comment=comment, state=state))
         for script in _scripts(session, mission.id):
             if can_be_ordered(script, mission):
                 order(script, verb)

@@ -7,8 +7,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import MissionRepairProposed, MissionStuck
 from app.domain.lifecycles import recovery
-from app.domain.lifecycles.mission import has_ended
+from app.domain.lifecycles.mission import MissionState, has_ended
 from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
 from app.domain.recovery_rules import LeftOut, Policy, category_of, left_out, measure_of, needs_decision
@@ -55,7 +56,8 @@ class RecoverySteps:
             self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
         else:
             recovery.get_stuck(mission)
-            self._events.append(session, "mission.stuck", mission.id, reason=verdict.reason)
+            state = MissionState(mission.state)
+            self._events.append(session, MissionStuck(subject=mission.id, reason=verdict.reason, state=state))
 
 
 class RecoveryPlanning(PlanningJob[MissionRow, RepairTask]):
@@ -151,8 +153,16 @@ class RecoveryPlanning(PlanningJob[MissionRow, RepairTask]):
         if needs_decision(Policy(mission.recovery), measure):
             recovery.ask_operator(mission)
             mission.reason = f"{mission.attempts[-1]['reason']}; plan {plan.id} waits for a decision"
-            data = {"plan": plan.id, "measure": measure.value, "reason": mission.reason}
-            self._events.append(session, "mission.repair_proposed", mission.id, **data)
+            self._events.append(
+                session,
+                MissionRepairProposed(
+                    subject=mission.id,
+                    plan=plan.id,
+                    measure=measure.value,
+                    reason=mission.reason,
+                    state=MissionState(mission.state),
+                ),
+            )
         else:
             self._approval.approve_or_expire(session, plan, goal, actor=RECOVERY, comment="")
 

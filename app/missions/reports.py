@@ -3,7 +3,17 @@
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.lifecycles.mission import begin_work, is_paused
+from app.domain.events import (
+    ClearanceRefused,
+    ControlRefused,
+    MissionRunning,
+    PacketReported,
+    ScriptAcknowledged,
+    ScriptRefused,
+    ScriptReported,
+    ScriptStatus,
+)
+from app.domain.lifecycles.mission import MissionState, begin_work, is_paused
 from app.domain.lifecycles.mission import has_ended as mission_has_ended
 from app.domain.lifecycles.script import (
     TERMINAL_SCRIPTS,
@@ -132,9 +142,8 @@ class MissionReports:
             if is_paused(mission):  # it was on its way when the operator paused the mission
                 order(script, ControlVerb.PAUSE)
         if script.delivery == answer:
-            self._events.append(
-                session, f"script.{answer.value}", script.id, robot=script.robot, reason=reason
-            )
+            answered = ScriptAcknowledged if answer is Delivery.ACKNOWLEDGED else ScriptRefused
+            self._events.append(session, answered(subject=script.id, robot=script.robot, reason=reason))
 
     def _refused(self, session: Session, script: ScriptRow, kind: str, sent: str, reason: str) -> None:
         """An order or a clearance was refused. The robot is asked why: the script has ended, and its report is on the
@@ -144,8 +153,16 @@ class MissionReports:
         if not has_terminated(script):
             ask(script, f"{script.id}:status:{sent}")
         script.detail = reason
-        data = {"robot": script.robot, kind: sent, "reason": reason}
-        self._events.append(session, f"{kind}.refused", script.id, **data)
+        if kind == "control":
+            self._events.append(
+                session,
+                ControlRefused(subject=script.id, robot=script.robot, control=sent, reason=reason),
+            )
+        else:
+            self._events.append(
+                session,
+                ClearanceRefused(subject=script.id, robot=script.robot, clearance=sent, reason=reason),
+            )
 
     def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
         known = dict(script.packets.get(report.packet_id, {}))
@@ -169,13 +186,15 @@ class MissionReports:
             renew_clearances(session, self._events, mission)
         self._events.append(
             session,
-            f"packet.{report.state.value}",
-            mission.id,
-            robot=script.robot,
-            packet=report.packet_id,
-            at_s=report.at_s,
-            events=list(report.events),
-            detail=report.detail,
+            PacketReported(
+                subject=mission.id,
+                robot=script.robot,
+                packet=report.packet_id,
+                state=report.state,
+                at_s=report.at_s,
+                events=tuple(report.events),
+                detail=report.detail,
+            ),
         )
 
     def _started(self, session: Session, mission: MissionRow, at_s: float) -> None:
@@ -184,7 +203,8 @@ class MissionReports:
             mission.started_at_s = at_s
             mission.enquire_at_s = at_s + mission.estimate_s + mission.margin_s
         if begin_work(mission):
-            self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
+            running = MissionRunning(subject=mission.id, started_at_s=at_s, state=MissionState(mission.state))
+            self._events.append(session, running)
 
     def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
         if has_terminated(script):
@@ -204,12 +224,14 @@ class MissionReports:
             self._believing.reconcile(session, report, script, mission)
         self._events.append(
             session,
-            f"script.{report.state.value}",
-            script.id,
-            robot=script.robot,
-            mission=mission.id,
-            at_s=report.at_s,
-            detail=report.detail,
+            ScriptReported(
+                subject=script.id,
+                robot=script.robot,
+                mission=mission.id,
+                state=report.state,
+                at_s=report.at_s,
+                detail=report.detail,
+            ),
         )
 
     def _finish_all(
@@ -238,12 +260,13 @@ class MissionReports:
         self._note_waiting(report, script)
         self._events.append(
             session,
-            "script.status",
-            script.id,
-            robot=script.robot,
-            state=script.state,
-            packet=report.packet_id,
-            detail=report.detail,
+            ScriptStatus(
+                subject=script.id,
+                robot=script.robot,
+                state=None if script.state is None else ScriptState(script.state),
+                packet=report.packet_id,
+                detail=report.detail,
+            ),
         )
 
     def _note_waiting(self, report: StatusReport, script: ScriptRow) -> None:

@@ -10,9 +10,12 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
+from app.domain.events import GoalWaiting, GoalWithdrawn
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
-from app.domain.states import ENDED, MissionState, PlanState
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
@@ -125,6 +128,7 @@ def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str
         close_plans(session, events, goal, PlanState.EXPIRED, reason)
         if runs:
             goal_lifecycle.wait(goal, reason)
+            events.append(session, GoalWaiting(subject=goal.id, reason=reason, state=GoalState.WAITING))
         else:
             goal_lifecycle.withdraw(goal, outcome="world_not_running", reason=reason)
-        events.append(session, f"goal.{goal.state}", goal.id, reason=reason)
+            events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))

@@ -7,6 +7,12 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
+from app.domain.events import (
+    GoalAlternativesFailed,
+    GoalAlternativesFound,
+    GoalAlternativesSought,
+    PlanClosed,
+)
 from app.domain.ids import new_id
 from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.goal import GoalState
@@ -61,7 +67,9 @@ class Alternatives:
             if not _is_searched(goal):
                 goal.alternatives = {"state": Search.SEEKING.value, "count": count, "reason": ""}
                 goal.stop_requested = False
-                self._events.append(session, "goal.alternatives_sought", goal.id, actor=actor, count=count)
+                self._events.append(
+                    session, GoalAlternativesSought(subject=goal.id, actor=actor, count=count)
+                )
                 self._workflows.start(session, PLANNING, FIND_ALTERNATIVES, new_id("alternatives"), goal.id)
             return goal
 
@@ -157,12 +165,14 @@ class AlternativesSearch(PlanningJob[GoalRow, PlanningTask]):
         for plan_id in outdated:
             plan = session.get_one(PlanRow, plan_id)
             plan_lifecycle.close(plan, PlanState.SUPERSEDED, "newer alternatives were found")
-            self._events.append(session, "plan.superseded", plan.id, goal=goal.id, reason=plan.reason)
+            closed = PlanClosed(subject=plan.id, goal=goal.id, state=PlanState.SUPERSEDED, reason=plan.reason)
+            self._events.append(session, closed)
 
     def _end(self, session: Session, goal: GoalRow, state: Search, reason: str) -> None:
         goal.alternatives = {**(goal.alternatives or {}), "state": state.value, "reason": reason}
-        plans = [plan.id for plan in open_plans(session, goal.id)]
-        self._events.append(session, f"goal.alternatives_{state.value}", goal.id, plans=plans, reason=reason)
+        plans = tuple(plan.id for plan in open_plans(session, goal.id))
+        ended = GoalAlternativesFound if state is Search.FOUND else GoalAlternativesFailed
+        self._events.append(session, ended(subject=goal.id, plans=plans, reason=reason))
 
 
 def _is_searched(goal: GoalRow) -> bool:

@@ -7,13 +7,15 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict
+from app.domain.events import GoalWithdrawn, MissionPending, PlanClosed, PlanDecided
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import plan as plan_lifecycle
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.states import MissionState, PlanState
 from app.domain.world_model import broken, taken_by
 from app.domain.world_model.timeliness import Dated, in_place_of
 from app.domain.world_model.vocabulary import symbolic
@@ -109,7 +111,10 @@ class PlanApproval:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
         plan_lifecycle.close(plan, PlanState.EXPIRED, stale)
         goal.plan_id = plan.id
-        self._events.append(session, "plan.expired", plan.id, goal=goal.id, reason=stale, actor=actor)
+        expired = PlanClosed(
+            subject=plan.id, goal=goal.id, state=PlanState.EXPIRED, reason=stale, actor=actor
+        )
+        self._events.append(session, expired)
         close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
         reason = f"the plan is out of date: {stale}"
         if goal.mission_id is None:
@@ -148,7 +153,14 @@ class PlanApproval:
         session.add(mission)
         goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
         self._events.append(
-            session, "mission.pending", mission.id, goal=goal.id, plan=plan.id, robots=list(body.robots)
+            session,
+            MissionPending(
+                subject=mission.id,
+                goal=goal.id,
+                plan=plan.id,
+                robots=tuple(body.robots),
+                state=MissionState.PENDING,
+            ),
         )
         self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission.id)
         return mission.id
@@ -176,13 +188,14 @@ class PlanApproval:
                 return plan
             reason = f"plan rejected: {comment}" if comment else "plan rejected"
             goal_lifecycle.withdraw(goal, outcome="plan_rejected", reason=reason)
-            self._events.append(session, "goal.withdrawn", goal.id, reason=goal.reason)
+            self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return plan
 
     def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
         plan_lifecycle.decide(plan, state, actor=actor, comment=comment, at=utc_now())
         self._events.append(
-            session, f"plan.{state.value}", plan.id, goal=plan.goal_id, actor=actor, comment=comment
+            session,
+            PlanDecided(subject=plan.id, goal=plan.goal_id, state=state, actor=actor, comment=comment),
         )
 
 

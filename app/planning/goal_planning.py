@@ -5,6 +5,7 @@ from collections.abc import Hashable
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
@@ -55,7 +56,7 @@ class GoalPlanning(PlanningJob[GoalRow, PlanningTask]):
         if goal.state not in goal_lifecycle.TO_BE_PLANNED:
             return None
         goal_lifecycle.begin_planning(goal)
-        self._events.append(session, "goal.planning", goal.id)
+        self._events.append(session, GoalPlanningBegan(subject=goal.id))
         built = self._problems.build(session, goal)
         goal.releases_seen = built.releases
         request = self._limits.request(PlanningWish.from_json(goal.limits))
@@ -79,7 +80,9 @@ class GoalPlanning(PlanningJob[GoalRow, PlanningTask]):
             self._propose(session, goal, task, result.answer[0])
         elif result.waits_for:
             goal_lifecycle.wait(goal, f"waits for {result.waits_for}")
-            self._events.append(session, "goal.waiting", goal.id, reason=goal.reason)
+            self._events.append(
+                session, GoalWaiting(subject=goal.id, reason=goal.reason, state=GoalState(goal.state))
+            )
             self._waiting.look_again(session, goal)
         else:
             self._unsolvable(session, goal, result.status, result.why)
@@ -90,12 +93,13 @@ class GoalPlanning(PlanningJob[GoalRow, PlanningTask]):
 
     def _unsolvable(self, session: Session, goal: GoalRow, status: PlanningStatus, reason: str) -> None:
         goal_lifecycle.give_up(goal, outcome=status.value, reason=reason)
-        self._events.append(session, "goal.unsolvable", goal.id, reason=reason, status=status.value)
+        self._events.append(session, GoalUnsolvable(subject=goal.id, reason=reason, status=status.value))
 
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None
         plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs)
         goal_lifecycle.propose(goal, plan.id, plan.reason)
+        self._events.append(session, GoalPlanned(subject=goal.id, plan=plan.id))
         if goal.auto_approve:
             session.flush()
             self._approval.approve_or_expire(session, plan, goal, actor=AUTOMATIC, comment="")

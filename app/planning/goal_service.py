@@ -9,13 +9,15 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Busy, Conflict, Invalid, unrecorded
+from app.domain.events import GoalStopRequested, GoalWithdrawn
 from app.domain.goal_language.check import GoalIssue, blocking, check_goals
 from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
-from app.domain.states import GoalState, PlanState
 from app.domain.world_model import Facts
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
@@ -123,8 +125,7 @@ class GoalService:
             )
             session.add(row)
             session.flush()
-            self._events.append(session, "goal.submitted", row.id, actor=actor, text=row.text)
-            self._requests.plan_goal(session, row)
+            self._requests.plan_goal(session, row, actor=actor)
             return row
 
     def check(self, name: str | None, text: str) -> Checked:
@@ -170,7 +171,7 @@ class GoalService:
                 raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
             if goal.state == GoalState.PLANNING and not goal.stop_requested:
                 goal.stop_requested = True
-                self._events.append(session, "goal.stop_requested", goal.id, actor=actor)
+                self._events.append(session, GoalStopRequested(subject=goal.id, actor=actor))
             return goal
 
     def cancel(self, goal_id: str, *, actor: str, comment: str = "") -> GoalRow:
@@ -187,7 +188,7 @@ class GoalService:
             goal_lifecycle.withdraw(goal, outcome=CANCELLED, reason=reason)
             goal.planning = None
             close_plans(session, self._events, goal, PlanState.EXPIRED, "its goal was cancelled")
-            self._events.append(session, "goal.withdrawn", goal.id, actor=actor, reason=goal.reason)
+            self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return goal
 
     def newest(

@@ -6,6 +6,8 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from app.domain.clock import WallClock
+from app.domain.events import GoalProgress
+from app.domain.lifecycles.goal import GoalState
 from app.planning.pool.process import Watch
 from app.store import Database, GoalRow
 from app.store.event_log import EventLog
@@ -82,5 +84,15 @@ class ProgressWatch(Watch):
                 return
             goal.planning = planning
             if news != self._recorded:
-                self._events.append(session, "goal.progress", goal.id, **planning)
+                self._events.append(
+                    session,
+                    GoalProgress(
+                        subject=goal.id,
+                        state=GoalState(goal.state),
+                        engine=newest.engine,
+                        elapsed_s=newest.elapsed_s,
+                        makespan_s=newest.makespan_s,
+                        lower_bound_s=newest.lower_bound_s,
+                    ),
+                )
         self._recorded = news

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import unrecorded
+from app.domain.events import PlanClosed, PlanProposed
 from app.domain.ids import new_id
 from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.plan import PlanState
@@ -67,11 +68,9 @@ class Proposals:
         session.add(plan)
         self._events.append(
             session,
-            "plan.proposed",
-            plan_id,
-            goal=goal.id,
-            makespan_s=body.makespan_s,
-            robots=list(body.robots),
+            PlanProposed(
+                subject=plan_id, goal=goal.id, makespan_s=body.makespan_s, robots=tuple(body.robots)
+            ),
         )
         return plan
 
@@ -110,4 +109,4 @@ def close_plans(
     for plan in open_plans(session, goal.id):
         if plan.id != keep:
             plan_lifecycle.close(plan, state, reason)
-            events.append(session, f"plan.{state.value}", plan.id, goal=goal.id, reason=reason)
+            events.append(session, PlanClosed(subject=plan.id, goal=goal.id, state=state, reason=reason))

@@ -8,8 +8,10 @@ from collections.abc import Mapping, Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import GoalSubmitted, MissionNoRepair, MissionRecoveryBegun
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy, Trouble, category_of
 from app.store import GoalRow, MissionRow
 from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
@@ -25,10 +27,16 @@ class PlanningRequests:
         self._workflows = core.workflows
         self._clocks = clocks
 
-    def plan_goal(self, session: Session, goal: GoalRow) -> None:
-        """Have a submitted goal planned."""
+    def plan_goal(self, session: Session, goal: GoalRow, *, actor: str | None = None) -> None:
+        """Have a submitted goal planned.
+
+        :param actor: who submitted it; None if it is planned again.
+        """
         goal.attempts += 1
         goal.stop_requested = False
+        self._events.append(
+            session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor, reason=goal.reason)
+        )
         self._workflows.start(session, PLANNING, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
 
     def plan_again(self, session: Session, goal: GoalRow, reason: str) -> None:
@@ -46,8 +54,16 @@ class PlanningRequests:
         """
         at_s = self._clocks[mission.world].now_s()
         attempt = recovery.begin_attempt(mission, troubles, at_s=at_s, failure=failure, reason=reason)
-        data = {name: attempt[name] for name in ("number", "failure", "reason")}
-        self._events.append(session, "mission.recovery_begun", mission.id, **data)
+        self._events.append(
+            session,
+            MissionRecoveryBegun(
+                subject=mission.id,
+                number=attempt["number"],
+                failure=attempt["failure"],
+                reason=attempt["reason"],
+                state=MissionState(mission.state),
+            ),
+        )
         workflow_id = f"{mission.id}:recovery:{attempt['number']}"
         self._workflows.start(session, PLANNING, RECOVER_MISSION, workflow_id, mission.id)
 
@@ -69,5 +85,6 @@ class PlanningRequests:
     def wake_after_attempt(self, session: Session, mission: MissionRow) -> None:
         """Wake the mission's workflow after an attempt that brought no plan."""
         last = mission.attempts[-1]
-        self._events.append(session, "mission.no_repair", mission.id, reason=last["detail"])
+        state = MissionState(mission.state)
+        self._events.append(session, MissionNoRepair(subject=mission.id, reason=last["detail"], state=state))
         self._workflows.wake(session, mission.workflow, f"{mission.id}:recovered:{last['number']}")

@@ -2,9 +2,11 @@
 
 from sqlalchemy.orm import Session
 
+from app.domain.events import GoalCommitted, MissionRevised
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
 from app.workflows import Workflows
@@ -30,8 +32,11 @@ def revise(
     recovery.approve(mission, plan.id)
     goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
     mission_lifecycle.dispatch(mission)
-    data = {"plan": plan.id, "revision": mission.revision}
-    events.append(session, "mission.revised", mission.id, **data)
+    events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
+    revised = MissionRevised(
+        subject=mission.id, plan=plan.id, revision=mission.revision, state=MissionState(mission.state)
+    )
+    events.append(session, revised)
     workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
 

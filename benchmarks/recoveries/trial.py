@@ -11,8 +11,8 @@ import numpy as np
 
 from app.cli.truth import holds
 from app.composition import Service
+from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.recovery import RecoveryStep
-from app.domain.states import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings

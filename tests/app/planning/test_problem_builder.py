@@ -34,7 +34,7 @@ class StoreProblems:
         core = Core(
             database=database,
             events=events,
-            facts=FactStore(events),
+            facts=FactStore(events, STORE.base),
             workflows=None,  # type: ignore[arg-type]
             knowledge_base=STORE.base,
             plan_nets=nets,

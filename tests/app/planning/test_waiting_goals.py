@@ -11,7 +11,7 @@ from sqlalchemy import text
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.planning.waiting_goals import GOALS_PER_WORKFLOW, WaitingGoals, most_urgent
 from app.store import Database, GoalRow, WorldRow
 from app.store.event_log import EventLog
@@ -111,7 +111,7 @@ def core_of(database: Database, workflows: Workflows) -> Core:
     return Core(
         database=database,
         events=events,
-        facts=FactStore(events),
+        facts=FactStore(events, knowledge_base),
         workflows=workflows,
         knowledge_base=knowledge_base,
         plan_nets=PlanNets(knowledge_base),
