@@ -129,7 +129,7 @@ class _Stretch:
     def _action(self, step: _Step) -> Any:
         from unified_planning.model import InstantaneousAction
 
-        action = InstantaneousAction(step.name, _env=self._environment)
+        action = InstantaneousAction(step.name)
         for atom in step.needs:
             action.add_precondition(self._atoms[atom])
         for atom in step.deletes:
