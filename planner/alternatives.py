@@ -1,6 +1,6 @@
-"""Plans that really differ, to choose from: each is the best found at something that the others are not.
+"""Alternative plans to choose from: each is the best found by some criterion.
 
-Found by solving the same problem to other ends, and with robots of the shortest plan kept from it.
+Found by solving the same problem with other objectives, and without robots of the shortest plan.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,7 +19,7 @@ from planner.problem.interface import (
     PlanningRequest,
     PlanningResult,
 )
-from planner.problem.solving import Solving
+from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 
 SHORTEST = "shortest time"
@@ -104,7 +104,7 @@ class _Pool:
     ) -> None:
         """:param statics: of the problem as it is, in which every robot may be recruited."""
         self._statics = statics
-        self._solving = Solving(engine, request, observer)
+        self._solving = TimeLimitedEngine(engine, request, observer)
         self.plans: dict[Activities, Alternative] = {}
 
     def add(self, result: PlanningResult) -> None:
@@ -118,7 +118,7 @@ class _Pool:
             )
 
     def solve(self, problem: PlanningProblem, objective: Objective) -> None:
-        result = self._solving.solve(problem, objective)
+        result = self._solving.plan_if_time(problem, objective)
         if result is not None and (plan_net := result.plan_net) is not None:
             recruitment = recruitment_of(plan_net.actions, self._statics)
             self.add(replace(result, plan_net=replace(plan_net, recruitment=recruitment)))

@@ -1,6 +1,6 @@
-"""Native engines as separate processes: limited in time and memory, ended as a group.
+"""Runs native planners as separate processes, limited in time and memory and ended as a group.
 
-Several engines are under licences that forbid linking, and all of them now and then overrun their limits.
+The licences of several planners forbid linking, and all of them sometimes overrun their limits.
 """
 
 import math

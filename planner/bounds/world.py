@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.bounds.paths import Ints
+from planner.errors import PlannerError
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.expression import scale_term
@@ -46,7 +47,7 @@ class Step:
     results: tuple[Literal, ...]
 
 
-class NotModelled(Exception):
+class NotModelled(PlannerError):
     """Raised when the bounds cannot model a problem; says why."""
 
 

@@ -22,7 +22,7 @@ from planner.relaxation.reachability import members_of
 from planner.relaxation.rules import FUNCTION, argument_types
 
 MAX_OBJECTS = 60
-"""Of more, those that have nothing to do with the goals are left out."""
+"""With more objects, those unrelated to the goals are ignored."""
 MAX_SUPPOSED = 40_000
 MAX_REASONS = 6
 

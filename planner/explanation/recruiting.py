@@ -16,7 +16,7 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.solving import Solving
+from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts, in_place_of
 from planner.relaxation import Relaxation
 
@@ -84,10 +84,10 @@ def trials(
     observer: Observer,
 ) -> Mapping[str, Trial]:
     """The problem solved again without each of the plan's robots; the time limit is for all together."""
-    solving = Solving(engine, request, observer)
+    solving = TimeLimitedEngine(engine, request, observer)
     found: dict[str, Trial] = {}
     for robot in robots_by_work(plan_net)[:MAX_TRIALS]:
-        result = solving.solve(statics.without({robot}))
+        result = solving.plan_if_time(statics.without({robot}))
         if result is not None:
             found[robot] = _trial(robot, result, plan_net)
     return found

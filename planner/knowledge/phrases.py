@@ -1,4 +1,4 @@
-"""Facts in an operator's words, from the phrases the knowledge base gives its predicates."""
+"""Facts as text, from the phrases that the knowledge base gives its predicates."""
 
 import re
 from collections.abc import Iterable, Sequence

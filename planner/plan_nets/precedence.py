@@ -40,9 +40,6 @@ class Precedence:
                 after[node] |= after[other] | 1 << other
         return cls(successors=successors, before=tuple(before), after=tuple(after))
 
-    def is_before(self, one: int, other: int) -> bool:
-        return bool(self.after[one] >> other & 1)
-
     def reduction(self) -> Iterator[tuple[int, int]]:
         """The fewest pairs with the same closure (transitive reduction), by their first."""
         for node, others in enumerate(self.successors):

@@ -7,7 +7,7 @@ from planner.knowledge import GroundAction
 
 
 def progressed(facts: Iterable[Fact], actions: Iterable[GroundAction]) -> frozenset[Fact]:
-    """The facts after the actions, one after the other; their conditions are not looked at."""
+    """The facts after the actions in this order; pre-conditions are not checked."""
     state = set(facts)
     for action in actions:
         state.difference_update(action.deletes)
@@ -16,7 +16,7 @@ def progressed(facts: Iterable[Fact], actions: Iterable[GroundAction]) -> frozen
 
 
 def apply_action(action: GroundAction, state: set[Fact], achieved: set[Fact]) -> None:
-    """Change what holds, and what holds on purpose: at first or by an intended effect (MACTA §5, table 3)."""
+    """Apply an action to the facts that hold and to those achieved: initially or by intended effects (table 3)."""
     for held, effects in ((state, action.effects), (achieved, action.intended_effects)):
         held.difference_update(action.deletes)
         held.update(effects)

@@ -1,4 +1,4 @@
-"""Actions a sequence can do without.
+"""Removes redundant actions from a sequence.
 
 First those whose effects no causal link carries on to a goal: linear. The rest by action elimination (Nakhost
 & Müller 2010): an action goes with all that then lack a condition if the goals are still achieved: quadratic,
@@ -87,9 +87,11 @@ class _Goal(NamedTuple):
 
 
 class _Kind(Enum):
-    NEEDS = "needs"
-    DELETES = "deletes"
-    ADDS = "adds"
+    """What an action does with a fact."""
+
+    NEEDS = "needs"  # has it as a pre-condition, or the goals do
+    DELETES = "deletes"  # ends it
+    ADDS = "adds"  # brings it about
 
 
 _Timelines = Mapping[Fact | _Goal, list[tuple[int, _Kind]]]

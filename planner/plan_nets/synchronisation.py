@@ -1,4 +1,4 @@
-"""What keeps robots in step: their own order, what they sense, and clearance from the mission organiser.
+"""Synchronises robots by their own order of actions, by what they sense, and by clearance from the organiser.
 
 Every robot carries out its own actions in order and knows nothing of the others. Three things can keep an
 ordering A → B all the same. (1) A is the previous action of the robot that does B. (2) A brings about a fact

@@ -1,4 +1,4 @@
-"""Checks on a plan-net that rest on nothing but the plan-net itself and the facts it starts from."""
+"""Validates a plan-net from nothing but itself, its initial facts and the knowledge base."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Goals that can never be true together: proven by what the knowledge base lets hold only one at a time."""
+"""Goals that can never hold together, proven from the knowledge base's invariants."""
 
 from collections import defaultdict
 from itertools import combinations

@@ -1,4 +1,4 @@
-"""A network of binary joins that derives all that rules reach, the cheapest way first.
+"""A network of binary joins that derives the consequences of rules, cheapest derivation first.
 
 Rows flow through nodes: a node for each predicate, for each selection of one (constants, types, columns) and
 for each join of two nodes. A join keeps only the columns that are needed further on, so the relations stay

@@ -3,7 +3,7 @@
 from planner.repair.difference import Difference, compare
 from planner.repair.goal_insertion import join
 from planner.repair.plan_repair import Course, Repair, repair
-from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining, as_scheduled
+from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining
 
 __all__ = [
     "NOT_BEGUN",
@@ -12,7 +12,6 @@ __all__ = [
     "MissionProgress",
     "Remaining",
     "Repair",
-    "as_scheduled",
     "compare",
     "join",
     "repair",

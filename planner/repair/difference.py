@@ -1,4 +1,4 @@
-"""How a plan-net differs from the one it takes the place of, action by action and in words."""
+"""How a plan-net differs from the one it replaces, action by action and in words."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence

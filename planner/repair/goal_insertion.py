@@ -1,4 +1,4 @@
-"""New goals for robots that are at work already: nothing that is committed is delayed or done otherwise."""
+"""Inserts new goals into a running plan-net: committed actions are neither delayed nor changed."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -15,10 +15,11 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
+from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 from planner.relaxation import is_relaxed_reachable
 from planner.repair.difference import compare
-from planner.repair.plan_repair import EXTRA_TRY_FACTOR, EXTRA_TRY_S, OWN_NAME, Course, Planner, Repair
+from planner.repair.plan_repair import EXTRA_TRY_FACTOR, EXTRA_TRY_S, OWN_NAME, Course, Repair
 from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining, in_order, sequence_of
 
@@ -61,7 +62,7 @@ class _Joining:
         self._remaining = remaining
         self._old = plan_net
         self._elapsed_s = progress.elapsed_s
-        self._planner = Planner(engine, request, observer)
+        self._planner = TimeLimitedEngine(engine, request, observer)
         self._why = ""
 
     def run(self) -> Repair:

@@ -1,10 +1,9 @@
-"""Repair of a plan-net in a world that has changed: what still works is kept as far as that pays.
+"""Repairs a plan-net after the world has changed; valid actions are kept as far as that pays.
 
 Plan stability after Fox, Gerevini, Long & Serina (2006, "Plan stability: replanning versus plan repair"): the
 fewer actions change the better; we weigh it against the makespan.
 """
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -24,6 +23,7 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
+from planner.problem.solving import TimeLimitedEngine
 from planner.repair.difference import Difference, compare
 from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining
@@ -32,14 +32,12 @@ STABILITY_S = 5.0
 """Seconds of makespan that one kept action is worth, unless told. Our choice: about what a robot needs to release a
 sample; who has approved a plan wants a reason for each change."""
 OWN_NAME = "repair"
-"""The engine of a plan-net that no engine was asked for."""
+"""The engine named by a plan-net that needed no engine."""
 EXPECTED_CHANGED_SHARE = 0.5
-"""The share of the kept actions that planning anew is expected to change: so much more a repair may take."""
+"""Expected share of the kept actions that replanning would change; a repair may be worse by their worth."""
 EXTRA_TRY_S = 1.0
 EXTRA_TRY_FACTOR = 2.0
-"""A further try may take so long, and so many times what was needed before it."""
-MIN_SHARE_S = 0.05
-"""With less time left, nothing further is tried."""
+"""Time limit of a further attempt: this many seconds plus this factor times the time needed so far."""
 
 
 class Course(StrEnum):
@@ -95,34 +93,6 @@ def repair(
     return _PlanRepair(engine, remaining, progress, request, observer, stability_s).run()
 
 
-class Planner:
-    """An engine asked several times, within one time limit."""
-
-    def __init__(self, engine: PlanningEngine, request: PlanningRequest, observer: Observer) -> None:
-        self._engine = engine
-        self._request = request
-        self._observer = observer
-        self._begun = time.monotonic()
-        self.last: PlanningResult | None = None
-
-    @property
-    def elapsed_s(self) -> float:
-        return time.monotonic() - self._begun
-
-    @property
-    def left_s(self) -> float:
-        return self._request.time_limit_s - self.elapsed_s
-
-    @property
-    def is_over(self) -> bool:
-        return self.left_s < MIN_SHARE_S or self._observer.should_stop()
-
-    def plan(self, problem: PlanningProblem, *, at_most_s: float = inf) -> PlanningResult:
-        left_s = max(min(self.left_s, at_most_s), MIN_SHARE_S)
-        self.last = self._engine.plan(problem, replace(self._request, time_limit_s=left_s), self._observer)
-        return self.last
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _RepairedPlan:
     """A plan-net to choose."""
@@ -146,7 +116,7 @@ class _PlanRepair:
         self._remaining = remaining
         self._progress = progress
         self._stability_s = stability_s
-        self._planner = Planner(engine, request, observer)
+        self._planner = TimeLimitedEngine(engine, request, observer)
         self._goals = remaining.problem.goals
         left = [action.earliest_end_s - progress.elapsed_s for action in remaining.actions]
         self._least_s = max((0.0, *left, *progress.under_way.values()))

@@ -1,4 +1,4 @@
-"""New actions moved forward among kept ones, where the sequence stays valid and its schedule becomes better.
+"""Moves new actions forward among kept ones where the sequence stays valid and its schedule improves.
 
 Extraction lets run side by side whatever may, but where two robots use one place it keeps them in the order of the
 sequence. So it matters who stands first there: a block of new actions (those for one goal, those of one robot) is
@@ -18,9 +18,9 @@ from planner.plan_nets.schedule import windows
 from planner.repair.remaining import Remaining, in_order, sequence_of
 
 REPLAYS = 600
-"""So many places are tried: more for short plans, of which a replay takes less, would find nothing more."""
+"""Maximum number of positions tried."""
 SCHEDULES = 100
-"""So many of the valid ones are scheduled."""
+"""Maximum number of valid positions that are scheduled."""
 
 Cost = tuple[float, float]
 

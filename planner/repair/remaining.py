@@ -1,4 +1,4 @@
-"""What is left of a plan-net that is being carried out, and the problem that is left with it.
+"""The rest of a plan-net that is being carried out, and the remaining problem.
 
 An action that is under way has deleted already and has its effects still to come. So that it stays an action of
 the plan-net like any other, the problem is told as of the moment it began: what it needed and has deleted is put
@@ -112,26 +112,6 @@ class Remaining:
         """True if it is under way and what it needs to its end still holds."""
         needs = set(ground.preconditions) - set(ground.deletes)
         return action.id in self._progress.under_way and problem.facts.issuperset(needs)
-
-
-def as_scheduled(
-    plan_net: PlanNet, facts: frozenset[Fact], elapsed_s: float
-) -> tuple[frozenset[Fact], MissionProgress]:
-    """The facts and the progress so long after the start, if everything goes as scheduled."""
-    state = set(facts)
-    done = set[str]()
-    under_way = dict[str, float]()
-    starts = [(action.earliest_start_s, 1, action) for action in plan_net.actions]
-    ends = [(action.earliest_end_s, 0, action) for action in plan_net.actions]
-    for _, begins, action in sorted([*starts, *ends], key=lambda event: event[:2]):
-        if begins and action.earliest_start_s < elapsed_s:
-            state.difference_update(action.deletes)
-            under_way[action.id] = round(action.earliest_end_s - elapsed_s, 3)
-        elif not begins and action.earliest_end_s <= elapsed_s:
-            state.update(action.effects)
-            done.add(action.id)
-            del under_way[action.id]
-    return frozenset(state), MissionProgress(done=frozenset(done), under_way=under_way, elapsed_s=elapsed_s)
 
 
 def in_order(plan_net: PlanNet) -> tuple[PlanNetAction, ...]:

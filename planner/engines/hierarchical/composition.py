@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.engines.hierarchical.legs.leg import FactClassifier
 from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
@@ -72,13 +72,13 @@ class Composition:
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
         classes: AgentClasses,
-        words: Vocabulary,
+        classifier: FactClassifier,
         tasks: Sequence[Task],
         weights: Floats,
         *,
         seed: int,
     ) -> None:
-        self._builder = SchedulingProblemBuilder(knowledge_base, problem, classes, words, tasks)
+        self._builder = SchedulingProblemBuilder(knowledge_base, problem, classes, classifier, tasks)
         self._weights = weights
         self._seed = seed
         self._model = self._builder.model()

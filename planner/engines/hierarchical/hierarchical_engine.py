@@ -16,7 +16,7 @@ from planner.engines.hierarchical.composition import Composition, effort
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments, ProblemFragments
 from planner.engines.hierarchical.legs.goal_groups import Goals, Groups
-from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.engines.hierarchical.legs.leg import FactClassifier
 from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.engines.hierarchical.legs.stops import (
     MAX_NEAR_STOPPING,
@@ -111,7 +111,7 @@ class _CurrentProblem:
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self.problem = problem
         self.classes = AgentClasses(knowledge_base, problem)
-        self.words = Vocabulary(knowledge_base, problem, self.classes)
+        self.classifier = FactClassifier(knowledge_base, problem, self.classes)
         self.bound_s: float | None = None
         self.interacts = False
         """Some tasks block each other."""
@@ -169,37 +169,37 @@ class HierarchicalEngine:
                 goals, deadline=until, levels=levels, stop=clock.observer.should_stop
             )
 
-        posed = _CurrentProblem(self._base, problem)
-        return_home = ReturnHome(self._base, problem, posed.words)
-        finder = TaskFinder(problem, Groups(problem, posed.words), return_home, find)
+        current = _CurrentProblem(self._base, problem)
+        return_home = ReturnHome(self._base, problem, current.classifier)
+        finder = TaskFinder(problem, Groups(problem, current.classifier), return_home, find)
         tasks = finder.tasks()
-        posed.interacts = finder.interacts
+        current.interacts = finder.interacts
         if clock.request.effort_s != 0.0:
-            posed.bound_s = lower_bound_s(self._base, problem)
+            current.bound_s = lower_bound_s(self._base, problem)
         sequence: Sequence[GroundAction] | None = None
         if not isinstance(tasks, Unmet):
-            sequence = self._composed(posed, tasks, clock)
+            sequence = self._composed(current, tasks, clock)
         if sequence is None and (chain := finder.chain()) is not None:
-            sequence = self._composed(posed, chain.tasks, clock) or chain.actions
+            sequence = self._composed(current, chain.tasks, clock) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
         if sequence is None and 1 < len(problem.goals) <= MAX_GOALS_TOGETHER:
             whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
         if sequence is None:
             return self._none(problem, tasks, clock)
-        return replace(self._finished(sequence, problem), lower_bound_s=posed.bound_s)
+        return replace(self._finished(sequence, problem), lower_bound_s=current.bound_s)
 
     def _composed(
-        self, posed: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
+        self, current: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
     ) -> Sequence[GroundAction] | None:
         """A sequence, with stops where they pay; stops without an intended use (table 3) are not tried again."""
-        problem = posed.problem
+        problem = current.problem
         stops = Stops(
             knowledge_base=self._base,
             problem=problem,
-            classes=posed.classes,
-            words=posed.words,
-            share=ANY_SHARE if posed.interacts else SHARE,
+            classes=current.classes,
+            classifier=current.classifier,
+            share=ANY_SHARE if current.interacts else SHARE,
         )
         if len(tasks) <= MAX_STOPPING:
             tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
@@ -209,7 +209,7 @@ class HierarchicalEngine:
         best: tuple[float, Sequence[GroundAction]] | None = None
         last = False
         for _ in range(MAX_ATTEMPTS):
-            actions = self._scheduled(posed, tasks, clock)
+            actions = self._scheduled(current, tasks, clock)
             if actions is None:
                 break
             scheduled_s, idle = self._judged(actions, problem)
@@ -236,16 +236,16 @@ class HierarchicalEngine:
         return net.makespan_s, frozenset(map(str, idle))
 
     def _scheduled(
-        self, posed: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
+        self, current: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
     ) -> Sequence[GroundAction] | None:
-        problem = posed.problem
-        bound_s = posed.bound_s
-        composition = self._composition(posed, tasks, clock.request)
+        problem = current.problem
+        bound_s = current.bound_s
+        composition = self._composition(current, tasks, clock.request)
         if not composition.begin():
             return None
         request = clock.request
         least_s = bound_s if bound_s is not None and request.objective is Objective.MAKESPAN else 0.0
-        choices = sum(len(task.fragments) for task in tasks) if posed.interacts else 0
+        choices = sum(len(task.fragments) for task in tasks) if current.interacts else 0
         trials, seconds = effort(request, composition.legs, choices)
         composition.improve(
             trials,
@@ -261,11 +261,17 @@ class HierarchicalEngine:
         return composed.actions
 
     def _composition(
-        self, posed: _CurrentProblem, tasks: Sequence[Task], request: PlanningRequest
+        self, current: _CurrentProblem, tasks: Sequence[Task], request: PlanningRequest
     ) -> Composition:
         weights: Floats = np.array(WEIGHTS[request.objective])
         return Composition(
-            self._base, posed.problem, posed.classes, posed.words, tasks, weights, seed=request.seed
+            self._base,
+            current.problem,
+            current.classes,
+            current.classifier,
+            tasks,
+            weights,
+            seed=request.seed,
         )
 
     def _finished(self, sequence: Sequence[GroundAction], problem: PlanningProblem) -> PlanningResult:

@@ -1,4 +1,4 @@
-"""From tasks with their fragments to the arrays of the scheduling problem, and back to ground actions."""
+"""Converts tasks with fragments to the arrays of the scheduling problem, and schedules to ground actions."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of, renamed
+from planner.engines.hierarchical.legs.leg import FactClassifier, Leg, legs_of, renamed
 from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.travel import Travel
 from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows
@@ -40,39 +40,43 @@ class _Steps:
 
 
 class SchedulingProblemBuilder:
-    """Builds the model of one problem; `leave` widens it where an agent must make way."""
+    """Builds the model of one problem; `leave` extends it where an agent must make way."""
 
     def __init__(
         self,
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
         classes: AgentClasses,
-        words: Vocabulary,
+        classifier: FactClassifier,
         tasks: Sequence[Task],
     ) -> None:
         self._problem = problem
         self._classes = classes
-        self._words = words
+        self._classifier = classifier
         self._tasks = tasks
-        statics = [fact for fact in problem.facts if not words.is_fluent(fact)]
+        statics = [fact for fact in problem.facts if not classifier.is_fluent(fact)]
         everywhere = FactTable(statics)
         shared = FactTable(fact for fact in statics if classes.own.isdisjoint(fact.args))
         self._travel = Travel(
             classes,
-            words,
+            classifier,
             {
                 number: Setups(
-                    knowledge_base, problem, words, shared if len(members) > 1 else everywhere, members[0]
+                    knowledge_base,
+                    problem,
+                    classifier,
+                    shared if len(members) > 1 else everywhere,
+                    members[0],
                 )
                 for number, members in classes.members.items()
             },
-            lambda agent: Setups(knowledge_base, problem, words, everywhere, agent),
+            lambda agent: Setups(knowledge_base, problem, classifier, everywhere, agent),
         )
         self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
         self._facts: dict[Fact, int] = {}
         self._steps = _Steps()
         for agent in classes.agents:
-            self._travel.start(agent, words.configuration(agent, problem.facts))
+            self._travel.start(agent, classifier.configuration(agent, problem.facts))
         self._slots: list[list[tuple[int, int, int, int, int]]] = []
         self._cores: list[list[int]] = []
         self._roles = 0
@@ -82,7 +86,7 @@ class SchedulingProblemBuilder:
         self._postures = [
             (self._agent_number[agent], self._travel.need(agent, wanted))
             for agent in classes.agents
-            if (wanted := words.configuration(agent, problem.goals))
+            if (wanted := classifier.configuration(agent, problem.goals))
         ]
         self._way_steps: list[list[int]] = []
 
@@ -93,7 +97,7 @@ class SchedulingProblemBuilder:
 
     def is_final_configuration(self, task: int) -> bool:
         """True if the task is about where an agent ends."""
-        return any(self._words.is_configuration(goal) for goal in self._tasks[task].goals)
+        return any(self._classifier.is_configuration(goal) for goal in self._tasks[task].goals)
 
     def leave(self, configurations: Ints, fact: Fact) -> bool:
         """Let agents in these configurations make way so that the fact comes about; True if that is new."""
@@ -117,7 +121,7 @@ class SchedulingProblemBuilder:
 
     def _add(self, actions: tuple[GroundAction, ...], goals: tuple[Fact, ...]) -> list[int]:
         """The legs of a fragment, by number."""
-        legs = legs_of(actions, goals, self._problem.facts, self._words)
+        legs = legs_of(actions, goals, self._problem.facts, self._classifier)
         numbers = []
         played = Counter(role for leg in legs for role in leg.roles)
         for leg in legs:
@@ -149,7 +153,7 @@ class SchedulingProblemBuilder:
         for action in leg.core:
             outer |= set(action.preconditions) - made
             made |= set(action.effects)
-        return frozenset(fact for fact in made - outer if self._words.agents_of(fact))
+        return frozenset(fact for fact in made - outer if self._classifier.agents_of(fact))
 
     def _step(
         self, action: GroundAction, agents: tuple[str, ...], inner: frozenset[Fact] = frozenset()
@@ -167,7 +171,9 @@ class SchedulingProblemBuilder:
         return [
             self._facts.setdefault(fact, len(self._facts))
             for fact in dict.fromkeys(facts)
-            if self._words.is_fluent(fact) and fact not in inner and not self._words.is_configuration(fact)
+            if self._classifier.is_fluent(fact)
+            and fact not in inner
+            and not self._classifier.is_configuration(fact)
         ]
 
     def model(self) -> Model:

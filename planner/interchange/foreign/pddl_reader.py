@@ -72,7 +72,12 @@ def _take_costs(up_problem: Any) -> None:
             kept = [effect for effect in effects if effect is not paid[0]]
             action.clear_effects()
             for effect in kept:
-                action._add_effect_instance(effect)
+                add = action.add_effect
+                if effect.is_increase():
+                    add = action.add_increase_effect
+                elif effect.is_decrease():
+                    add = action.add_decrease_effect
+                add(effect.fluent, effect.value, effect.condition, effect.forall)
     if costs:
         up_problem.clear_quality_metrics()
         up_problem.add_quality_metric(MinimizeActionCosts(costs, 0, up_problem.environment))

@@ -1,4 +1,4 @@
-"""Names that every PDDL reader accepts, one for each of ours."""
+"""Unique names that every PDDL reader accepts."""
 
 import re
 from collections.abc import Collection, Iterable

@@ -1,4 +1,4 @@
-"""What stands for what in the PDDL of a knowledge base: types, predicates, functions, operators, objects."""
+"""The PDDL names of a knowledge base's types, predicates, functions, operators and objects."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
@@ -10,6 +10,8 @@ from planner.problem.duration_table import duration_parameters
 
 
 class Form(StrEnum):
+    """The kind of PDDL."""
+
     TEMPORAL = "temporal"
     """PDDL 2.1: durative actions, makespan."""
     CLASSICAL = "classical"

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, PlanningRequest, PlanningStatus
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
-from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, as_scheduled, join
+from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, join
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.repair.carrying import GOALS, check_repair, moved, problem, with_another
 from tests.planner.store import inside

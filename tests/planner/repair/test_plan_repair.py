@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import (
     UNOBSERVED,
     Fact,
@@ -17,7 +18,7 @@ from planner import (
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.errors import UnknownAction
-from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, as_scheduled, repair
+from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, repair
 from tests.planner.repair.carrying import (
     GOALS,
     check_repair,

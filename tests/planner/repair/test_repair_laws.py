@@ -8,9 +8,10 @@ from functools import cache
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import PlanNet, PlanningProblem, PlanningRequest, load_knowledge_base
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
-from planner.repair import MissionProgress, as_scheduled, join, repair
+from planner.repair import MissionProgress, join, repair
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.exploring import first_fault
 from tests.planner.repair.carrying import check_repair, moved, with_another

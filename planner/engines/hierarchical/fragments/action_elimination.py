@@ -1,4 +1,4 @@
-"""A solution without what it can do without."""
+"""Removes unneeded steps from a solution (action elimination, Nakhost & Müller 2010) and merges detours."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from planner.engines.hierarchical.fragments.steps import Step, Task, bits
 
 
 def is_intended(task: Task, steps: Sequence[Step]) -> bool:
-    """True if each step is there for something it may be planned for."""
+    """True if each step has a use among its justifying effects."""
     return all(used & step.justifying for step, used in zip(steps, uses(task, steps), strict=True))
 
 

@@ -9,11 +9,11 @@ from planner.fact import Fact
 from planner.knowledge import Operator
 
 KINDS = 6
-"""How many kinds of agents are tried in one role."""
+"""Maximum number of kinds of agents tried in one role."""
 PLACES = 4
-"""How many other objects are tried in one role."""
+"""Maximum number of other objects tried in one role."""
 BINDINGS = 64
-"""How many bindings of one fragment are looked at."""
+"""Maximum number of bindings of one fragment."""
 
 
 @dataclass(frozen=True, slots=True)

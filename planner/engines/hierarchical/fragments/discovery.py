@@ -1,4 +1,8 @@
-"""Finds fragments by search: in ever wider worlds the first, then others without its agents or operators."""
+"""Finds fragments by search: the first in increasingly large worlds, then others without its agents or operators.
+
+Goals are proven unreachable by the delete relaxation of the world's symmetry quotient: whatever can be done in the
+world can be done in the quotient, deletes ignored, if two objects with one representative may take part as two.
+"""
 
 from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
@@ -16,14 +20,14 @@ from planner.fact import Fact
 from planner.problem.interface import UNOBSERVED, PlanningProblem
 
 EXPANSIONS = (200, 2000, 8000, 100_000)
-"""How far each level is searched; the last is the whole world."""
+"""Maximum number of expansions at each level; the last is the whole world."""
 OTHERS = 150
-"""How far is searched for a solution without something."""
+"""Maximum number of expansions for each further solution."""
 SEARCHES = 8
-"""How many such searches there are at most."""
+"""Maximum number of searches for further solutions."""
 ALL_LEVELS = LEVELS + 1
 MAX_STEPS = 30_000
-"""The most steps a world may have to be searched."""
+"""Maximum number of ground steps of a world that is searched."""
 
 
 Variant = tuple[str, int]
@@ -166,7 +170,7 @@ def _shape(index: WorldIndex, steps: Sequence[Step]) -> frozenset[tuple[object, 
 
 
 MAX_QUOTIENT_STEPS = 20_000
-"""The most steps of a quotient that is looked at."""
+"""Maximum number of ground steps of the quotient."""
 
 
 def is_out_of_reach(index: WorldIndex, goals: Sequence[Fact], deadline: float) -> bool:

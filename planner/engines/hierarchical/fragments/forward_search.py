@@ -2,7 +2,8 @@
 
 Each state's relaxed plan is also carried out as far as it goes and the state it leads to tried next (YAHSP,
 Vidal 2004), which solves most goals without branching. A step is there for its intended effects (MACTA §5,
-table 3), so each step owes one of them a use; a path on which such a debt cannot be paid any more is dropped.
+table 3), so each step has the obligation that one of them is used; a path on which an obligation cannot be met is
+dropped.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,9 +18,9 @@ from planner.engines.hierarchical.fragments.steps import Step, Task
 from planner.problem.interface import UNOBSERVED
 
 Obligations = frozenset[tuple[tuple[str, ...], int, int, int]]
-"""What steps not yet used owe: their agents, their effects by intention, making way and by the way, as masks."""
+"""Of each step not used yet: its agents and its intended, way-making and other effects, as masks."""
 POLISH = 12
-"""After a first solution the search goes on for this many expansions and as many again as it took."""
+"""After the first solution the search continues for this many expansions plus as many as it took."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,8 +55,8 @@ def search(
 ) -> Found:
     """A cheap solution in which every step is needed and intended.
 
-    :param permissive: also look at paths on which something is used that came about by the way before what was
-        intended is used, or on which an agent makes way for itself; without them nothing is proven.
+    :param permissive: include paths on which a step's other effect is used before an intended one, or on which an
+        agent makes way for itself; without them, exhausting the space proves nothing.
     :param stop: asked now and then; True ends the search as the deadline does.
     """
     return _Search(task, expansions, deadline, permissive, stop).run()
@@ -144,7 +145,7 @@ class _Search:
         return _Node(at.state, at.obligations, at.cost, node, done) if len(done) > 1 else None
 
     def _after(self, node: _Node, number: int) -> _Node | None:
-        """The node a step leads to; None if some step can then no longer be there for what it justifying."""
+        """The node after a step; None if some step's obligation can then not be met any more."""
         step = self.task.steps[number]
         obligations = set()
         for agents, intended, ways, aside in node.obligations:

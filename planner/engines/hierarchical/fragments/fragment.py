@@ -1,8 +1,8 @@
 """Fragments: for goals alone, the sequences of actions that reach them from the present facts (MACTA §6).
 
 Found by search from the knowledge base, lifted, and bound to all goals of the same shape by a join over the
-facts, so that most goals need no search of their own. What was learnt is kept across problems: every binding
-is checked against the facts of its own problem.
+facts, so that most goals need no search of their own. Lifted fragments can be kept across problems: every binding is
+checked against the facts of its own problem.
 """
 
 from collections import Counter
@@ -123,7 +123,7 @@ class ProblemFragments:
 
 
 def undominated(index: WorldIndex, bound: Sequence[Bound]) -> list[Bound]:
-    """By cost, each set of steps once, and none that only adds to the agents and operators of a cheaper one."""
+    """By cost, each set of steps once, without those that only add agents and operators to a cheaper one."""
     kept: dict[frozenset[tuple[str, tuple[str, ...]]], tuple[Bound, Counter[object]]] = {}
     for each in sorted(bound, key=lambda each: each.cost):
         steps = frozenset((op.name, args) for op, args in each.steps)

@@ -1,4 +1,4 @@
-"""A small world's task: its operators ground by a static join, so that no step is made a static fact rules out."""
+"""Grounds the operators of a small world by a join over its static facts."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from time import monotonic
@@ -13,7 +13,7 @@ Atom = tuple[str, tuple[str, ...]]
 Form = tuple[tuple[str, tuple[int | str, ...]], ...]
 """Literals whose terms are places among an operator's arguments, or constants."""
 MIN_S = 0.1
-"""What an action costs at least, so that no plan is longer than need be."""
+"""Minimum cost of an action in seconds, so that no plan contains needless actions."""
 
 
 def task_of(

@@ -1,4 +1,4 @@
-"""The small worlds in which goals are worth trying: what their objects' states and the static facts lead to.
+"""Selects small worlds for the search: the objects that the goals, present facts and static facts connect.
 
 Level 0 holds the goals' objects, what the present facts say of them, and the shortest static connections
 between them; each further level allows connections a little longer, more members a kind and more spare places.
@@ -13,13 +13,13 @@ from planner.fact import Fact
 
 LEVELS = 3
 SLACK = (0, 2, 4)
-"""How many steps longer than the shortest a connection may be, by level."""
+"""Maximum number of steps by which a connection exceeds the shortest, by level."""
 MEMBERS = (1, 2, 2)
-"""How many agents of a kind are looked at, by level."""
+"""Number of agents of a kind, by level."""
 SPARES = (2, 2, 4)
-"""How many of the objects that are alike are looked at, by level."""
+"""Number of equivalent objects, by level."""
 KINDS = (4, 8, 16)
-"""How many kinds beside the goals' own connections are looked at, by level."""
+"""Number of kinds besides those on the goals' connections, by level."""
 
 
 def small_world(

@@ -1,4 +1,4 @@
-"""A planning problem indexed: who is alike, what is said of whom, what the static facts connect."""
+"""Index of a planning problem: classes of agents, facts by object, the graph of static facts."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ Shape = frozenset[tuple[str, ...]]
 OWN = "own"
 """Stands for a place that static facts give to one agent alone, its home for instance."""
 FEW = 2
-"""A relation of an object to so few others brings them along (a sample's place, an agent's area, its camera)."""
+"""A relation to at most this many objects includes them (a sample's place, an agent's area, its camera)."""
 
 
 class WorldIndex:
@@ -148,7 +148,7 @@ class WorldIndex:
         return self._shapes[name]
 
     def type_word(self, arg: str) -> str:
-        """An object's type, report_progress apart if it belongs to one agent alone; constants as they are."""
+        """An object's type, marked if it belongs to one agent alone; constants as they are."""
         kind = self.objects.get(arg)
         return arg if kind is None else f"{OWN} {kind}" if arg in self._classes.own else f"a {kind}"
 

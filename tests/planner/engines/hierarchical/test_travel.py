@@ -29,15 +29,15 @@ def world(knowledge_base: KnowledgeBase) -> ProblemSetup:
 
 @pytest.fixture
 def travel(world: ProblemSetup) -> Travel:
-    statics = [fact for fact in world.problem.facts if not world.words.is_fluent(fact)]
+    statics = [fact for fact in world.problem.facts if not world.classifier.is_fluent(fact)]
     shared = FactTable(fact for fact in statics if world.classes.own.isdisjoint(fact.args))
     ways = {
-        number: Setups(world.base, world.problem, world.words, shared, members[0])
+        number: Setups(world.base, world.problem, world.classifier, shared, members[0])
         for number, members in world.classes.members.items()
     }
-    made = Travel(world.classes, world.words, ways, world.setups)
+    made = Travel(world.classes, world.classifier, ways, world.setups)
     for agent in world.classes.agents:
-        made.start(agent, world.words.configuration(agent, world.problem.facts))
+        made.start(agent, world.classifier.configuration(agent, world.problem.facts))
     return made
 
 
