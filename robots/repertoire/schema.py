@@ -36,8 +36,8 @@ class PacketSpec(Checked):
     whose handles are "$object@left", "@right" and "@free". In place of a pattern may stand `patterns_of`, all patterns
     of another packet, with this packet's arguments.
 
-    SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a way-point
-    `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
+    SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a
+    way-point `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
     `robots.reactive.avoidance`, which replaces the patterns of the environment level.
     """
 
