@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import ClassVar
-
-from pydantic import ConfigDict
 
 from robots.conditions import AnyCondition
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import Percepts
 from robots.reactive.responses import AnyResponse
 from robots.reactive.stimuli import AnyStimulus
@@ -25,14 +22,13 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BehaviourPattern:
+class BehaviourPattern(Strict):
     """bp = [f_r(s), f_u(s)] on one degree of freedom.
 
     `when`: the context within the packet outside of which the utility is forced to zero irrespective of the
     stimulus (MACTA §3 asks for that between packets; within one it is our choice).
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     name: str
     dof: DegreeOfFreedom
     level: Level
