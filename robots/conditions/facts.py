@@ -3,19 +3,11 @@
 from collections.abc import Container
 from math import isfinite
 
-from robots.conditions import (
-    AtHandle,
-    Beside,
-    Clear,
-    Condition,
-    Empty,
-    Holding,
-    HoldsAlone,
-    JointNear,
-    LiesAt,
-    Near,
-    Vacant,
-)
+from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear
+from robots.conditions.own_state import Empty, Holding
+from robots.conditions.position import Near
+from robots.conditions.sight import Beside, Clear, LiesAt, Vacant
+from robots.conditions.verdict import Condition
 from robots.errors import RepertoireError
 from robots.perception.percepts import LOCATING, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from robots.conditions import AnyCondition
+from robots.conditions.composition import AnyCondition
 from robots.data import Strict
 from robots.perception.percepts import Percepts
 from robots.reactive.responses import AnyResponse

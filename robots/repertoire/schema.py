@@ -7,7 +7,9 @@ from typing import Any
 
 from pydantic import Field, TypeAdapter
 
-from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
+from robots.conditions.composition import AnyCondition
+from robots.conditions.motion import Elapsed, Faster, Travelled
+from robots.conditions.verdict import Condition
 from robots.data import Checked
 from robots.reactive.avoidance import AnyAvoidance
 from robots.reactive.patterns import BehaviourPattern, Level
