@@ -1,4 +1,4 @@
-"""Stimuli of two robots that carry a long object together, and of the one that puts it down."""
+"""Stimuli for carrying a long object by two robots, and for putting it down."""
 
 from cmath import phase
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from robots.physical.geometry import clip
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointWayOn(Strict):
-    """How fast to go on so that the whole comes to stand near a place: 1 is the robot's full speed.
+    """The speed at which the formation goes to a place: 1 is the robot's full speed.
 
-    The middle goes at `cruise`, less within `full_m` of the point; in a bend the robot on the inside goes slower than
-    the middle, the one on the outside faster.
+    The middle goes at `cruise`, less within `full_m` of the point; in a bend the inner robot is slower than the middle,
+    the outer one faster.
     """
 
     needs: ClassVar[Needs] = SURROUNDINGS
@@ -32,10 +32,8 @@ class JointWayOn(Strict):
     turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.45
 
     def read(self, percepts: Percepts) -> float | None:
-        whole, guidance = (
-            formation_with(percepts, self.object),
-            guide_formation(percepts, self.object, self.place),
-        )
+        whole = formation_with(percepts, self.object)
+        guidance = guide_formation(percepts, self.object, self.place)
         if whole is None or guidance is None:
             return None
         middle = self.cruise * clip(guidance.advance_m / self.full_m)
@@ -45,7 +43,7 @@ class JointWayOn(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointWayRound(Strict):
-    """How fast to turn with the whole so that it comes to stand near a place: 1 is the robot's full turn rate."""
+    """The turn rate at which the formation goes to a place: 1 is the robot's full turn rate."""
 
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["joint_way_round"] = "joint_way_round"
@@ -63,7 +61,7 @@ class JointWayRound(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Askew(Strict):
-    """How far the robot is off square to the long object it holds; 1 if it has to turn `full_rad` to the left."""
+    """The robot's angle off square to the long object it holds; 1 if it has to turn `full_rad` to the left."""
 
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["askew"] = "askew"

@@ -25,8 +25,8 @@ class Level(StrEnum):
 class BehaviourPattern(Strict):
     """bp = [f_r(s), f_u(s)] on one degree of freedom.
 
-    `when`: the context within the packet outside of which the utility is forced to zero irrespective of the
-    stimulus (MACTA §3 asks for that between packets; within one it is our choice).
+    `when`: the context outside of which the utility is zero whatever the stimulus (MACTA §3 asks for that between
+    packets; within one it is our choice).
     """
 
     name: str
@@ -38,7 +38,7 @@ class BehaviourPattern(Strict):
     when: tuple[AnyCondition, ...] = ()
 
     def respond(self, percepts: Percepts) -> Utilitor:
-        """The utilitor for what is perceived; without stimulus or out of context it has no utility."""
+        """The pattern's utilitor; without utility if the stimulus is not sensed, or out of context."""
         for condition in self.when:
             if not condition.check(percepts).holds:
                 return REST
@@ -51,7 +51,7 @@ class BehaviourPattern(Strict):
 
 @dataclass(frozen=True, slots=True)
 class Responses:
-    """What every active pattern answered at one instant, and what the synthesis made of it."""
+    """The utilitors of all active patterns in one tick, and the resultants of the synthesis."""
 
     patterns: tuple[BehaviourPattern, ...] = ()
     answers: tuple[Utilitor, ...] = ()
@@ -59,7 +59,7 @@ class Responses:
 
     @property
     def of(self) -> Sequence[tuple[BehaviourPattern, Utilitor]]:
-        """Each pattern with its answer."""
+        """Each pattern with its utilitor."""
         return tuple(zip(self.patterns, self.answers, strict=True))
 
     def resultants(self) -> dict[str, tuple[float, float]]:
@@ -72,7 +72,7 @@ class Responses:
 
 
 def respond(patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Responses:
-    """Ask every pattern, and resolve the related utilitors: by degree of freedom."""
+    """Evaluate every pattern, and resolve the utilitors of each degree of freedom."""
     answers = tuple([pattern.respond(percepts) for pattern in patterns])
     related: dict[DegreeOfFreedom, list[Utilitor]] = {}
     for pattern, utilitor in zip(patterns, answers, strict=True):

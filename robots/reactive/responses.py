@@ -1,4 +1,4 @@
-"""The functions f_r and f_u of a stimulus (MACTA eq. 1, table 2), as data names them. All are normalised."""
+"""The normalised functions f_r and f_u of a stimulus (MACTA eq. 1, table 2)."""
 
 from dataclasses import dataclass
 from math import copysign, sqrt
@@ -8,7 +8,7 @@ from pydantic import Field
 
 from robots.data import Strict
 
-MOST_GAIN = 20.0
+MAX_GAIN = 20.0
 
 
 class Response(Protocol):
@@ -30,10 +30,10 @@ class Constant(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Linear(Strict):
-    """gain * s + offset, and no more than `limit` either way."""
+    """gain * s + offset, clipped to `limit` either way."""
 
     form: Literal["linear"] = "linear"
-    gain: Annotated[float, Field(ge=-MOST_GAIN, le=MOST_GAIN)] = 1.0
+    gain: Annotated[float, Field(ge=-MAX_GAIN, le=MAX_GAIN)] = 1.0
     offset: Annotated[float, Field(ge=-1, le=1)] = 0.0
     limit: Annotated[float, Field(ge=0, le=1)] = 1.0
 
@@ -46,7 +46,7 @@ class Size(Strict):
     """|s|: a utility that grows with the stimulus on either side."""
 
     form: Literal["size"] = "size"
-    gain: Annotated[float, Field(ge=-MOST_GAIN, le=MOST_GAIN)] = 1.0
+    gain: Annotated[float, Field(ge=-MAX_GAIN, le=MAX_GAIN)] = 1.0
 
     def at(self, s: float) -> float:
         return min(1.0, self.gain * abs(s))
@@ -54,7 +54,7 @@ class Size(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quick(Strict):
-    """sign(s) * sqrt|s|, or sqrt|s| as a utility: table 2's "under-damped", steep from the first."""
+    """sign(s) * sqrt|s|, or sqrt|s| as a utility: table 2's "under-damped", steep at 0."""
 
     form: Literal["quick"] = "quick"
     signed: bool = True
@@ -66,7 +66,7 @@ class Quick(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slow(Strict):
-    """sign(s) * (1 - sqrt(1 - |s|)): our reading of table 2's "over-damped", flat at first."""
+    """sign(s) * (1 - sqrt(1 - |s|)): our reading of table 2's "over-damped", flat at 0."""
 
     form: Literal["slow"] = "slow"
 
@@ -76,7 +76,7 @@ class Slow(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Full(Strict):
-    """sign(s): all of it, at once (our reading of table 2's `s1 + 1`, which no proximity keeps below 1)."""
+    """sign(s) (our reading of table 2's `s1 + 1`, which no proximity keeps below 1)."""
 
     form: Literal["full"] = "full"
 

@@ -1,4 +1,4 @@
-"""Stimuli of the behavioural suite (SRA fig. 4): what is left to turn or to go, an obstacle at the side, a whim."""
+"""Stimuli of the behavioural suite (SRA fig. 4): remaining turn or distance, an obstacle at the side, wandering."""
 
 from cmath import phase
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
 
 ALONG_M = 1.2
-"""An obstacle farther off than this is none to follow."""
+"""A farther obstacle is not followed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToTurn(Strict):
-    """What is left of an angle to turn by since the packet began; 1 at `full_rad` to the left."""
+    """The rest of an angle to turn by since the packet's start; 1 at `full_rad` to the left."""
 
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_turn"] = "to_turn"
@@ -47,7 +47,7 @@ class ToHeading(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToAdvance(Strict):
-    """What is left of a way straight ahead, or back if negative, since the packet began; 1 at `full_m`."""
+    """The rest of a distance to advance, negative: back, since the packet's start; 1 at `full_m`."""
 
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_advance"] = "to_advance"
@@ -60,7 +60,7 @@ class ToAdvance(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToGo(Strict):
-    """How far there is to go until `short_of_m` before something, in whatever direction; 1 at `full_m`."""
+    """The distance to something less `short_of_m`, whatever its direction; 1 at `full_m`."""
 
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["to_go"] = "to_go"
@@ -128,9 +128,8 @@ class Astern(Strict):
 class Alongside(Strict):
     """How to turn to keep an obstacle at the side, at a gap from the hull; 1 is a quarter turn to the left.
 
-    The nearest point within reach on that side should be abeam and at the gap. Our choices: metres weigh
-    `rad_per_m`; where there is nothing to follow the robot drives on straight until it has followed something, which
-    the event `found` tells, and then round to that side.
+    The nearest point within reach on that side should be abeam and at the gap. Our choices: the weight `rad_per_m` of
+    the gap's error; without an obstacle the robot drives straight until the event `found` was raised, then to that side.
     """
 
     needs: ClassVar[Needs] = SURROUNDINGS
@@ -151,9 +150,9 @@ class Alongside(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whim(Strict):
-    """A direction that wanders: smooth, without aim, different for every robot, the same in every run.
+    """A smoothly changing direction for wandering, different for every robot, the same in every run.
 
-    Our choice: two sines of the packet's time, of periods that share no multiple, out of phase by the robot's name.
+    Our choice: two sines of the packet's time with incommensurable periods, their phases by the robot's name.
     """
 
     needs: ClassVar[Needs] = NOTHING
@@ -167,7 +166,7 @@ class Whim(Strict):
 
 
 def abeam(percepts: Percepts, side: int) -> complex | None:
-    """The nearest point of what stands at a side, from a little ahead to astern; robot's frame."""
+    """The nearest obstacle at a side, from a little ahead to astern; robot's frame."""
     found = [
         one.at
         for one in percepts.obstacles

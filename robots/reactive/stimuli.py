@@ -1,8 +1,6 @@
-"""Stimuli: what a behaviour pattern reacts to, one normalised number s in [-1, 1]; None when it is not
-sensed.
+"""Stimuli: what a behaviour pattern reacts to, one normalised number s in [-1, 1]; None when it is not sensed.
 
-Some are sensors as they are (whiskers, capture head, light barrier), some virtual: a direction computed from
-sightings.
+Some are plain sensors (whiskers, capture head, light barrier), some virtual ones: directions computed from sightings.
 """
 
 from cmath import phase
@@ -31,7 +29,7 @@ from robots.reactive.steering import (
 
 
 class Stimulus(Protocol):
-    """One sensory stimulus (MACTA eq. 1). `needs`: the sensors whose percepts it reads."""
+    """One sensory stimulus (MACTA eq. 1). `needs`: the sensors that it reads."""
 
     @property
     def needs(self) -> Needs: ...
@@ -41,7 +39,7 @@ class Stimulus(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Always(Strict):
-    """No sensor at all: 1."""
+    """Always 1, without a sensor."""
 
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["always"] = "always"
@@ -52,7 +50,7 @@ class Always(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WayOn(Strict):
-    """How far there is to go to stand near a place; 1 at `full_m` or more, negative: back."""
+    """The advance of the guidance to a place; 1 at `full_m` or more, negative: back."""
 
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_on"] = "way_on"
@@ -66,7 +64,7 @@ class WayOn(Strict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WayRound(Strict):
-    """How much to turn to come to stand near a place; 1 at `full_rad` to the left."""
+    """The turn of the guidance to a place; 1 at `full_rad` to the left."""
 
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_round"] = "way_round"
