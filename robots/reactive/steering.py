@@ -129,7 +129,7 @@ class Alongside(Strict):
     """How to turn to keep an obstacle at the side, at a gap from the hull; 1 is a quarter turn to the left.
 
     The nearest point within reach on that side should be abeam and at the gap. Our choices: the weight `rad_per_m` of
-    the gap's error; without an obstacle the robot drives straight until the event `found` was raised, then to that side.
+    the gap's error; without an obstacle the robot drives straight until the event `found`, then to that side.
     """
 
     needs: ClassVar[Needs] = SURROUNDINGS
