@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from robots.conditions import Condition
+from robots.conditions.verdict import Condition
 from robots.perception.percepts import Percepts
 
 FLICKER_S = 0.5

@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 from robots.physical.body import Pose
 
 
-@register_jitable  # for compiled code, too; to Python it is what it was
+@register_jitable  # callable from compiled functions, and a plain function in Python
 def wrap(angle_rad: float) -> float:
     """The same angle in (-pi, pi]."""
     turned = (angle_rad + pi) % (2 * pi) - pi

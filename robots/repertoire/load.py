@@ -99,7 +99,7 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
 
 
 def _check_names(packet: BehaviourPacket, spec: PacketSpec) -> None:
-    """Refuse unknown parameters of basic packets; other packets have all parameters of their plan-net action (table 3)."""
+    """Refuse unknown parameters of basic packets; others have all those of their plan-net action (table 3)."""
     known = {*spec.arguments, *spec.parameters, *LIMITS, *(TARGET if spec.target else ())}
     unknown = sorted(packet.arguments.keys() - known)
     if unknown:

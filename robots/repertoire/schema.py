@@ -7,7 +7,9 @@ from typing import Any
 
 from pydantic import Field, TypeAdapter
 
-from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
+from robots.conditions.composition import AnyCondition
+from robots.conditions.motion import Elapsed, Faster, Travelled
+from robots.conditions.verdict import Condition
 from robots.data import Checked
 from robots.reactive.avoidance import AnyAvoidance
 from robots.reactive.patterns import BehaviourPattern, Level
@@ -36,8 +38,8 @@ class PacketSpec(Checked):
     whose handles are "$object@left", "@right" and "@free". In place of a pattern may stand `patterns_of`, all patterns
     of another packet, with this packet's arguments.
 
-    SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a way-point
-    `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
+    SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a
+    way-point `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
     `robots.reactive.avoidance`, which replaces the patterns of the environment level.
     """
 

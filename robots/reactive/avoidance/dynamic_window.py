@@ -8,9 +8,9 @@ from math import pi
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
@@ -22,10 +22,9 @@ TOUCH_M = 0.005
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DynamicWindow:
+class DynamicWindow(Strict):
     """Settings: weights alpha, beta, gamma of the objective (eq. 13), and what the body can do."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     by: Literal["dynamic_window"] = "dynamic_window"
     heading_weight: Annotated[float, Field(ge=0, le=100)] = 1.0

@@ -8,9 +8,9 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
@@ -23,13 +23,12 @@ Sectors = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VfhPlus:
+class VfhPlus(Strict):
     """Settings. Weights are mu_1 to mu_3 of the cost function; the paper wants mu_1 > mu_2 + mu_3.
 
     Our choice of measures: a magnitude of 1 is a certain cell at the window's edge, what is nearer counts for more.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     by: Literal["vfh_plus"] = "vfh_plus"
     target_weight: Annotated[float, Field(ge=0, le=100)] = 5.0

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from robots.conditions import Verdict
+from robots.conditions.verdict import Verdict
 from robots.executive.packet_run import LOST_S, UNSEEN_S, Outcome, PacketRun
 from robots.perception.health import Defect
 from robots.perception.percepts import NOTHING, Needs, Percepts

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from robots.conditions import AtHandle, Clear, Holding, JointNear, LiesAt, LinedUp
+from robots.conditions.long_objects import AtHandle, JointNear, LinedUp
+from robots.conditions.own_state import Holding
+from robots.conditions.sight import Clear, LiesAt
 from robots.errors import RepertoireError
 from robots.reactive.patterns import Level
 from robots.reactive.synthesis import DegreeOfFreedom
