@@ -22,7 +22,7 @@ from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowled
 from planner.engines import portfolio
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-from sim.trials.parallel import side_by_side
+from sim.trials.parallel import run_parallel
 
 TIME_LIMIT_S = 30.0
 SHOWN_SEEDS = 8
@@ -43,7 +43,7 @@ def sweep(plot: Plot, seeds: range, *, jobs: int, as_json: bool) -> None:
     :raises Invalid: if the goals are not understood, or the world cannot take so many, before anything is started.
     """
     _wanted(plot, seeds[0], load_knowledge_base())
-    rows = side_by_side(partial(row_of, plot), seeds, workers=jobs)
+    rows = run_parallel(partial(row_of, plot), seeds, workers=jobs)
     if as_json:
         errors = Console(stderr=True)
         with Progress(console=errors, transient=True) as progress:

@@ -1,8 +1,8 @@
-"""Rays in a plane against what a horizontal cut of the scene leaves solid. Compiled (numba).
+"""Rays in a plane against a horizontal cross-section of the scene. Compiled (numba).
 
 Arrays: boxes: shape (B, 6): middle x, y, cosine and sine of the heading, half length along it, half width, metres.
 discs: shape (D, 3): middle x, y, radius. The physics engine casts the same rays in three dimensions, at about 8 µs
-each; here a batch takes about a hundredth of that, for what is out of the way is sorted out before any ray is cast.
+each; a batch here takes about a hundredth of that, because far bodies are excluded before any ray is cast.
 """
 
 from typing import NamedTuple
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ray = tuple[float, float, float, float]
-"""Its start x, y, and the way to its end, metres."""
+"""Its start x, y, and the vector to its end, metres."""
 FREE = 1.0
 """The share of a ray that meets nothing."""
 
 
 class Cut(NamedTuple):
-    """What is solid at one height: boxes and discs as above."""
+    """A cross-section at one height: boxes and discs as above."""
 
     boxes: Floats
     discs: Floats
@@ -45,7 +45,8 @@ def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64])
         for ray in range(first, last):
             reach_m = max(reach_m, np.hypot(ends[ray, 0] - x, ends[ray, 1] - y))
             reach_m = max(reach_m, np.hypot(starts[ray, 0] - x, starts[ray, 1] - y))
-        boxes_near = discs_near = 0
+        boxes_near = 0
+        discs_near = 0
         for n in range(len(boxes)):
             if np.hypot(boxes[n, 0] - x, boxes[n, 1] - y) <= reach_m + np.hypot(boxes[n, 4], boxes[n, 5]):
                 near_boxes[boxes_near] = n
@@ -77,8 +78,8 @@ def in_sight(
 
     :param observers, shining: shape (R, 2) and (E, 2), metres. :param reach_m: shape (E,).
     :param known: shape (R, E): the pairs that matter.
-    :param blocker: shape (R, E), kept from call to call: what blocked the view last is tried first. Most of what is
-        hidden stays hidden by the same wall; that makes no difference but in time.
+    :param blocker: shape (R, E), kept from call to call: the body that blocked the view last, which is tried first.
+        It saves time only: most hidden emitters stay hidden by the same wall.
     """
     boxes, discs = cut
     seen = np.empty((known.sum(), 2), np.int64)
@@ -153,14 +154,14 @@ def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: floa
 
 @numba.njit(cache=True)
 def _beside(at: float, way: float, half: float) -> bool:
-    """True if a ray begins and ends on one side of a slab: most do, and that is told without a division."""
+    """True if a ray begins and ends on one side of a slab: most do, and this test needs no division."""
     end = at + way
     return (at > half and end > half) or (at < -half and end < -half)
 
 
 @numba.njit(cache=True)
 def _within(at: float, way: float, half: float, enters: float, leaves: float) -> tuple[float, float]:
-    """The part of a ray's way, from and to, that is between -half and half; if there is none, from beyond to."""
+    """The part of a ray, from and to, that is between -half and half; from > to if there is none."""
     if abs(way) < 1e-12:
         return (2.0, 1.0) if abs(at) > half else (enters, leaves)
     one, other = (-half - at) / way, (half - at) / way
