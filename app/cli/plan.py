@@ -15,7 +15,7 @@ from app.cli.show import show_plan
 from app.cli.understanding import understood
 from app.errors import Invalid
 from app.plan_body import PlanBody
-from app.sweep.mission import posed
+from app.trials.offline_mission import posed
 from app.world_model import initial_facts
 from planner import (
     KnowledgeBase,

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.cli.truth import holds
-from app.sweep import Mission, Outcome
+from app.trials.offline_mission import Mission
+from app.trials.sweep_row import Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
 from sim.trials.script_runner import ScriptRunner

@@ -15,8 +15,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.cli.truth import holds, truth_of
-from app.soak import Faults, Installation, Quiet, Trial
-from app.soak.trial import Real
+from app.trials.service_faults import Faults
+from app.trials.service_process import Installation
+from app.trials.soak import Quiet, Real, Trial
 from robots.world import WorldFile, world_yaml
 from sim.error import SimulationError
 

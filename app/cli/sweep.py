@@ -15,8 +15,10 @@ from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
 from app.errors import Invalid
 from app.goals.berths import berthed
-from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import NoMission, posed, prepare
+from app.trials.random_goals import drawn_goals
+from app.trials.sweep_results import Group, Spread, Tally
+from app.trials.sweep_row import Outcome, Row
 from app.world_model import initial_facts
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
 from planner.engines import portfolio

@@ -5,7 +5,8 @@ from pathlib import Path
 from app.cli import truth
 from app.cli.truth import holds
 from app.database import Database, WorldRow
-from app.soak import Record, executed_twice, goals_that_did_not_come_true, open_for_ever
+from app.trials.checks import executed_twice, goals_that_did_not_come_true, open_for_ever
+from app.trials.recorded_reports import Record
 from robots.world import load_world
 from sim.truth import Truth
 from tests.scenarios.witness import WORLD, Witness

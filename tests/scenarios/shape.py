@@ -12,7 +12,7 @@ from pathlib import Path
 import httpx2
 
 from app.background import Background
-from app.soak import numbers
+from app.trials.observer import numbers
 from examples.production import Running, Shape
 from tests.cluster import Cluster
 from tests.mosquitto import Mosquitto

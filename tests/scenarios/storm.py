@@ -10,7 +10,7 @@ from pathlib import Path
 
 import httpx2
 
-from app.soak import Installation, Life
+from app.trials.service_process import Installation, Life
 from tests.scenarios.witness import WORLD, Witness
 
 TOKEN = "a-token-for-the-storm"

@@ -10,8 +10,7 @@ import pytest
 
 from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
-from app.sweep import Mission, prepare, written
-from app.sweep.mission import posed
+from app.trials.offline_mission import Mission, posed, prepare, written
 from benchmarks.errands import with_sample
 from planner import PlanningRequest
 from planner.engines import portfolio

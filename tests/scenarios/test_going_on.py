@@ -12,7 +12,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from app.soak import Record, executed_twice
+from app.trials.checks import executed_twice
+from app.trials.recorded_reports import Record
 from tests.scenarios.judge import truth_of
 from tests.scenarios.killing import kill_family
 

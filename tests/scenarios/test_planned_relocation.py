@@ -4,8 +4,7 @@ import pytest
 
 from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import Mission, posed, prepare
 from planner import PlanningRequest
 from planner.engines import portfolio
 from robots.wire import ScriptState

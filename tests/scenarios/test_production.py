@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.soak.watch import Follower
+from app.trials.observer import Follower
 from examples.production import Shape
 from tests.cluster import Cluster, own_cluster
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto

@@ -7,8 +7,7 @@ import pytest
 
 from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import Mission, posed, prepare
 from app.world_model import initial_facts
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines import engine_named

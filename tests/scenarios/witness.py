@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx2
 
-from app.soak import Watch
+from app.trials.observer import Watch
 
 WORLD = "sample_store"
 DEADLINE_S = 5000.0

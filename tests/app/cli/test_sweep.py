@@ -11,7 +11,8 @@ import app.cli.sweep
 from app.cli.main import app as macta
 from app.cli.rehearse import carry_out
 from app.cli.sweep import Plot, row_of
-from app.sweep import Outcome, Row, written
+from app.trials.offline_mission import written
+from app.trials.sweep_row import Outcome, Row
 from robots.world import load_world
 from tests.app.store import Store
 

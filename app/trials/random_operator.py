@@ -9,8 +9,8 @@ from typing import Any
 
 import httpx2
 
-from app.soak.watch import ENDED, Watch
-from app.sweep.chance import PASSING
+from app.trials.observer import ENDED, Watch
+from app.trials.random_goals import PASSING
 from robots.world import WorldFile
 
 MOST_OPEN = 8

@@ -2,7 +2,8 @@
 
 import pytest
 
-from app.sweep import Outcome, Row, Tally, wilson
+from app.trials.sweep_results import Tally, wilson
+from app.trials.sweep_row import Outcome, Row
 
 
 def row(

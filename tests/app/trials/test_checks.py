@@ -3,15 +3,15 @@
 from typing import Any
 
 from app.database import ScriptRow
-from app.soak import (
+from app.trials.checks import (
     Found,
-    Record,
     disagreements,
     executed_twice,
     goals_that_did_not_come_true,
     lost_events,
     open_for_ever,
 )
+from app.trials.recorded_reports import Record
 
 DONE = {"state": "finished", "outcome": "completed", "reason": "", "text": "move sample_1 to bay_7"}
 GOAL: dict[str, Any] = {"id": "goal-1", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}], **DONE}

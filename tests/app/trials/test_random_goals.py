@@ -4,7 +4,7 @@ import pytest
 
 from app.errors import Invalid
 from app.goals.check import check_goals
-from app.sweep import drawn_goals
+from app.trials.random_goals import drawn_goals
 from tests.app.store import Store
 
 STORE = Store()

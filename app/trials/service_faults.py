@@ -11,7 +11,7 @@ import httpx2
 
 from app.background import Background
 from app.plans.tree import Running, kill
-from app.soak.life import Installation, Life, NotReady
+from app.trials.service_process import Installation, Life, NotReady
 
 Mishap = Callable[[random.Random], str]
 """Something befalls the world while no service runs; says what, or nothing if nothing did."""

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 
 import httpx2
 
-from app.soak.faults import Faults
-from app.soak.judge import (
+from app.trials.checks import (
     Found,
     IsTrue,
     disagreements,
@@ -18,10 +17,11 @@ from app.soak.judge import (
     lost_events,
     open_for_ever,
 )
-from app.soak.life import Installation, NotReady
-from app.soak.operator import RandomOperator
-from app.soak.record import Record
-from app.soak.watch import Follower, Watch
+from app.trials.observer import Follower, Watch
+from app.trials.random_operator import RandomOperator
+from app.trials.recorded_reports import Record
+from app.trials.service_faults import Faults
+from app.trials.service_process import Installation, NotReady
 from robots.world import WorldFile
 
 ACT_S = (0.05, 1.2)

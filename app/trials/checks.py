@@ -4,8 +4,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.soak.record import Record
-from app.soak.watch import ENDED
+from app.trials.observer import ENDED
+from app.trials.recorded_reports import Record
 from robots.wire import SymbolicFact
 
 IsTrue = Callable[[SymbolicFact], bool]

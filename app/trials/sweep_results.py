@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from statistics import median
 
-from app.sweep.row import Outcome, Row
+from app.trials.sweep_row import Outcome, Row
 
 NUMBER = re.compile(r"-?\d+(\.\d+)?")
 Z_95 = 1.959964
