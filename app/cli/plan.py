@@ -15,7 +15,7 @@ from app.cli.show import show_plan
 from app.cli.understanding import understood
 from app.errors import Invalid
 from app.plan_body import PlanBody
-from app.trials.offline_mission import posed
+from app.trials.offline_mission import goal_problem
 from app.world_model import initial_facts
 from planner import (
     KnowledgeBase,
@@ -153,4 +153,4 @@ def _without_plan(result: PlanningResult) -> dict[str, object]:
 
 def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBase) -> PlanningProblem:
     facts = initial_facts(world, knowledge_base)
-    return posed(world, facts, understood(world, facts, sentences, knowledge_base), knowledge_base)
+    return goal_problem(world, facts, understood(world, facts, sentences, knowledge_base), knowledge_base)

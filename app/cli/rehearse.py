@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from app.cli.truth import holds
 from app.trials.offline_mission import Mission
-from app.trials.sweep_row import Outcome
+from app.trials.sweep_results import Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
 from sim.trials.script_runner import ScriptRunner

@@ -15,10 +15,9 @@ from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
 from app.errors import Invalid
 from app.goals.berths import berthed
-from app.trials.offline_mission import NoMission, posed, prepare
+from app.trials.offline_mission import NoMission, goal_problem, plan_mission
 from app.trials.random_goals import drawn_goals
-from app.trials.sweep_results import Group, Spread, Tally
-from app.trials.sweep_row import Outcome, Row
+from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
 from app.world_model import initial_facts
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
 from planner.engines import portfolio
@@ -54,22 +53,22 @@ def sweep(plot: Plot, seeds: range, *, jobs: int, as_json: bool) -> None:
         sys.stdout.write("\n")
         return
     console = Console(highlight=False, soft_wrap=True)
-    _show_tally(console, Tally.of(list(_shown(console, rows))))
+    _show_tally(console, SweepSummary.of(list(_shown(console, rows))))
 
 
-def row_of(plot: Plot, seed: int) -> Row:
+def row_of(plot: Plot, seed: int) -> SeedResult:
     """One seed from goals to truth."""
     base, engine = _planning()
     goal = "none"
     try:
         wanted = _wanted(plot, seed, base)
         goal = _words(wanted)
-        problem = posed(plot.world, initial_facts(plot.world, base), wanted, base)
-        mission = prepare(plot.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
+        problem = goal_problem(plot.world, initial_facts(plot.world, base), wanted, base)
+        mission = plan_mission(plot.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
     except (Invalid, NoMission) as refusal:
-        return Row(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
+        return SeedResult(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
     ended = carry_out(mission, seed=seed)
-    return Row(
+    return SeedResult(
         seed=seed,
         goal=goal,
         outcome=ended.outcome,
@@ -101,8 +100,8 @@ def _words(goals: Sequence[SymbolicFact]) -> str:
     )
 
 
-def _document(plot: Plot, rows: Sequence[Row]) -> dict[str, Any]:
-    tally = Tally.of(rows)
+def _document(plot: Plot, rows: Sequence[SeedResult]) -> dict[str, Any]:
+    tally = SweepSummary.of(rows)
     return {
         "world": plot.world.name,
         "rows": [asdict(row) | {"ratio": row.ratio} for row in rows],
@@ -110,7 +109,7 @@ def _document(plot: Plot, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
+def _shown(console: Console, rows: Iterator[SeedResult]) -> Iterator[SeedResult]:
     """The rows, each printed as it comes."""
     console.print(f"[bold]{'seed':>5}  {'outcome':<10} {'time s':>7} {'/ estimated':>12}  goal[/]")
     for row in rows:
@@ -125,7 +124,7 @@ def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
         yield row
 
 
-def _show_tally(console: Console, tally: Tally) -> None:
+def _show_tally(console: Console, tally: SweepSummary) -> None:
     console.print()
     if tally.interval is None:
         console.print(f"Nothing was tried: none of {tally.seeds} seeds had a plan.")

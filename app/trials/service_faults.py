@@ -1,4 +1,4 @@
-"""What befalls the service: its processes are killed at any instant, all at once or one alone, and begun again."""
+"""Faults injected into the service: its processes are killed at random times, together or singly, and restarted."""
 
 import random
 import signal
@@ -11,10 +11,10 @@ import httpx2
 
 from app.background import Background
 from app.plans.tree import Running, kill
-from app.trials.service_process import Installation, Life, NotReady
+from app.trials.service_process import Installation, NotReady, ServiceProcess
 
-Mishap = Callable[[random.Random], str]
-"""Something befalls the world while no service runs; says what, or nothing if nothing did."""
+WorldFault = Callable[[random.Random], str]
+"""Changes the world while no service runs; returns what was done, empty if nothing."""
 
 KINDS = {
     "service killed": 4,
@@ -24,96 +24,98 @@ KINDS = {
     "planning killed": 3,
     "service stopped for 2 s": 1,
 }
-"""Each with its share."""
+"""Kinds of faults with their weights."""
 PAUSE_S = (2.0, 15.0)
 STOPPED_S = 2.0
 SIMULATION_PAUSE_S = 25.0
-"""A world whose process dies more often than five times in two minutes is given up by the service: that is no fault."""
+"""Least time between two kills of the simulation: the service gives up a world that dies six times in two minutes."""
 
 
-class Faults:
-    """Keeps the present life of the service, and ends it now and then in a thread of its own. Thread-safe."""
+class ServiceFaults:
+    """Runs the service, and kills or restarts it at random in a background thread. Thread-safe."""
 
-    def __init__(self, installation: Installation, seed: int, mishap: Mishap = lambda _: "") -> None:
-        self._installation, self._rng, self._mishap = installation, random.Random(seed), mishap
+    def __init__(self, installation: Installation, seed: int, world_fault: WorldFault = lambda _: "") -> None:
+        self._installation = installation
+        self._rng = random.Random(seed)
+        self._world_fault = world_fault
         self._lock = threading.Lock()
-        self._lives = 0
+        self._starts = 0
         self._simulation_killed_at = float("-inf")
         self._background: Background | None = None
         self.done: Counter[str] = Counter()
         self.complaints: list[str] = []
         self.said: list[str] = []
-        """What every life that is over wrote to standard error."""
-        self.life = self._begin()
+        """Standard error of every service process that has ended."""
+        self.service = self._start_service()
 
     def api(self) -> httpx2.Client:
-        """A client of the present life; the caller closes it.
+        """A client of the present service process; the caller closes it.
 
         :raises NotReady: if it does not come up.
         """
-        return self.life.api()
+        return self.service.api()
 
     def start(self) -> None:
-        """Let faults happen until `pause`."""
+        """Inject faults until `pause`."""
         self._background = Background("faults", self._run)
         self._background.start()
 
     def pause(self) -> None:
-        """No more faults; answers once the service is up, if it is to come up at all."""
+        """Stop injecting faults; returns when the service is up, or has failed to start."""
         if self._background is not None:
             self._background.end()
             self._background = None
         with self._lock:
-            self._note_death()
+            self._record_death()
             self._wait_until_up()
 
     def end(self) -> None:
-        """The last life ends as an operator would end it."""
+        """Stop the service as an operator would."""
         with self._lock:
-            self.life.end()
-            self.said.append(self.life.complaints)
+            self.service.end()
+            self.said.append(self.service.stderr)
 
     def kill(self) -> None:
-        """The last life ends at once, whatever it is at."""
-        self.life.kill()
+        """Kill the service."""
+        self.service.kill()
 
     def _run(self) -> None:
         assert self._background is not None
         ending = self._background.ending
         while not ending.wait(self._rng.uniform(*PAUSE_S)):
             with self._lock:
-                self._note_death()
+                self._record_death()
                 kind = self._rng.choices(list(KINDS), list(KINDS.values()))[0]
-                if self._befall(kind):
+                if self._inject(kind):
                     self.done[kind] += 1
                 self._wait_until_up()
 
-    def _befall(self, kind: str) -> bool:
-        """False if there was nothing to do it to."""
+    def _inject(self, kind: str) -> bool:
+        """False if there was no process to inject it into."""
         match kind:
             case "simulation killed":
                 return self._kill_simulation()
             case "planning killed":
-                return self._kill_one(self.life.planners())
+                return self._kill_one(self.service.planners())
             case "service stopped for 2 s":
-                self._stop_for_a_while()
+                self._suspend()
             case "service ended and begun again":
                 self._wait_until_up()
-                self.life.end()
-                self._begin_again()
+                self.service.end()
+                self._restart()
             case "service killed as it began":
-                self.life.kill()
-                self._begin_again()
+                self.service.kill()
+                self._restart()
                 time.sleep(self._rng.uniform(0.3, 4.0))
-                self.life.kill()
-                self._begin_again()
+                self.service.kill()
+                self._restart()
             case _:
-                self.life.kill()
-                self._begin_again()
+                self.service.kill()
+                self._restart()
         return True
 
     def _kill_simulation(self) -> bool:
-        simulation = self.life.simulation()
+        simulation = self.service.simulation()
         if simulation is None or time.monotonic() - self._simulation_killed_at < SIMULATION_PAUSE_S:
             return False
         self._simulation_killed_at = time.monotonic()
@@ -124,30 +126,30 @@ class Faults:
             kill([self._rng.choice(candidates)])
         return bool(candidates)
 
-    def _stop_for_a_while(self) -> None:
-        self.life.process.send_signal(signal.SIGSTOP)
+    def _suspend(self) -> None:
+        self.service.process.send_signal(signal.SIGSTOP)
         time.sleep(STOPPED_S)
-        self.life.process.send_signal(signal.SIGCONT)
+        self.service.process.send_signal(signal.SIGCONT)
 
-    def _begin_again(self) -> None:
-        self.said.append(self.life.complaints)
-        if befallen := self._mishap(self._rng):
-            self.done[befallen] += 1
-        self.life = self._begin()
+    def _restart(self) -> None:
+        self.said.append(self.service.stderr)
+        if injected := self._world_fault(self._rng):
+            self.done[injected] += 1
+        self.service = self._start_service()
 
-    def _begin(self) -> Life:
-        self._lives += 1
-        return self._installation.begin(self._lives)
+    def _start_service(self) -> ServiceProcess:
+        self._starts += 1
+        return self._installation.start(self._starts)
 
-    def _note_death(self) -> None:
-        """A life that ended by itself is a fault of the service's own."""
-        if not self.life.is_alive:
-            status = self.life.process.returncode
-            self.complaints.append(f"life {self.life.number} of the service ended by itself ({status})")
-            self._begin_again()
+    def _record_death(self) -> None:
+        """A service that ended by itself has failed: record it and restart it."""
+        if not self.service.is_alive:
+            status = self.service.process.returncode
+            self.complaints.append(f"service process {self.service.number} ended by itself ({status})")
+            self._restart()
 
     def _wait_until_up(self) -> None:
         try:
-            self.life.address()
+            self.service.address()
         except NotReady as error:
             self.complaints.append(str(error))

@@ -1,4 +1,4 @@
-"""The trial itself: a while of goals and faults, quiet until everything is over, judgement; again and again."""
+"""The soak trial: rounds of random goals and faults, then settling without faults, then checks."""
 
 import random
 import time
@@ -9,74 +9,74 @@ from dataclasses import dataclass, field
 import httpx2
 
 from app.trials.checks import (
-    Found,
+    Beliefs,
     IsTrue,
+    RecordedReports,
     disagreements,
     executed_twice,
-    goals_that_did_not_come_true,
     lost_events,
-    open_for_ever,
+    unfinished_goals,
+    untrue_goals,
 )
-from app.trials.observer import Follower, Watch
+from app.trials.observer import EventFollower, Observer
 from app.trials.random_operator import RandomOperator
-from app.trials.recorded_reports import Record
-from app.trials.service_faults import Faults
+from app.trials.service_faults import ServiceFaults
 from app.trials.service_process import Installation, NotReady
 from robots.world import WorldFile
 
 ACT_S = (0.05, 1.2)
-"""Between two acts of the operator."""
+"""Interval between two acts of the operator."""
 LOOK_S = 0.5
-QUIET_S, STUCK_S = 1800.0, 1800.0
-"""Within so long, of the world's time, everything is to come to its end once there are no more faults; a world that
-does not get that far within so long of the wall clock stands still.
-"""
+SETTLE_WORLD_S = 1800.0
+"""World time within which everything must end once there are no more faults."""
+SETTLE_WALL_S = 1800.0
+"""Wall-clock limit of the same."""
 CAUGHT_UP_S = 20.0
-SETTLE_S = 2.5
-"""A world that rests is kept once a second: after so long its snapshot is of the rest."""
+SNAPSHOT_S = 2.5
+"""Wait before the snapshot is read: a world at rest takes one every second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Real:
-    """The world as it is: `is_true` of facts, and by sample where it `lies`."""
+class TrueState:
+    """The true state of the world: `is_true` of facts, and by sample the place it `lies` in."""
 
     is_true: IsTrue
     lies: Mapping[str, str | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Quiet:
-    """A quiet point: how much has been done by then, and what the service's process holds."""
+class RoundResult:
+    """The result of a round: counts so far, the service's memory, and what is `wrong`."""
 
     at_s: float
-    life: int
+    process: int
     goals: int
     memory_mb: float
     wrong: tuple[str, ...]
 
 
 @dataclass(slots=True, kw_only=True)
-class Trial:
+class SoakTrial:
     """Runs the trial.
 
-    :param real: reads the world as it is; never the service's to know.
+    :param true_state: reads the true state of the world, which the service never sees.
     """
 
     installation: Installation
     world: WorldFile
     seed: int
-    real: Callable[[], Real]
-    faults: Faults
-    watch: Watch = field(init=False)
+    true_state: Callable[[], TrueState]
+    faults: ServiceFaults
+    observer: Observer = field(init=False)
     operator: RandomOperator = field(init=False)
-    quiets: list[Quiet] = field(default_factory=list)
-    _follower: Follower = field(init=False)
+    rounds: list[RoundResult] = field(default_factory=list)
+    _follower: EventFollower = field(init=False)
     _begun_at: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
-        self.watch = Watch(self.world.name)
-        self.operator = RandomOperator(world=self.world, seed=self.seed, watch=self.watch)
-        self._follower = Follower(self.faults.api)
+        self.observer = Observer(self.world.name)
+        self.operator = RandomOperator(world=self.world, seed=self.seed, observer=self.observer)
+        self._follower = EventFollower(self.faults.api)
 
     @property
     def elapsed_s(self) -> float:
@@ -84,13 +84,13 @@ class Trial:
 
     @property
     def wrong(self) -> list[str]:
-        """All that did not hold."""
-        judged = [words for quiet in self.quiets for words in quiet.wrong]
-        return [*self.faults.complaints, *self.operator.complaints, *self.watch.complaints, *judged]
+        """All complaints and failed checks."""
+        judged = [words for result in self.rounds for words in result.wrong]
+        return [*self.faults.complaints, *self.operator.complaints, *self.observer.complaints, *judged]
 
     @contextmanager
     def under_way(self) -> Iterator[None]:
-        """The service lives, and the stream of its events is followed, for the length of the block."""
+        """Run the service and follow its event stream for the length of the block."""
         with self._follower.following():
             try:
                 yield
@@ -98,69 +98,69 @@ class Trial:
             finally:
                 self.faults.kill()
 
-    def round(self, storm_s: float) -> Quiet:
-        """Goals and faults for so long, then quiet; judged."""
-        self.faults.pause()  # until it is up, for the first time too
+    def round(self, storm_s: float) -> RoundResult:
+        """Inject goals and faults for `storm_s` of the wall clock, let everything end, and check."""
+        self.faults.pause()  # waits until the service is up
         self.faults.start()
         give_up = time.monotonic() + storm_s
-        rng = random.Random(f"{self.seed} {len(self.quiets)}")
+        rng = random.Random(f"{self.seed} {len(self.rounds)}")
         while time.monotonic() < give_up:
-            self._with_the_service(self._act)
+            self._with_api(self._act)
             time.sleep(rng.uniform(*ACT_S))
         self.faults.pause()
-        over = self._let_all_end()
-        quiet = self._judged(over)
-        self.quiets.append(quiet)
-        return quiet
+        over = self._settle_all()
+        result = self._judged(over)
+        self.rounds.append(result)
+        return result
 
     def _act(self, api: httpx2.Client) -> None:
         self.operator.act(api)
-        self.watch.look(api, self.operator.open)
+        self.observer.read(api, self.operator.open)
 
-    def _let_all_end(self) -> bool:
-        give_up, began_s = time.monotonic() + STUCK_S, self.watch.time_s
-        while time.monotonic() < give_up and self.watch.time_s < began_s + QUIET_S:
-            if self._with_the_service(self._settle) and not self.operator.open:
+    def _settle_all(self) -> bool:
+        give_up, began_s = time.monotonic() + SETTLE_WALL_S, self.observer.time_s
+        while time.monotonic() < give_up and self.observer.time_s < began_s + SETTLE_WORLD_S:
+            if self._with_api(self._settle) and not self.operator.open:
                 return True
             time.sleep(LOOK_S)
         return False
 
     def _settle(self, api: httpx2.Client) -> None:
         self.operator.settle(api)
-        self.watch.look(api, self.operator.open)
+        self.observer.read(api, self.operator.open)
 
-    def _with_the_service(self, act: Callable[[httpx2.Client], None]) -> bool:
-        """False if the service went meanwhile."""
+    def _with_api(self, act: Callable[[httpx2.Client], None]) -> bool:
+        """False if the service ended meanwhile."""
         with suppress(httpx2.TransportError, httpx2.HTTPStatusError, NotReady), self.faults.api() as api:
             act(api)
             return True
         return False
 
-    def _judged(self, over: bool) -> Quiet:
-        """Truth is compared only where nothing is under way any more."""
-        wrong = open_for_ever(self.watch.goals.values())
+    def _judged(self, over: bool) -> RoundResult:
+        """The checks; the true state is compared only if everything has ended."""
+        wrong = unfinished_goals(self.observer.goals.values())
         wrong += executed_twice(self._record())
         if over:
-            time.sleep(SETTLE_S)
-            real, found = self.real(), self._found()
-            wrong += disagreements(found, real.lies, self.world.owners)
-            wrong += goals_that_did_not_come_true(self._latest(), real.is_true)
+            time.sleep(SNAPSHOT_S)
+            true_state, found = self.true_state(), self._found()
+            wrong += disagreements(found, true_state.lies, self.world.owners)
+            wrong += untrue_goals(self._latest(), true_state.is_true)
         wrong += self._lost_events()
-        return Quiet(
+        return RoundResult(
             at_s=self.elapsed_s,
-            life=self.faults.life.number,
-            goals=len(self.operator.stated),
-            memory_mb=self.faults.life.memory_mb,
+            process=self.faults.service.number,
+            goals=len(self.operator.submitted),
+            memory_mb=self.faults.service.memory_mb,
             wrong=tuple(wrong),
         )
 
-    def _record(self) -> Record:
-        return Record.read(self.installation.database_url)
+    def _record(self) -> RecordedReports:
+        return RecordedReports.read(self.installation.database_url)
 
     def _latest(self) -> list[Mapping[str, object]]:
-        """Of the goals that were carried out those that no later one has undone."""
+        """The goals that were carried out and not undone by a later one."""
         latest: dict[str, str] = {}
-        carried_out = [goal for goal in self.watch.goals.values() if goal["mission_id"] is not None]
+        carried_out = [goal for goal in self.observer.goals.values() if goal["mission_id"] is not None]
         by_end = sorted(carried_out, key=lambda goal: goal["updated_at"])
         for goal in by_end:
             latest |= {fact["args"][0]: goal["id"] for fact in goal["goal"]}
@@ -168,11 +168,11 @@ class Trial:
             goal for goal in by_end if all(latest[fact["args"][0]] == goal["id"] for fact in goal["goal"])
         ]
 
-    def _found(self) -> Found:
+    def _found(self) -> Beliefs:
         with self.faults.api() as api:
             facts = api.get(f"/v1/worlds/{self.world.name}/facts").raise_for_status().json()["items"]
             unknown = api.get(f"/v1/worlds/{self.world.name}/unknown").raise_for_status().json()["items"]
-        return Found(
+        return Beliefs(
             facts=[(fact["predicate"], tuple(fact["args"])) for fact in facts],
             unknown=[one["name"] for one in unknown],
         )

@@ -63,6 +63,13 @@ def two_rooms(
     )
 
 
+def with_only(world: WorldFile, *robots: str) -> WorldFile:
+    """The world without its other robots."""
+    file = world.model_dump()
+    file["robots"] = [robot for robot in file["robots"] if robot["name"] in robots]
+    return WorldFile.model_validate(file)
+
+
 def simulate(
     world: WorldFile, *, seed: int = 0, jitter_m: float = 0.0
 ) -> tuple[Simulation, dict[str, Puppet]]:
