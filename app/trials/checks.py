@@ -139,7 +139,7 @@ def lost_events(seen: Sequence[int], kept: Sequence[int]) -> list[str]:
         return []
     missing, doubled = sorted(set(kept) - set(seen)), len(seen) - len(set(seen))
     return [
-        f"the stream of events reports {len(seen)} of {len(kept)}: not {missing[:5]}, {doubled} twice, "
+        f"the event stream had {len(seen)} of {len(kept)}: not {missing[:5]}, {doubled} twice, "
         f"{'in' if list(seen) == sorted(seen) else 'out of'} order"
     ]
 

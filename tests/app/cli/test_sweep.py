@@ -37,7 +37,7 @@ def in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
         assert workers == 2
         return map(row, jobs)
 
-    monkeypatch.setattr(app.cli.sweep, "side_by_side", runs)
+    monkeypatch.setattr(app.cli.sweep, "run_parallel", runs)
 
 
 @pytest.mark.usefixtures("in_turn")

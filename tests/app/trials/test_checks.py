@@ -25,7 +25,7 @@ def packet(script: str, state: str, at_s: float) -> dict[str, Any]:
 def record(*told: dict[str, Any], **robots: str) -> RecordedReports:
     """:param robots: the robot of each script."""
     scripts = [ScriptRow(id=script, robot=robot) for script, robot in robots.items()]
-    return RecordedReports(told=told, scripts=scripts, events=[])
+    return RecordedReports(reports=told, scripts=scripts, events=[])
 
 
 def test_a_goal_that_is_over_and_says_how_is_no_matter_of_complaint() -> None:
@@ -80,6 +80,6 @@ def test_two_scripts_of_one_robot_that_overlap_are_found() -> None:
 
 def test_a_stream_tells_every_event_once_and_in_order() -> None:
     assert lost_events([1, 2, 3], [1, 2, 3]) == []
-    assert lost_events([1, 3], [1, 2, 3]) == ["the stream of events told 2 of 3: not [2], 0 twice, in order"]
+    assert lost_events([1, 3], [1, 2, 3]) == ["the event stream had 2 of 3: not [2], 0 twice, in order"]
     assert "1 twice" in lost_events([1, 2, 2, 3], [1, 2, 3])[0]
     assert "out of order" in lost_events([2, 1, 3], [1, 2, 3])[0]
