@@ -247,7 +247,8 @@ class Scene:
         self._disconnect()
 
     def _add_wall(self, panel: Panel) -> None:
-        (x0, y0), (x1, y1) = panel.start, panel.end
+        x0, y0 = panel.start
+        x1, y1 = panel.end
         shape = bullet.box(self.client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
         middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
         self._add_solid(shape, middle, atan2(y1 - y0, x1 - x0))
