@@ -10,7 +10,7 @@ from app.domain.errors import Invalid, Unavailable
 from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile
-from sim import Keep, LastingWorld
+from sim import SnapshotSettings, SupervisedWorld
 from sim.snapshot import digest_of
 
 TURN_S = 0.02
@@ -32,14 +32,14 @@ def fleet(
         raise Invalid("--broker: say where the broker is, as mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
     log_warnings()
     warn_if_open(broker)
-    keep = Keep(folder=settings.data / "worlds", any_run=True, afresh=afresh)
+    snapshots = SnapshotSettings(folder=settings.data / "worlds", any_run=True, start_new=afresh)
     with (
         told_to_end() as ending,
-        LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation,
+        SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
-        if simulation.why_afresh:
-            tell_why_afresh(world.name, simulation.why_afresh)
+        if simulation.not_resumed_because:
+            tell_why_afresh(world.name, simulation.not_resumed_because)
         relay = _Relay(world, simulation, link, broker, speed)
         while not ending.is_set():
             relay.turn()
@@ -49,7 +49,7 @@ class _Relay:
     """Between the simulation's process and the broker: the robots' words out, what is said to them in."""
 
     def __init__(
-        self, world: WorldFile, simulation: LastingWorld, link: FleetLink, broker: Broker, speed: float
+        self, world: WorldFile, simulation: SupervisedWorld, link: FleetLink, broker: Broker, speed: float
     ) -> None:
         self._world, self._simulation, self._link = world, simulation, link
         self._broker, self._speed = broker, speed

@@ -16,7 +16,7 @@ from app.cli.understanding import understood
 from app.domain.errors import Invalid
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import initial_facts
-from app.sweep.mission import posed
+from app.trials.offline_mission import goal_problem
 from planner import (
     KnowledgeBase,
     PlanningEngine,
@@ -153,4 +153,4 @@ def _without_plan(result: PlanningResult) -> dict[str, object]:
 
 def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBase) -> PlanningProblem:
     facts = initial_facts(world, knowledge_base)
-    return posed(world, facts, understood(world, facts, sentences, knowledge_base), knowledge_base)
+    return goal_problem(world, facts, understood(world, facts, sentences, knowledge_base), knowledge_base)

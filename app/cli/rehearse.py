@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.cli.truth import holds
-from app.sweep import Mission, Outcome
+from app.trials.offline_mission import Mission
+from app.trials.sweep_results import Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 PATIENCE_S, PATIENCE_FACTOR = 300.0, 6.0
 """The longest that a mission may take: so much, and so many times its estimate."""
@@ -35,32 +36,32 @@ class Ended:
 def carry_out(mission: Mission, *, seed: int) -> Ended:
     """Have the simulated robots do it, until all have finished or one has failed."""
     limit_s = PATIENCE_S + PATIENCE_FACTOR * mission.plan_net.makespan_s
-    with Crew(mission.world, seed=seed) as crew:
-        crew.send(mission.scripts)
+    with ScriptRunner(mission.world, seed=seed) as runner:
+        runner.send(mission.scripts)
         names = {script.id for script in mission.scripts}
 
         def over() -> bool:
-            crew.hear()
-            return bool(_failed(crew) or crew.refused) or names <= set(crew.ended)
+            runner.receive()
+            return bool(_failed(runner) or runner.refused) or names <= set(runner.ended)
 
-        crew.simulation.run_until(over, timeout_s=limit_s)
-        return _ended(crew, mission, limit_s)
-
-
-def _failed(crew: Crew) -> list[ScriptReport]:
-    return [report for report in crew.ended.values() if report.state is not ScriptState.FINISHED]
+        runner.simulation.run_until(over, timeout_s=limit_s)
+        return _ended(runner, mission, limit_s)
 
 
-def _ended(crew: Crew, mission: Mission, limit_s: float) -> Ended:
-    truth, reports = crew.simulation.truth(), tuple(crew.ended.values())
+def _failed(runner: ScriptRunner) -> list[ScriptReport]:
+    return [report for report in runner.ended.values() if report.state is not ScriptState.FINISHED]
+
+
+def _ended(runner: ScriptRunner, mission: Mission, limit_s: float) -> Ended:
+    truth, reports = runner.simulation.truth(), tuple(runner.ended.values())
     outcome, packet, reason = Outcome.CAME_TRUE, None, ""
-    if failed := _failed(crew):
-        script = next(script for script in crew.scripts if script.id == failed[0].script_id)
+    if failed := _failed(runner):
+        script = next(script for script in runner.scripts if script.id == failed[0].script_id)
         outcome, packet, reason = Outcome.FAILED, _tag(script, failed[0].packet_id), failed[0].detail
-    elif crew.refused:
-        outcome, reason = Outcome.FAILED, f"refused: {next(iter(crew.refused.values())).reason}"
+    elif runner.refused:
+        outcome, reason = Outcome.FAILED, f"refused: {next(iter(runner.refused.values())).reason}"
     elif len(reports) < len(mission.scripts):
-        outcome, reason = Outcome.UNENDED, f"not ended after {limit_s:.0f} s: {', '.join(_under_way(crew))}"
+        outcome, reason = Outcome.UNENDED, f"not ended after {limit_s:.0f} s: {', '.join(_under_way(runner))}"
     elif untrue := [goal for goal in mission.goals if not holds(goal, mission.world, truth)]:
         outcome, reason = Outcome.UNTRUE, ", ".join(_found(goal, truth) for goal in untrue)
     return Ended(truth=truth, reports=reports, outcome=outcome, packet=packet, reason=reason)
@@ -70,10 +71,10 @@ def _tag(script: BehaviourScript, packet_id: str | None) -> str | None:
     return next((packet.tag for packet in script.packets if packet.id == packet_id), None)
 
 
-def _under_way(crew: Crew) -> list[str]:
+def _under_way(runner: ScriptRunner) -> list[str]:
     """Each robot that has not ended, with the packet it is at."""
-    under_way = [script for script in crew.scripts if script.id not in crew.ended]
-    latest = {report.script_id: report for report in crew.reports}
+    under_way = [script for script in runner.scripts if script.id not in runner.ended]
+    latest = {report.script_id: report for report in runner.reports}
     return [
         f"{script.robot} {_tag(script, report.packet_id)} {report.state}"
         for script in under_way

@@ -15,13 +15,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.cli.truth import holds, truth_of
-from app.soak import Faults, Installation, Quiet, Trial
-from app.soak.trial import Real
+from app.trials.service_faults import ServiceFaults
+from app.trials.service_process import Installation
+from app.trials.soak import RoundResult, SoakTrial, TrueState
 from robots.world import WorldFile, world_yaml
 from sim.error import SimulationError
 
 STORM_S = (30.0, 90.0)
-"""How long goals and faults go on between two quiet points; wall clock."""
+"""How long goals and faults go on between two rounds' ends; wall clock."""
 OUT_S, EVERY_S = (20.0, 60.0), (200.0, 400.0)
 """How long each robot is out of contact, and how often; the world's clock."""
 PUSH_M = 0.15
@@ -30,7 +31,7 @@ SHOWN = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wish:
-    """What to try, and how. `minutes` counts to the last round's beginning of its quiet."""
+    """What to try, and how. `minutes` counts until the last round stops injecting faults."""
 
     world: WorldFile
     minutes: float
@@ -55,12 +56,12 @@ def soak(wish: Wish) -> int:
     console.print(
         f"[bold]Macta[/]: {world.name} at {wish.speed:g}× for {wish.minutes:g} min, seed {wish.seed}; in {folder}"
     )
-    trial = Trial(
+    trial = SoakTrial(
         installation=installation,
         world=world,
         seed=wish.seed,
-        real=lambda: real(installation.data, world),
-        faults=Faults(installation, wish.seed, lambda rng: push_one(installation.data, world, rng)),
+        true_state=lambda: true_state(installation.data, world),
+        faults=ServiceFaults(installation, wish.seed, lambda rng: push_one(installation.data, world, rng)),
     )
     _run(trial, wish, console)
     _show(trial, console)
@@ -84,10 +85,10 @@ def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
     return WorldFile.model_validate(told)
 
 
-def real(data: Path, world: WorldFile) -> Real:
+def true_state(data: Path, world: WorldFile) -> TrueState:
     """The world as it was kept last."""
     truth = truth_of(data, world)
-    return Real(
+    return TrueState(
         is_true=lambda fact: holds(fact, world, truth),
         lies={name: sample.ref for name, sample in truth.samples.items()},
     )
@@ -113,27 +114,28 @@ def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     return "rover pushed"
 
 
-def _run(trial: Trial, wish: Wish, console: Console) -> None:
+def _run(trial: SoakTrial, wish: Wish, console: Console) -> None:
     rng = random.Random(wish.seed)
     with trial.under_way():
         while trial.elapsed_s < 60.0 * wish.minutes and not trial.wrong:
             left_s = max(60.0 * wish.minutes - trial.elapsed_s, 1.0)
             with console.status("goals and faults …") if console.is_terminal else nullcontext():
-                quiet = trial.round(min(rng.uniform(*STORM_S), left_s))
-            console.print(_line(trial, quiet))
+                result = trial.round(min(rng.uniform(*STORM_S), left_s))
+            console.print(_line(trial, result))
 
 
-def _line(trial: Trial, quiet: Quiet) -> str:
+def _line(trial: SoakTrial, result: RoundResult) -> str:
     faults = sum(trial.faults.done.values())
     return (
-        f"{quiet.at_s:6.0f} s: {quiet.goals} goals, {faults} faults, life {quiet.life}, {quiet.memory_mb:.0f} MiB: "
-        + ("all held" if not quiet.wrong else f"[red]{len(quiet.wrong)} did not hold[/]")
+        f"{result.at_s:6.0f} s: {result.goals} goals, {faults} faults, process {result.process}, "
+        f"{result.memory_mb:.0f} MiB: "
+        + ("all held" if not result.wrong else f"[red]{len(result.wrong)} did not hold[/]")
     )
 
 
-def _show(trial: Trial, console: Console) -> None:
+def _show(trial: SoakTrial, console: Console) -> None:
     outcomes: dict[str, int] = {}
-    for goal in trial.watch.goals.values():
+    for goal in trial.observer.goals.values():
         name = f"goals {goal['state']}: {goal['outcome']}"
         outcomes[name] = outcomes.get(name, 0) + 1
     counts = {**trial.operator.done, **trial.faults.done, **outcomes}

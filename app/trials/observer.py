@@ -1,4 +1,4 @@
-"""What a client sees of a service over all its lives: goals, deadlines, the world's time, the stream of events."""
+"""What a client observes of a service across restarts: goals, deadlines, the world's time, the event stream."""
 
 import json
 import threading
@@ -13,12 +13,12 @@ from app.workflows.background import Background
 
 ENDED = ("finished", "withdrawn", "unsolvable")
 QUIET_S = 2.0
-"""A stream that says nothing for so long has said all for now."""
-AGAIN_S = 0.2
+"""Silence after which a stream is taken to have sent everything for now."""
+RETRY_S = 0.2
 
 
-class Watch:
-    """Looks at goals and the world's time; keeps what must never change, and complains if it did."""
+class Observer:
+    """Reads goals and the world's time; records what must never change, and complains if it did."""
 
     def __init__(self, world: str) -> None:
         self._world = world
@@ -27,9 +27,9 @@ class Watch:
         self._deadlines: dict[str, set[float | None]] = {}
         self._clocks_s: dict[str, list[float]] = {}
 
-    def look(self, api: httpx2.Client, goal_ids: Iterable[str], *, clock: str = "") -> None:
+    def read(self, api: httpx2.Client, goal_ids: Iterable[str], *, clock: str = "") -> None:
         """
-        :param clock: which clock is read here: replicas follow the world's each with one of its own.
+        :param clock: names the clock that is read: replicas each follow the world's with their own.
         :raises httpx2.TransportError: if the service goes meanwhile.
         :raises httpx2.HTTPStatusError: if it does not answer as it should.
         """
@@ -65,8 +65,8 @@ class Watch:
         return [*back, *moved]
 
 
-def numbers(api: httpx2.Client, after: int) -> Iterator[int]:
-    """Of the events after a number, until nothing is said for a while (`httpx2.ReadTimeout`) or the service goes."""
+def event_numbers(api: httpx2.Client, after: int) -> Iterator[int]:
+    """Numbers of the events after a number, until silence (`httpx2.ReadTimeout`) or the end of the service."""
     headers = {"last-event-id": str(after)}
     with api.stream("GET", "/v1/events", headers=headers, timeout=QUIET_S) as answer:
         answer.raise_for_status()
@@ -75,12 +75,13 @@ def numbers(api: httpx2.Client, after: int) -> Iterator[int]:
                 yield json.loads(line[5:])["seq"]
 
 
-class Follower:
-    """Follows the stream of events in a thread of its own, from life to life, as a console does."""
+class EventFollower:
+    """Follows the event stream in a background thread across restarts, as a console does."""
 
     def __init__(self, api: Callable[[], httpx2.Client]) -> None:
-        """:param api: a client of the present life; raises what it likes while there is none."""
-        self._api, self._lock = api, threading.Lock()
+        """:param api: a client of the present service process; may raise anything while there is none."""
+        self._api = api
+        self._lock = threading.Lock()
         self._seen: list[int] = []
         self._background = Background("follower", self._run)
 
@@ -103,10 +104,10 @@ class Follower:
         while not self._background.ending.is_set():
             try:
                 with self._api() as api:
-                    for number in numbers(api, self._seen[-1] if self._seen else 0):
+                    for number in event_numbers(api, self._seen[-1] if self._seen else 0):
                         with self._lock:
                             self._seen.append(number)
                         if self._background.ending.is_set():
                             return
-            except Exception:  # the service is away: it was killed, or is about to begin
-                self._background.ending.wait(AGAIN_S)
+            except Exception:  # the service was killed, or is starting
+                self._background.ending.wait(RETRY_S)

@@ -25,7 +25,7 @@ class Mission:
     scripts: Sequence[BehaviourScript]
 
 
-def posed(
+def goal_problem(
     world: WorldFile, facts: Facts, goals: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
 ) -> PlanningProblem:
     """The problem of making the goals true; each names one place, not a location with several berths."""
@@ -34,7 +34,7 @@ def posed(
     return planning_problem(world, facts, wanted, spots=initial_spots(world))
 
 
-def prepare(
+def plan_mission(
     world: WorldFile,
     problem: PlanningProblem,
     engine: PlanningEngine,
@@ -48,10 +48,10 @@ def prepare(
     result = engine.plan(problem, request)
     if result.plan_net is None:
         raise NoMission(f"{result.status}: {result.reason}")
-    return written(world, result.plan_net, knowledge_base)
+    return organised_mission(world, result.plan_net, knowledge_base)
 
 
-def written(world: WorldFile, plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mission:
+def organised_mission(world: WorldFile, plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mission:
     """Organise a plan-net.
 
     :raises NoMission: if that fails.

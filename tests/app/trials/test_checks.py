@@ -2,16 +2,16 @@
 
 from typing import Any
 
-from app.soak import (
-    Found,
-    Record,
+from app.store import ScriptRow
+from app.trials.checks import (
+    Beliefs,
+    RecordedReports,
     disagreements,
     executed_twice,
-    goals_that_did_not_come_true,
     lost_events,
-    open_for_ever,
+    unfinished_goals,
+    untrue_goals,
 )
-from app.store import ScriptRow
 
 DONE = {"state": "finished", "outcome": "completed", "reason": "", "text": "move sample_1 to bay_7"}
 GOAL: dict[str, Any] = {"id": "goal-1", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}], **DONE}
@@ -22,36 +22,36 @@ def packet(script: str, state: str, at_s: float) -> dict[str, Any]:
     return {**body, "detail": "", "events": []}
 
 
-def record(*told: dict[str, Any], **robots: str) -> Record:
+def record(*told: dict[str, Any], **robots: str) -> RecordedReports:
     """:param robots: the robot of each script."""
     scripts = [ScriptRow(id=script, robot=robot) for script, robot in robots.items()]
-    return Record(told=told, scripts=scripts, events=[])
+    return RecordedReports(reports=told, scripts=scripts, events=[])
 
 
 def test_a_goal_that_is_over_and_says_how_is_no_matter_of_complaint() -> None:
-    assert open_for_ever([GOAL]) == []
-    assert open_for_ever([{**GOAL, "state": "committed", "outcome": None}]) == [
-        "goal-1 did not come to an end: committed, "
+    assert unfinished_goals([GOAL]) == []
+    assert unfinished_goals([{**GOAL, "state": "committed", "outcome": None}]) == [
+        "goal-1 did not end: committed, "
     ]
-    assert open_for_ever([{**GOAL, "outcome": None}]) == ["goal-1 is finished without an outcome"]
+    assert unfinished_goals([{**GOAL, "outcome": None}]) == ["goal-1 is finished without an outcome"]
 
 
 def test_only_what_was_said_to_be_completed_must_be_true() -> None:
-    assert goals_that_did_not_come_true([GOAL], lambda _: True) == []
-    assert goals_that_did_not_come_true([{**GOAL, "outcome": "failed"}], lambda _: False) == []
-    (words,) = goals_that_did_not_come_true([GOAL], lambda _: False)
+    assert untrue_goals([GOAL], lambda _: True) == []
+    assert untrue_goals([{**GOAL, "outcome": "failed"}], lambda _: False) == []
+    (words,) = untrue_goals([GOAL], lambda _: False)
     assert words == "goal-1 (move sample_1 to bay_7) was completed, but in(sample_1, bay_7) is not true"
 
 
 def test_a_sample_is_believed_where_it_is_or_known_to_be_unknown() -> None:
-    here = Found(facts=[("in", ("sample_1", "bay_7"))])
+    here = Beliefs(facts=[("in", ("sample_1", "bay_7"))])
     assert disagreements(here, {"sample_1": "bay_7"}, {}) == []
     assert disagreements(here, {"sample_1": "bay_7_2"}, {"bay_7_2": "bay_7"}) == []
-    assert disagreements(Found(facts=[], unknown=["sample_1"]), {"sample_1": None}, {}) == []
+    assert disagreements(Beliefs(facts=[], unknown=["sample_1"]), {"sample_1": None}, {}) == []
     assert disagreements(here, {"sample_1": None}, {}) == [
         "sample_1 is in no place, and believed in ['bay_7']"
     ]
-    assert disagreements(Found(facts=[]), {"sample_1": "bay_7"}, {}) == [
+    assert disagreements(Beliefs(facts=[]), {"sample_1": "bay_7"}, {}) == [
         "sample_1 is in bay_7, and believed in no place"
     ]
 
@@ -80,6 +80,6 @@ def test_two_scripts_of_one_robot_that_overlap_are_found() -> None:
 
 def test_a_stream_tells_every_event_once_and_in_order() -> None:
     assert lost_events([1, 2, 3], [1, 2, 3]) == []
-    assert lost_events([1, 3], [1, 2, 3]) == ["the stream of events told 2 of 3: not [2], 0 twice, in order"]
+    assert lost_events([1, 3], [1, 2, 3]) == ["the event stream had 2 of 3: not [2], 0 twice, in order"]
     assert "1 twice" in lost_events([1, 2, 2, 3], [1, 2, 3])[0]
     assert "out of order" in lost_events([2, 1, 3], [1, 2, 3])[0]

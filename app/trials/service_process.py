@@ -1,4 +1,4 @@
-"""`macta serve` as a child process: begun, killed and begun again on one data folder."""
+"""`macta serve` as a child process that is started, killed and restarted on one data folder."""
 
 import os
 import signal
@@ -14,20 +14,21 @@ import httpx2
 
 from app.planning.pool.process_tree import Running, kill, tree_of
 
-READY_S, END_S = 600.0, 60.0
-ANSWER_S = 20.0
+READY_TIMEOUT_S = 600.0
+END_TIMEOUT_S = 60.0
+ANSWER_TIMEOUT_S = 20.0
 
 
 class NotReady(Exception):
-    """Raised when a service does not come up; carries what it said."""
+    """Raised when a service does not start; carries its standard error."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Installation:
-    """What every life of the service shares. What a life says lies beside its data folder.
+    """What all processes of the service share. Their output files lie beside the data folder.
 
     :param world: a name or a world file.
-    :param environment: settings of the service (`MACTA_…`); those of this process are not handed on.
+    :param environment: settings of the service (`MACTA_…`); those of this process are not passed on.
     """
 
     data: Path
@@ -40,7 +41,7 @@ class Installation:
     def database_url(self) -> str:
         return self.environment.get("MACTA_DATABASE_URL", f"sqlite:///{self.data}/macta.sqlite")
 
-    def begin(self, number: int) -> "Life":
+    def start(self, number: int) -> "ServiceProcess":
         """Start the service; the caller ends it."""
         command = [sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0"]
         options = ["--data", str(self.data), "--world", self.world, "--speed", str(self.speed)]
@@ -54,21 +55,23 @@ class Installation:
                 stderr=stderr,
                 env={**outside, "MACTA_TOKEN": self.token, **self.environment},
             )
-        return Life(number=number, process=process, out=out, err=err, token=self.token, data=self.data)
+        return ServiceProcess(
+            number=number, process=process, out=out, err=err, token=self.token, data=self.data
+        )
 
     @contextmanager
-    def life(self, number: int) -> Iterator["Life"]:
-        """A life that ends with the block, by SIGKILL if nothing else ended it."""
-        life = self.begin(number)
+    def running(self, number: int) -> Iterator["ServiceProcess"]:
+        """A service that ends with the block, by SIGKILL if nothing else ended it."""
+        service = self.start(number)
         try:
-            yield life
+            yield service
         finally:
-            life.kill()
+            service.kill()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Life:
-    """One process of the service with all that it has started, from its beginning to its end."""
+class ServiceProcess:
+    """One process of the service with its child processes."""
 
     number: int
     process: "subprocess.Popen[bytes]"
@@ -78,58 +81,58 @@ class Life:
     data: Path
 
     def address(self) -> str:
-        """Where it answers, once it does.
+        """The address of its API, once it answers.
 
         :raises NotReady: if it ends before that, or takes too long.
         """
-        give_up = time.monotonic() + READY_S
+        give_up = time.monotonic() + READY_TIMEOUT_S
         while not (said := self.out.read_text()).endswith("\n"):
             if not self.is_alive or time.monotonic() > give_up:
-                raise NotReady(f"life {self.number} of the service did not come up: {self.complaints}")
+                raise NotReady(f"service process {self.number} did not start: {self.stderr}")
             time.sleep(0.05)
         return said.partition("ready: ")[2].partition("/?token")[0]
 
     def api(self) -> httpx2.Client:
-        """A client of it, once it answers; the caller closes it.
+        """A client of its API, once it answers; the caller closes it.
 
         :raises NotReady: see `address`.
         """
         headers = {"authorization": f"Bearer {self.token}"}
-        return httpx2.Client(base_url=self.address(), headers=headers, timeout=ANSWER_S)
+        return httpx2.Client(base_url=self.address(), headers=headers, timeout=ANSWER_TIMEOUT_S)
 
     @property
     def is_alive(self) -> bool:
         return self.process.poll() is None
 
     @property
-    def complaints(self) -> str:
-        """What it wrote to standard error."""
+    def stderr(self) -> str:
+        """Its standard error."""
         return self.err.read_text()
 
     @property
     def memory_mb(self) -> float:
-        """What its own process holds, without the simulation and the planning processes."""
+        """Memory of its own process, without the simulation and the planning processes."""
         return tree_of(self.process.pid)[0].memory_mb if self.is_alive else 0.0
 
     def kill(self) -> None:
-        """SIGKILL to it and all that it and its children have started."""
+        """Send SIGKILL to it and all its descendants."""
         kill(tree_of(self.process.pid))
         self.process.wait()
 
     def end(self) -> None:
-        """End it as an operator would.
+        """Terminate it as an operator would.
 
         :raises subprocess.TimeoutExpired: if it does not end.
         """
         self.process.send_signal(signal.SIGTERM)
-        self.process.wait(timeout=END_S)
+        self.process.wait(timeout=END_TIMEOUT_S)
 
     def simulation(self) -> Running | None:
-        """The process of its world; None if there is none just now."""
+        """The simulation's process; None if there is none just now."""
         return holder_of(self.data / "worlds", tree_of(self.process.pid))
 
     def planners(self) -> list[Running]:
-        """Its planning processes; none while the simulation, which looks like one, is about to begin."""
+        """Its planning processes; none while the simulation, which looks like one, is starting."""
         tree = tree_of(self.process.pid)
         simulation = holder_of(self.data / "worlds", tree)
         spawned = [one for one in tree if b"spawn_main" in _command(one)]
@@ -137,7 +140,7 @@ class Life:
 
 
 def holder_of(folder: Path, tree: list[Running]) -> Running | None:
-    """The process that has a world's lock in the folder open; only the one that simulates it does."""
+    """The process that has a world's lock in the folder open: the one that simulates it."""
     return next((one for one in tree if any(_is_lock(opened, folder) for opened in _opened(one))), None)
 
 

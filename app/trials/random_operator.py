@@ -1,4 +1,4 @@
-"""Operators, drawn by chance: they state goals, sensible and not, decide on plans, and change their minds."""
+"""A random operator: submits sensible and senseless goals, decides on plans, pauses and cancels."""
 
 import random
 import uuid
@@ -9,13 +9,13 @@ from typing import Any
 
 import httpx2
 
-from app.soak.watch import ENDED, Watch
-from app.sweep.chance import PASSING
+from app.trials.observer import ENDED, Observer
+from app.trials.random_goals import PASSING
 from robots.world import WorldFile
 
-MOST_OPEN = 8
+MAX_OPEN = 8
 DEADLINE_S = 100_000.0
-"""Far enough never to be missed: what counts is that its instant does not move."""
+"""Never missed: the check is that the deadline does not move."""
 NONSENSE = (
     "move sample_99 to bay_1",
     "move {sample} to the moon",
@@ -32,16 +32,16 @@ ACTS = {
     "resume": 3,
     "cancel a mission": 1,
     "cancel a goal": 1,
-    "state again": 2,
+    "submit again": 2,
     "read": 3,
 }
-"""Each with its share."""
+"""Acts with their weights."""
 READS = ("/v1/goals", "/v1/plans", "/v1/missions", "/v1/robots", "/v1/executors", "/readyz")
 
 
 @dataclass(slots=True, kw_only=True)
-class Stated:
-    """A goal that was stated. `goal_id` is None until its answer has come."""
+class SubmittedGoal:
+    """A submitted goal. `goal_id` is None until it is answered."""
 
     key: str
     body: Mapping[str, Any]
@@ -50,14 +50,14 @@ class Stated:
 
 @dataclass(slots=True, kw_only=True)
 class RandomOperator:
-    """Acts on the API, one act at a time. Answers that a service must not give are complaints."""
+    """Acts on the API, one act at a time. Answers outside the allowed statuses are complaints."""
 
     world: WorldFile
     seed: int
-    watch: Watch
-    stated: list[Stated] = field(default_factory=list)
-    unanswered: list[Stated] = field(default_factory=list)
-    """The service went before it answered; whether it took them is not known until they are stated again."""
+    observer: Observer
+    submitted: list[SubmittedGoal] = field(default_factory=list)
+    unanswered: list[SubmittedGoal] = field(default_factory=list)
+    """Submissions without an answer: whether they were accepted is unknown until they are repeated."""
     done: Counter[str] = field(default_factory=Counter)
     complaints: list[str] = field(default_factory=list)
     _rng: random.Random = field(init=False)
@@ -67,45 +67,45 @@ class RandomOperator:
 
     @property
     def open(self) -> Sequence[str]:
-        """The goals that are not known to be over."""
-        known = self.watch.goals
-        ids = [one.goal_id for one in self.stated if one.goal_id is not None]
+        """The goals that are not known to have ended."""
+        known = self.observer.goals
+        ids = [one.goal_id for one in self.submitted if one.goal_id is not None]
         return [one for one in ids if one not in known or known[one]["state"] not in ENDED]
 
     def act(self, api: httpx2.Client) -> None:
-        """One act, whichever.
+        """Perform one random act.
 
-        :raises httpx2.TransportError: if the service goes meanwhile.
+        :raises httpx2.TransportError: if the service ends meanwhile.
         """
         self.catch_up(api)
         match self._rng.choices(list(ACTS), list(ACTS.values()))[0]:
-            case "state" if len(self.open) < MOST_OPEN:
+            case "state" if len(self.open) < MAX_OPEN:
                 self._state(api, self._errand())
-            case "compete" if len(self.open) < MOST_OPEN:
+            case "compete" if len(self.open) < MAX_OPEN:
                 sample = self._sample()
                 self._state(api, f"move {sample} to {self._place()}")
                 self._state(api, f"move {sample} to {self._place()}")
             case "talk nonsense":
-                self._talk_nonsense(api)
+                self._submit_nonsense(api)
             case "decide":
                 self._decide(api)
             case "pause" | "resume" | "cancel a mission" as order:
                 self._order(api, order.split()[0])
             case "cancel a goal":
                 self._cancel_goal(api)
-            case "state again":
-                self._state_again(api)
+            case "submit again":
+                self._submit_again(api)
             case "read":
                 self._ask(api, "GET", self._rng.choice(READS), may=(200,))
 
     def settle(self, api: httpx2.Client) -> None:
-        """Do what is to be done for every goal to come to its end.
+        """Take the decisions that let every goal end.
 
-        :raises httpx2.TransportError: if the service goes meanwhile.
+        :raises httpx2.TransportError: if the service ends meanwhile.
         """
         self.catch_up(api)
         for goal_id in self.open:
-            goal = self.watch.goals.get(goal_id)
+            goal = self.observer.goals.get(goal_id)
             if goal is None:
                 continue
             if goal["state"] == "planned":
@@ -114,7 +114,7 @@ class RandomOperator:
                 self._settle_mission(api, goal["mission_id"])
 
     def catch_up(self, api: httpx2.Client) -> None:
-        """State again what got no answer: under its key it is the same goal, if it was taken."""
+        """Repeat what got no answer; its idempotency key makes it the same goal if it was accepted."""
         while self.unanswered:
             self._submit(api, self.unanswered[-1])
             self.unanswered.pop()
@@ -140,32 +140,32 @@ class RandomOperator:
             "deadline_s": self._rng.choice([None, DEADLINE_S]),
             "recovery": self._rng.choice([None, "auto", "ask", "never"]),
         }
-        stated = Stated(key=uuid.UUID(int=self._rng.getrandbits(128)).hex, body=body)
-        self.unanswered.append(stated)
-        self._submit(api, stated)
-        self.unanswered.remove(stated)
+        goal = SubmittedGoal(key=uuid.UUID(int=self._rng.getrandbits(128)).hex, body=body)
+        self.unanswered.append(goal)
+        self._submit(api, goal)
+        self.unanswered.remove(goal)
 
-    def _submit(self, api: httpx2.Client, stated: Stated) -> None:
-        """Refused it may be, for samples are where they are and places taken."""
-        answer = self._ask(api, "POST", "/v1/goals", stated.body, may=(202, 409, 422, 429), key=stated.key)
+    def _submit(self, api: httpx2.Client, goal: SubmittedGoal) -> None:
+        """A refusal is allowed: places may be taken."""
+        answer = self._ask(api, "POST", "/v1/goals", goal.body, may=(202, 409, 422, 429), key=goal.key)
         if answer.status_code != 202:
             self.done["goals refused"] += 1
-            if stated.goal_id is not None:
-                self.complaints.append(f"{stated.goal_id} was taken, and refused later: {answer.text}")
+            if goal.goal_id is not None:
+                self.complaints.append(f"{goal.goal_id} was accepted, and refused later: {answer.text}")
             return
         goal_id = answer.json()["id"]
-        if stated.goal_id is None:
-            stated.goal_id = goal_id
-            self.stated.append(stated)
+        if goal.goal_id is None:
+            goal.goal_id = goal_id
+            self.submitted.append(goal)
             self.done["goals taken"] += 1
-        elif stated.goal_id != goal_id:
-            self.complaints.append(f"{stated.goal_id}, stated again, became {goal_id}")
+        elif goal.goal_id != goal_id:
+            self.complaints.append(f"{goal.goal_id}, submitted again, became {goal_id}")
 
-    def _state_again(self, api: httpx2.Client) -> None:
-        if self.stated:
-            self._submit(api, self._rng.choice(self.stated[-20:]))
+    def _submit_again(self, api: httpx2.Client) -> None:
+        if self.submitted:
+            self._submit(api, self._rng.choice(self.submitted[-20:]))
 
-    def _talk_nonsense(self, api: httpx2.Client) -> None:
+    def _submit_nonsense(self, api: httpx2.Client) -> None:
         home = next((one.name for one in self.world.locations if one.kind == "home"), "nowhere")
         text = self._rng.choice(NONSENSE).format(sample=self._sample(), home=home)
         body = {"world": self.world.name, "text": text}
@@ -182,7 +182,7 @@ class RandomOperator:
         self._order_to(api, f"/v1/plans/{plan_id}:{verb}", f"plans: {verb}")
 
     def _order(self, api: httpx2.Client, verb: str) -> None:
-        missions = [goal["mission_id"] for goal in self.watch.open if goal["mission_id"]]
+        missions = [goal["mission_id"] for goal in self.observer.open if goal["mission_id"]]
         if missions:
             self._order_to(api, f"/v1/missions/{self._rng.choice(missions)}:{verb}", f"missions: {verb}")
 

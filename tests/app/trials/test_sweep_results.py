@@ -2,14 +2,14 @@
 
 import pytest
 
-from app.sweep import Outcome, Row, Tally, wilson
+from app.trials.sweep_results import Outcome, SeedResult, SweepSummary, wilson
 
 
 def row(
     seed: int, outcome: Outcome, packet: str | None = None, reason: str = "", took_s: float = 40.0
-) -> Row:
+) -> SeedResult:
     there = None if outcome is Outcome.UNPLANNED else took_s
-    return Row(
+    return SeedResult(
         seed=seed,
         goal="move sample_1 to bay_7",
         outcome=outcome,
@@ -31,20 +31,20 @@ ROWS = [
 
 
 def test_the_rate_is_of_missions_that_were_tried() -> None:
-    tally = Tally.of(ROWS)
+    tally = SweepSummary.of(ROWS)
     assert (tally.seeds, tally.tried, tally.came_true, tally.rate) == (6, 5, 2, 0.4)
     assert [(group.reason, group.seeds) for group in tally.unplanned] == [("unsolvable", (5,))]
 
 
 def test_failures_are_grouped_by_packet_and_words_whatever_their_numbers() -> None:
-    dock, navigate = Tally.of(ROWS).failures
+    dock, navigate = SweepSummary.of(ROWS).failures
     assert (dock.packet, dock.seeds) == ("DOCK", (1, 2))
     assert dock.reason == ROWS[1].reason
     assert (navigate.packet, navigate.seeds) == ("NAVIGATE", (3,))
 
 
 def test_times_are_of_missions_that_came_true() -> None:
-    tally = Tally.of(ROWS)
+    tally = SweepSummary.of(ROWS)
     assert tally.took_s is not None
     assert (tally.took_s.median, tally.took_s.least, tally.took_s.most) == (50.0, 40.0, 60.0)
     assert tally.ratio is not None
@@ -52,7 +52,7 @@ def test_times_are_of_missions_that_came_true() -> None:
 
 
 def test_without_a_plan_there_is_no_rate() -> None:
-    tally = Tally.of(ROWS[-1:])
+    tally = SweepSummary.of(ROWS[-1:])
     assert (tally.tried, tally.rate, tally.interval, tally.took_s) == (0, None, None, None)
 
 
