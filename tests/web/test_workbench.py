@@ -233,6 +233,6 @@ def test_a_parameter_is_tuned_from_the_newest_version_or_not_at_all(page: Page, 
     expect(panel).to_contain_text("version 2")
     gain.fill("0.7")
     gain.press("Enter")
-    panel.get_by_role("button", name="r.gain as it was set out").click()
+    panel.get_by_role("button", name="r.gain: original value").click()
     expect(panel).to_contain_text("version 4")
     assert service.tuning["tuning"] == {"NAVIGATE": {"translate/advance": {}}}
