@@ -151,7 +151,7 @@ def test_all_of_the_workbench_is_within_reach_on_a_narrow_page(page: Page, width
 
 def test_the_workbench_is_fetched_when_it_is_opened(page: Page) -> None:
     fetched: list[Any] = page.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
-    assert not [name for name in fetched if "workbench/" in name and "door" not in name]
+    assert not [name for name in fetched if "workbench/" in name and "lazy" not in name]
 
 
 def drives(service: FakeService, robot: str, speed_m_s: float) -> None:
