@@ -3,7 +3,7 @@
 import { id, post } from "./page/api.js";
 import { byId, closest, el, replace, show } from "./page/dom.js";
 import { attempt } from "./page/problem.js";
-import { contact } from "./robots/contact.js";
+import { contact, isHeard } from "./robots/contact.js";
 
 const MAX_ALERTS = 4;
 
@@ -62,8 +62,9 @@ function missionAlerts({ goals, missions, selected }) {
 
 /** @param {State} state */
 function robotAlerts({ robots, worldTimes }) {
-  return robots.filter((robot) => robot.mission_id && !robot.lost && robot.connection !== "hibernating").flatMap((robot) => {
+  const silent = robots.filter((robot) => robot.mission_id && !robot.lost && robot.connection !== "hibernating" && !isHeard(robot));
+  return silent.map((robot) => {
     const { tone, word, note } = contact(robot, worldTimes[robot.world]);
-    return word === "online" ? [] : [alert(tone, `${robot.name} is on a mission and ${word}: ${note}; it goes on by itself`)];
+    return alert(tone, `${robot.name} is on a mission and ${word}: ${note}; it goes on by itself`);
   });
 }

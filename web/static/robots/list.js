@@ -1,7 +1,7 @@
 // The robots, a line each: link, current packet, battery; a click selects one.
 
 import { byId, closest, el, replace, show } from "../page/dom.js";
-import { contact } from "./contact.js";
+import { contact, isHeard } from "./contact.js";
 
 const LOW_BATTERY = 0.2;
 
@@ -37,7 +37,7 @@ export function mountRobots(store) {
 /** @param {Robot} robot @param {ReturnType<typeof contact>} link */
 function parts(robot, link) {
   const activity = [robot.packet, robot.holding && `holds ${robot.holding}`].filter(Boolean).join(", ") || "idle";
-  const isOnline = link.word === "online";
+  const isOnline = isHeard(robot);
   return [
     el("span", { class: `dot ${link.tone}`, title: link.word }),
     el("b", {}, robot.name),
