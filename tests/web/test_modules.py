@@ -12,7 +12,8 @@ def imports() -> dict[Path, set[Path]]:
     """What each module imports, also later; both relative to the static folder."""
     return {
         module.relative_to(STATIC): {
-            (module.parent / name).resolve().relative_to(STATIC) for name in IMPORT.findall(module.read_text())
+            (module.parent / name).resolve().relative_to(STATIC)
+            for name in IMPORT.findall(module.read_text())
         }
         for module in STATIC.rglob("*.js")
     }
