@@ -1,7 +1,5 @@
 """Goals while they are planned: progress, stop, cancel, limits."""
 
-import threading
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -11,7 +9,7 @@ from fastapi.testclient import TestClient
 from app.composition import Service
 from app.planning.pool.pool import PlanningWorker
 from tests.app.planning.fake_engine import make_patient_engine
-from tests.waiting import read_until, until
+from tests.waiting import awaited, read_until, until
 
 Follow = Callable[..., dict[str, Any]]
 GOAL = {"text": "move sample_1 to bay_7", "time_limit_s": 120}
@@ -43,8 +41,7 @@ def test_a_goal_tells_how_its_planning_goes_and_its_best_plan_can_be_taken(
     planning = with_progress(api, goal)["planning"]
     assert planning["engine"] == "patient"
     assert planning["makespan_s"] > planning["lower_bound_s"] > 0
-    while len(told := told_of(service)) < 2:
-        time.sleep(0.05)
+    told = awaited(lambda: told_of(service), lambda told: len(told) >= 2)
     assert api.post(f"{goal}:stop").status_code == 202
     assert api.post(f"{goal}:stop").status_code == 202
     ended = follow(goal, "planned")
@@ -69,7 +66,7 @@ def test_a_goal_that_is_cancelled_while_it_is_planned_is_withdrawn_and_its_work_
     assert answer.json()["reason"] == "cancelled: not today"
     assert api.post(f"{goal}:cancel").json()["outcome"] == "cancelled"
     until(lambda: before not in worker.pids)
-    after = post(api, text="move sample_1 to bay_8", time_limit_s=2)
+    after = post(api, text="move sample_1 to bay_8", time_limit_s=0.2)
     assert follow(after, "planned", "unsolvable")["state"] == "planned"
     assert api.get(goal).json()["state"] == "withdrawn"
 
@@ -77,7 +74,7 @@ def test_a_goal_that_is_cancelled_while_it_is_planned_is_withdrawn_and_its_work_
 def test_a_goal_whose_plan_is_proposed_may_be_cancelled_and_its_plan_expires(
     api: TestClient, follow: Follow
 ) -> None:
-    goal = follow(post(api, text="move sample_1 to bay_7", time_limit_s=2), "planned")
+    goal = follow(post(api, text="move sample_1 to bay_7", time_limit_s=0.2), "planned")
     assert api.post(f"/v1/goals/{goal['id']}:cancel").json()["state"] == "withdrawn"
     plan = f"/v1/plans/{goal['plan_id']}"
     assert api.get(plan).json()["state"] == "expired"
@@ -85,7 +82,7 @@ def test_a_goal_whose_plan_is_proposed_may_be_cancelled_and_its_plan_expires(
 
 
 def test_a_goal_that_is_carried_out_is_cancelled_by_its_mission(api: TestClient, follow: Follow) -> None:
-    goal = follow(post(api, text="move sample_1 to bay_7", time_limit_s=2), "planned")
+    goal = follow(post(api, text="move sample_1 to bay_7", time_limit_s=0.2), "planned")
     mission_id = api.post(f"/v1/plans/{goal['plan_id']}:approve").json()["mission_id"]
     refusal = api.post(f"/v1/goals/{goal['id']}:cancel")
     assert refusal.status_code == 409
@@ -108,10 +105,10 @@ def test_limits_beyond_the_installations_are_refused_with_the_bound(api: TestCli
 
 def test_a_goal_whose_turn_has_not_come_can_be_cancelled(api: TestClient, follow: Follow) -> None:
     goals = [post(api, text=f"move sample_1 to bay_{bay}", time_limit_s=120) for bay in (7, 8)]
-    threading.Event().wait(0.5)
+    until(lambda: any(api.get(goal).json()["planning"] is not None for goal in goals))
     for goal in goals:
         assert api.post(f"{goal}:cancel").json()["state"] == "withdrawn"
-    last = follow(post(api, text="move sample_1 to bay_9", time_limit_s=2), "planned", "unsolvable")
+    last = follow(post(api, text="move sample_1 to bay_9", time_limit_s=0.2), "planned", "unsolvable")
     assert last["state"] == "planned"
 
 
