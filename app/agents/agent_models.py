@@ -17,9 +17,9 @@ from app.agents.questions import Questions
 from app.agents.robot_board import RobotBoard
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
-from app.domain.states import ENDED, MissionState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.script import Delivery, order_label, unanswered_order
 from app.store import Database, MissionRow, ScriptRow, is_away
-from app.store.script_orders import unanswered
 from app.workflows.background import Background
 from robots.clock import Clock
 from robots.link.channel import Link, LinkClosed
@@ -157,7 +157,7 @@ class AgentModels:
             retune = Retune(version=row.version, tuning=row.tuning)
             self._repeat(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
         for script in self._open_scripts():
-            if script.delivery == "pending" and not script.stopping:
+            if script.delivery == Delivery.PENDING and not script.stopping:
                 body = BehaviourScript.model_validate(script.body)
                 self._repeat(
                     script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body)
@@ -166,10 +166,10 @@ class AgentModels:
             if script.clearance is not None:
                 clearance = Clearance(script_id=script.id, ended=tuple(script.cleared))
                 self._repeat(script.robot, f"{script.id}:{script.clearance}", Performative.REQUEST, clearance)
-            if (order := unanswered(script)) is not None:
+            if (order := unanswered_order(script)) is not None:
                 cancels = order.verb is ControlVerb.CANCEL
                 performative = Performative.CANCEL if cancels else Performative.REQUEST
-                self._repeat(script.robot, f"{script.id}:{script.control}", performative, order)
+                self._repeat(script.robot, f"{script.id}:{order_label(order)}", performative, order)
             elif script.question is not None:
                 query = StatusQuery(script_id=script.id)
                 self._repeat(script.robot, script.question, Performative.QUERY, query)
@@ -177,7 +177,7 @@ class AgentModels:
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
         unanswered = or_(
-            ScriptRow.delivery == "pending",
+            ScriptRow.delivery == Delivery.PENDING,
             ScriptRow.clearance.is_not(None),
             ScriptRow.control.is_not(None),
             ScriptRow.question.is_not(None),
@@ -198,7 +198,7 @@ class AgentModels:
         return [
             row
             for row, state in found
-            if state != MissionState.PAUSED or row.delivery != "pending" or row.stopping
+            if state != MissionState.PAUSED or row.delivery != Delivery.PENDING or row.stopping
         ]
 
     def _repeat(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:

@@ -13,7 +13,9 @@ from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
 from app.domain.events import FactsCorrected
-from app.domain.states import ENDED, TERMINAL_SCRIPTS, Connection
+from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.states import Connection
 from app.domain.world_model.beliefs import (
     CLEAR,
     REACHES,
@@ -255,7 +257,7 @@ class WorldService:
             .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
             .where(
                 MissionRow.state.not_in(ENDED),
-                ScriptRow.delivery != "refused",
+                ScriptRow.delivery != Delivery.REFUSED,
                 ScriptRow.plan_id == MissionRow.plan_id,
                 or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
             )

@@ -3,8 +3,9 @@
 from enum import StrEnum
 
 from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED, MissionState
 from app.domain.lifecycles.plan import PlanState
-from robots.wire import ScriptState
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS
 
 __all__ = [
     "ENDED",
@@ -14,36 +15,6 @@ __all__ = [
     "MissionState",
     "PlanState",
 ]
-
-
-class MissionState(StrEnum):
-    PENDING = "pending"
-    DISPATCHING = "dispatching"
-    RUNNING = "running"
-    PAUSED = "paused"
-    UNKNOWN = "unknown"
-    RECOVERING = "recovering"
-    COMPLETED = "completed"
-    PARTIALLY_COMPLETED = "partially_completed"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-    @property
-    def ended(self) -> bool:
-        return self in ENDED
-
-
-ENDED = frozenset(
-    {
-        MissionState.COMPLETED,
-        MissionState.PARTIALLY_COMPLETED,
-        MissionState.FAILED,
-        MissionState.CANCELLED,
-    }
-)
-
-
-TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
 
 
 class Connection(StrEnum):

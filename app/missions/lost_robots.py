@@ -14,14 +14,14 @@ from app.agents.robot_board import RobotBoard
 from app.core import Core
 from app.domain.errors import Conflict
 from app.domain.events import RobotDeclaredLost, RobotFound, ScriptAbandoned
-from app.domain.states import ENDED, Connection, MissionState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.script import abandon
+from app.domain.states import Connection
 from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
 from app.store.lost_robots import lost_rows
 from app.store.mission_record import UNENDED
-from app.store.script_orders import give
 from robots.clock import Clock
-from robots.wire import ControlVerb
 
 CONTACT = "contact"
 """Who found a robot that was heard again."""
@@ -109,9 +109,7 @@ class LostRobots:
 
     def _abandon(self, session: Session, script: ScriptRow) -> None:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
-        script.abandoned, script.question, script.clearance = True, None, None
-        if not script.stopping:
-            give(script, ControlVerb.CANCEL)
+        abandon(script)
         self._events.append(session, ScriptAbandoned(subject=script.id, robot=script.robot))
         self._core.workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
 

@@ -8,14 +8,16 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import MissionRepairProposed, MissionStuck
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState, has_ended
+from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
-from app.domain.recovery_rules import LeftOut, Policy, Step, category_of, left_out, measure_of, needs_decision
-from app.domain.states import MissionState
+from app.domain.recovery_rules import LeftOut, Policy, category_of, left_out, measure_of, needs_decision
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from app.planning.approval import RECOVERY, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
-from app.planning.mission_progress import note, progress_of, troubles_of
+from app.planning.mission_progress import progress_of
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import RepairWork, Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder
@@ -47,13 +49,13 @@ class RecoverySteps:
 
     def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
         """Take the step that the monitor's verdict names."""
-        if verdict.recover is Step.PLANNING:
+        if verdict.recover is RecoveryStep.PLANNING:
             # An attempt that waited for others repeats the last one; its troubles are counted already.
-            troubles = () if view.step is Step.WAITING else view.troubles
+            troubles = () if view.step is RecoveryStep.WAITING else view.troubles
             failure = category_of(view.troubles).value
             self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
         else:
-            mission.recovery_step = verdict.recover
+            recovery.get_stuck(mission)
             state = MissionState(mission.state)
             self._events.append(session, MissionStuck(subject=mission.id, reason=verdict.reason, state=state))
 
@@ -99,7 +101,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         goal = session.get_one(GoalRow, mission.goal_id)
         goal.stop_requested = False  # it was meant for the first plan
         without = left_out(troubles_of(mission))
-        note(mission, without=list(without.words))
+        recovery.note_left_out(mission, without.words)
         built = self._problems.build(session, goal).without(without.robots)
         net = self._plan_nets.of(session, mission.plan_id)
         of_plan = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
@@ -145,11 +147,11 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         # NOTE: an operator is asked again only if the old plan still used what is left out now.
         measure = measure_of(repair.course, without=task.left_out.concerns(task.replaces.plan_net))
         words = repair.difference.words if repair.difference else ()
-        note(mission, measure=measure.value, plan_id=plan.id, outcome="proposed", detail="; ".join(words[:1]))
+        recovery.propose(mission, plan_id=plan.id, measure=measure, detail="; ".join(words[:1]))
         goal.plan_id = plan.id
         session.flush()
         if needs_decision(Policy(mission.recovery), measure):
-            mission.recovery_step = Step.DECIDING
+            recovery.ask_operator(mission)
             mission.reason = f"{mission.attempts[-1]['reason']}; plan {plan.id} waits for a decision"
             self._events.append(
                 session,
@@ -167,14 +169,13 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
     def _wait(self, session: Session, mission: MissionRow, waits_for: str) -> None:
         """Others use what a plan would need: look again later, if it may be tried again."""
         now_s = self._clocks[mission.world].now_s()
-        mission.recovery_step = Step.WAITING
         mission.enquire_at_s = now_s + max(LOOK_AGAIN_S, mission.original_estimate_s / 2)
-        note(mission, outcome="no plan", detail=f"waits for {waits_for}")
+        recovery.wait(mission, f"waits for {waits_for}")
         self._requests.wake_after_attempt(session, mission)
 
 
 def _is_wanted(mission: MissionRow) -> bool:
-    return mission.recovery_step == Step.PLANNING and not MissionState(mission.state).ended
+    return mission.recovery_step == RecoveryStep.PLANNING and not has_ended(mission)
 
 
 def _in_words(reason: str, task: RepairTask) -> str:

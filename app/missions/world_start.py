@@ -12,6 +12,7 @@ from app.agents.tuning import renew_tunings
 from app.core import Core
 from app.domain.events import GoalWaiting, GoalWithdrawn
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.script import release_abandoned
 from app.domain.states import ENDED, MissionState, PlanState
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
@@ -93,8 +94,7 @@ def _forget_abandoned(session: Session, world_id: str) -> None:
     """Robots that were lost in a world that is no more need not be told to stop."""
     query = select(ScriptRow).join(MissionRow, MissionRow.id == ScriptRow.mission_id)
     for script in session.scalars(query.where(MissionRow.world == world_id, ScriptRow.abandoned)).all():
-        script.control = script.question = None
-        script.abandoned, script.delivery = False, "withdrawn"
+        release_abandoned(script)
 
 
 def part_from_others(session: Session, core: Core, running: Collection[str]) -> None:

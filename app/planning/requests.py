@@ -10,9 +10,9 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.events import GoalSubmitted, MissionNoRepair, MissionRecoveryBegun
 from app.domain.lifecycles import goal as goal_lifecycle
-from app.domain.recovery_rules import Policy, Step, Trouble, category_of
+from app.domain.lifecycles import recovery
+from app.domain.recovery_rules import Policy, Trouble, category_of
 from app.domain.states import MissionState
-from app.planning.mission_progress import begin_attempt, note
 from app.store import GoalRow, MissionRow
 from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
 from robots.clock import Clock
@@ -52,10 +52,8 @@ class PlanningRequests:
         :param troubles: what befell the mission since the last attempt.
         :param failure: the failure category that the attempt is recorded under.
         """
-        mission.tries_left = max(0, mission.tries_left - 1)
-        mission.recovery_step = Step.PLANNING
         at_s = self._clocks[mission.world].now_s()
-        attempt = begin_attempt(mission, troubles, at_s=at_s, failure=failure, reason=reason)
+        attempt = recovery.begin_attempt(mission, troubles, at_s=at_s, failure=failure, reason=reason)
         self._events.append(
             session,
             MissionRecoveryBegun(
@@ -72,7 +70,7 @@ class PlanningRequests:
     def recover_again(self, session: Session, goal: GoalRow, reason: str) -> None:
         """Have another repair planned for the goal's mission: the last one is out of date before it was approved."""
         mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
-        note(mission, outcome="overtaken", detail=reason)
+        recovery.overtake(mission, reason)
         if mission.tries_left <= 0 and mission.recovery == Policy.AUTO:
             self.end_without_plan(session, mission, reason)
             return
@@ -81,8 +79,7 @@ class PlanningRequests:
 
     def end_without_plan(self, session: Session, mission: MissionRow, reason: str) -> None:
         """Record that the last attempt found no plan, and wake the mission to decide what is next."""
-        mission.recovery_step = None
-        note(mission, outcome="no plan", detail=reason)
+        recovery.find_no_plan(mission, reason)
         self.wake_after_attempt(session, mission)
 
     def wake_after_attempt(self, session: Session, mission: MissionRow) -> None:

@@ -4,9 +4,9 @@ from sqlalchemy.orm import Session
 
 from app.domain.events import GoalCommitted, MissionRevised
 from app.domain.lifecycles import goal as goal_lifecycle
-from app.domain.recovery_rules import Step
-from app.domain.states import MissionState
-from app.planning.mission_progress import note
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
 from app.workflows import Workflows
@@ -26,16 +26,12 @@ def revise(
 
     One that is paused gets them when it is resumed.
     """
-    mission.plan_id, mission.margin_s = plan.id, margin_s
+    mission.plan_id = plan.id
+    mission.margin_s = margin_s
     mission.revision += 1
-    mission.recovery_step = None
-    note(mission, plan_id=plan.id, outcome="approved")
+    recovery.approve(mission, plan.id)
     goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
-    if mission.state == MissionState.PAUSED:
-        mission.resume_to = MissionState.DISPATCHING
-    else:
-        mission.state = MissionState.DISPATCHING
-    mission.reason, mission.failure = "", None
+    mission_lifecycle.dispatch(mission)
     events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
     events.append(
         session,
@@ -53,7 +49,7 @@ def turn_down(
     session: Session, workflows: Workflows, mission: MissionRow, plan: PlanRow, goal: GoalRow, comment: str
 ) -> None:
     """The operator does not want the mission recovered this way: it ends."""
-    mission.recovery_step, goal.plan_id = Step.ENDING, mission.plan_id
+    goal.plan_id = mission.plan_id
     said = f": {comment}" if comment else ""
-    note(mission, plan_id=plan.id, outcome="rejected", detail=f"the repair was rejected{said}")
+    recovery.reject(mission, plan.id, f"the repair was rejected{said}")
     workflows.wake(session, mission.workflow, f"rejected:{plan.id}")

@@ -3,11 +3,11 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import TERMINAL_SCRIPTS
+from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store import GoalRow, MissionRow, ScriptRow
 
 UNENDED = (
-    ScriptRow.delivery.in_(("pending", "acknowledged")),
+    ScriptRow.delivery.in_(DELIVERABLE),
     ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
 )
 """Of scripts: given to a robot, which has not said that it has ended."""

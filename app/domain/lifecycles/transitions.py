@@ -23,7 +23,21 @@ def change_state(
     :param transitions: the states that may follow each state.
     :raises IllegalTransition: if the table does not allow it, or does not know the present state.
     """
-    allowed = next((follow for state, follow in transitions.items() if state == thing.state), ())
-    if target not in allowed:
-        raise IllegalTransition(f"a {what} that is {thing.state} cannot become {target}")
+    check_transition(thing.state, target, transitions, what=what)
     thing.state = target
+
+
+def check_transition(
+    present: str | None,
+    target: StrEnum | None,
+    transitions: Mapping[State, Collection[State]] | Mapping[State | None, Collection[State | None]],
+    *,
+    what: str,
+) -> None:
+    """Refuse a change that the table does not allow; None stands for no state.
+
+    :raises IllegalTransition: if the table does not allow it, or does not know the present state.
+    """
+    allowed = next((follow for state, follow in transitions.items() if state == present), ())
+    if target not in allowed:
+        raise IllegalTransition(f"a {what} that is {present} cannot become {target}")
