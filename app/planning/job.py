@@ -136,7 +136,9 @@ class PlanningJob(ABC, Generic[Row, Task]):
     def _result(self, task: Task, watch: Watch) -> WorkResult[Solutions]:
         problem = task.problem
         if problem.refusal:
-            result = WorkResult[Solutions](status=PlanningStatus.UNSOLVABLE, reason=problem.refusal)
+            result: WorkResult[Solutions] = WorkResult(
+                status=PlanningStatus.UNSOLVABLE, reason=problem.refusal
+            )
         else:
             result = self._worker.do(task.work, task.time_limit_s, watch)
         if result.answer is not None or not problem.waits_for:
