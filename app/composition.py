@@ -23,7 +23,7 @@ from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
-from app.missions.world_start import begin_world, part_from_others
+from app.missions.world_start import end_missions_of_absent_worlds, start_world
 from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -172,9 +172,9 @@ class Service:
         mine = list(self._worlds.values()) if self._speaks else []
         with self.database.write() as session:
             for world in mine:
-                begin_world(session, self._core, world)
+                start_world(session, self._core, world)
             if not self.database.shared:
-                part_from_others(session, self._core, self._files.keys())
+                end_missions_of_absent_worlds(session, self._core, self._files.keys())
         self._core.workflows.register(PLAN_GOAL, self._planning.run)
         self._core.workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
         self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
@@ -256,7 +256,7 @@ class Service:
         repertoires = {n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()}
         self._life = MissionLife(
             core,
-            dispatching=ScriptDispatcher(
+            dispatcher=ScriptDispatcher(
                 core, library=load_library(core.knowledge_base), repertoires=repertoires
             ),
             times={n: WorldTime.of(w) for n, w in self._worlds.items()},
@@ -311,7 +311,7 @@ class Service:
             questions=self.questions,
             teleoperation=self.teleoperation,
             tunings=self.tunings,
-            welcome=partial(self.lost.welcome, world.file.name),
+            welcome=partial(self.lost.restore_in_contact, world.file.name),
             world=world.file.name,
             speaks=partial(self.presence.speaks_for, world.file.name),
             between=self._seeing_to(world),
