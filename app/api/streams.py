@@ -17,7 +17,7 @@ from app.api.event_schema import RESET
 from app.api.problems import declared
 from app.domain.errors import Busy, NotFound
 from app.store import EventRow, is_away
-from app.store.event_log import EventLog
+from app.store.event_log import EventLog, envelope
 from robots.clock import Clock
 from robots.wire import Telemetry
 
@@ -32,10 +32,6 @@ GREATEST_SEQ = 2**63 - 1
 """Of the record's integers."""
 
 Snapshot = Callable[[], list[tuple[str, str, dict[str, Any]]]]
-
-
-def envelope(row: EventRow) -> dict[str, Any]:
-    return {"seq": row.seq, "time": row.time, "type": row.type, "subject": row.subject, "data": row.data}
 
 
 class Count:

@@ -5,7 +5,7 @@ import time
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from app.cli.over_broker import over
+from app.cli.long_running import world_over_broker
 from app.cli.settings import settings_of
 from app.domain.errors import Invalid, Unavailable
 from app.store import Database
@@ -47,7 +47,7 @@ def fleet_alive(world: WorldFile) -> str:
     broker = settings_of({}, keeps_folder=False).broker()
     if broker is None:
         raise Invalid("MACTA_BROKER_URL: say where the broker is")
-    with over(broker, world) as running:
+    with world_over_broker(broker, world) as running:
         assert running.fleet is not None
         running.fleet.start()
         give_up = time.monotonic() + PATIENCE_S

@@ -11,10 +11,10 @@ from rich.table import Column
 
 from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
+from app.cli.goal_input import parse_goals
+from app.cli.ground_truth import holds
+from app.cli.render import show_plan, show_repairs, show_startup
 from app.cli.settings import settings_of
-from app.cli.show import show_plan, show_repairs, tell_of_start
-from app.cli.truth import holds
-from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.domain.recovery_rules import Policy
 from app.domain.states import GoalState, MissionState
@@ -42,8 +42,8 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
-    understood(world, initial_facts(world, knowledge_base), [text], knowledge_base)
-    tell_of_start(console)
+    parse_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
+    show_startup(console)
     with tempfile.TemporaryDirectory(prefix="macta-demo-") as folder:
         settings = settings_of({"data": Path(folder), "database_url": None})
         return _carried_out(console, settings, world, text, speed, seed)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from app.cli.long_running import log_warnings, tell_why_afresh, told_to_end, warn_if_open
+from app.cli.long_running import end_signal, log_warnings, report_new_run, warn_if_unencrypted
 from app.cli.settings import settings_of
 from app.domain.errors import Invalid, Unavailable
 from robots.link.channel import LinkClosed
@@ -31,15 +31,15 @@ def fleet(
     if broker is None:
         raise Invalid("--broker: say where the broker is, as mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
     log_warnings()
-    warn_if_open(broker)
+    warn_if_unencrypted(broker)
     keep = Keep(folder=settings.data / "worlds", any_run=True, afresh=afresh)
     with (
-        told_to_end() as ending,
+        end_signal() as ending,
         LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
         if simulation.why_afresh:
-            tell_why_afresh(world.name, simulation.why_afresh)
+            report_new_run(world.name, simulation.why_afresh)
         relay = _Relay(world, simulation, link, broker, speed)
         while not ending.is_set():
             relay.turn()

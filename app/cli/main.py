@@ -108,16 +108,15 @@ def plan(
     ] = None,
 ) -> None:
     """Plan only, no server: print the plan-net for a goal. Ctrl-C takes the best plan so far."""
-    from app.cli.beside import Wanted
+    from app.cli.plan import ExtrasRequest, plan_pddl
     from app.cli.plan import plan as run
-    from app.cli.plan import plan_pddl
 
-    wanted = Wanted(alternatives=alternatives, explanation=explain)
+    extras = ExtrasRequest(alternatives=alternatives, explanation=explain)
     with carefully():
         request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=objective)
         if domain and problem and not (goal or pddl or knowledge_base or deadline):
             given = (domain, problem, agent or [], request)
-            raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, wanted=wanted))
+            raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, extras=extras))
         if domain or problem or agent or not goal:
             fail("give --goal, or --domain and --problem with --agent if need be")
         base = load_knowledge_base(knowledge_base)
@@ -129,7 +128,7 @@ def plan(
                 request,
                 engine_name=engine,
                 as_json=json,
-                wanted=wanted,
+                extras=extras,
                 deadline_s=deadline,
                 pddl=pddl,
             )

@@ -17,10 +17,9 @@ import uvicorn
 from rich.console import Console
 from rich.markup import escape
 
-from app.cli.long_running import each, log_warnings, tell_why_afresh
-from app.cli.over_broker import over
+from app.cli.long_running import enter_all, log_warnings, report_new_run, world_over_broker
+from app.cli.render import show_startup
 from app.cli.settings import settings_of
-from app.cli.show import tell_of_start
 from app.composition import RunningWorld, Service
 from app.domain.errors import Invalid
 from app.missions.world_start import recorded_run
@@ -104,11 +103,13 @@ def serve(
     broker = settings.broker()
     log_warnings()
     with listen(settings) as listener:
-        tell_of_start(Console(stderr=True))
+        show_startup(Console(stderr=True))
         viewer = Viewer()
         with (
-            each(
-                _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
+            enter_all(
+                _embedded(world, settings, speed, seed, afresh)
+                if broker is None
+                else world_over_broker(broker, world)
                 for world in worlds
             ) as running,
             Service(settings, running, viewer=viewer.address) as service,
@@ -156,7 +157,7 @@ def _embedded(
 def _tell_of_world(world: RunningWorld) -> None:
     """Whether it goes on, on standard error."""
     if world.why_afresh:
-        tell_why_afresh(world.file.name, world.why_afresh)
+        report_new_run(world.file.name, world.why_afresh)
     elif world.clock.now_s() > 0:
         Console(stderr=True).print(f"[dim]World {world.file.name} goes on at {world.clock.now_s():.0f} s.[/]")
 

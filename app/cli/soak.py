@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from app.cli.truth import holds, truth_of
+from app.cli.ground_truth import holds, snapshot_truth
 from app.soak import Faults, Installation, Quiet, Trial
 from app.soak.trial import Real
 from robots.world import WorldFile, world_yaml
@@ -86,7 +86,7 @@ def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
 
 def real(data: Path, world: WorldFile) -> Real:
     """The world as it was kept last."""
-    truth = truth_of(data, world)
+    truth = snapshot_truth(data, world)
     return Real(
         is_true=lambda fact: holds(fact, world, truth),
         lies={name: sample.ref for name, sample in truth.samples.items()},

@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from app.cli.rehearse import carry_out
-from app.cli.understanding import understood
+from app.cli.goal_input import parse_goals
+from app.cli.simulated_mission import simulate_mission
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import berthed
 from app.domain.world_model import initial_facts
@@ -66,7 +66,7 @@ def row_of(plot: Plot, seed: int) -> Row:
         mission = prepare(plot.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
     except (Invalid, NoMission) as refusal:
         return Row(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
-    ended = carry_out(mission, seed=seed)
+    ended = simulate_mission(mission, seed=seed)
     return Row(
         seed=seed,
         goal=goal,
@@ -89,7 +89,7 @@ def _wanted(plot: Plot, seed: int, base: KnowledgeBase) -> Sequence[SymbolicFact
     """The seed's goals, each with one place."""
     facts = initial_facts(plot.world, base)
     if plot.sentences:
-        return understood(plot.world, facts, list(plot.sentences), base)
+        return parse_goals(plot.world, facts, list(plot.sentences), base)
     return berthed(drawn_goals(plot.world, facts, plot.goals, seed, base), plot.world, facts)
 
 

@@ -5,10 +5,9 @@ from typing import Any
 
 from rich.console import Console
 
-from app.cli.long_running import each, log_warnings, told_to_end
-from app.cli.over_broker import over
+from app.cli.long_running import end_signal, enter_all, log_warnings, world_over_broker
+from app.cli.render import show_startup
 from app.cli.settings import settings_of
-from app.cli.show import tell_of_start
 from app.composition import Service
 from app.domain.errors import Invalid
 from app.settings import Settings
@@ -27,11 +26,11 @@ def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
     if broker is None:
         raise Invalid("--broker: say where the broker is that robots are heard over, as mqtt://HOST[:PORT]")
     log_warnings()
-    tell_of_start(Console(stderr=True))
+    show_startup(Console(stderr=True))
     serves = (PLANNING, WAITING)
     with (
-        told_to_end() as ending,
-        each(over(broker, world) for world in worlds) as running,
+        end_signal() as ending,
+        enter_all(world_over_broker(broker, world) for world in worlds) as running,
         Service(settings, running, serves=serves),
     ):
         names = ", ".join(world.name for world in worlds)

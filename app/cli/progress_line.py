@@ -1,4 +1,4 @@
-"""A planning engine at work, seen from a terminal: a live line of progress, Ctrl-C takes the best so far."""
+"""A progress line for planning in a terminal; Ctrl-C takes the best plan so far."""
 
 import signal
 import time
@@ -11,14 +11,14 @@ from rich.status import Status
 
 from planner import Observer, Progress
 
-STOPPING = "stopping, for the best plan so far; Ctrl-C again gives up"
+STOPPING = "stopping with the best plan so far; Ctrl-C again aborts"
 
 
-class LivePlanning(Observer):
-    """For the length of a `with` block: the first Ctrl-C asks the engine to stop, the next interrupts."""
+class ProgressLine(Observer):
+    """Within a `with` block, the first Ctrl-C asks the engine to stop; the second one interrupts."""
 
     def __init__(self, console: Console, *, is_shown: bool) -> None:
-        """:param is_shown: draw the line; only where a person looks at a terminal."""
+        """:param is_shown: draw the line; for terminals only."""
         self._status: Status | None = Status("planning …", console=console) if is_shown else None
         self._stopping = False
         self._shown_at = 0.0
