@@ -11,9 +11,9 @@ from app.agents import Questions
 from app.agents.tuning import TunedRobot, TuningService
 from app.agents.world_service import RobotReport, WorldService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
+from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
 from app.api.problems import declared
-from app.api.versions import IfMatch, version_of
 from app.api.worlds import TAGS
 from app.missions.lost_robots import LostRobots
 from robots.wire import TRACED_S, PacketTunings, TraceReport

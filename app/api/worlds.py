@@ -18,9 +18,9 @@ from app.api.bodies import (
     WorldBody,
     WorldItem,
 )
+from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
 from app.api.problems import declared
-from app.api.versions import IfMatch, version_of
 from app.domain.durations import Kind, Learned
 from app.store.unknown import Unknown
 from planner import Fact

@@ -53,7 +53,7 @@ class _Appended:
         self._wrote(len(data))
         return len(data)
 
-    def write_json(self) -> int:
+    def tell(self) -> int:
         return self._written
 
     def flush(self) -> None: ...
