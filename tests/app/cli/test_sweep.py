@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 import app.cli.sweep
 from app.cli.main import app as macta
 from app.cli.simulated_mission import simulate_mission
-from app.cli.sweep import Plot, row_of
+from app.cli.sweep import SweepRequest, row_of
 from app.sweep import Outcome, Row, written
 from robots.world import load_world
 from tests.app.sample_store import Store
@@ -75,7 +75,7 @@ def test_goals_that_no_seed_can_take_are_refused_before_anything_is_started(
 
 
 def test_a_seeds_row_comes_from_the_simulated_worlds_truth() -> None:
-    one = row_of(Plot(world=load_world("sample_store"), sentences=(), goals=1), 0)
+    one = row_of(SweepRequest(world=load_world("sample_store"), sentences=(), goals=1), 0)
     assert one.outcome is Outcome.CAME_TRUE, one.reason
     assert one.took_s is not None
     assert 0 < one.took_s < 120
