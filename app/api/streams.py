@@ -66,6 +66,7 @@ class Streams:
     waiting: anyio.CapacityLimiter
     max_open: int
     open: OpenCount = field(default_factory=OpenCount)
+    monotonic_s: Callable[[], float] = time.monotonic
 
     async def changes(
         self, request: Request, seen: int | None, seq: int, *, state: bool
@@ -113,14 +114,14 @@ class Streams:
         sent = None
         sent_at_s = 0.0
         while await self._open(request):
-            begun = time.monotonic()
+            begun_s = self.monotonic_s()
             generation = await self._wait(self.board.wait, generation)
             newest = _telemetry_of(self.board, world)
-            if sent is None or begun - sent_at_s >= AT_REST_INTERVAL_S or not _is_unchanged(sent, newest):
+            if sent is None or begun_s - sent_at_s >= AT_REST_INTERVAL_S or not _is_unchanged(sent, newest):
                 sent = newest
-                sent_at_s = begun
+                sent_at_s = begun_s
                 yield ServerSentEvent(data=_telemetry(world, self.clocks[world].now_s(), newest))
-            pause_s = TELEMETRY_INTERVAL_S - (time.monotonic() - begun)
+            pause_s = TELEMETRY_INTERVAL_S - (self.monotonic_s() - begun_s)
             if pause_s > 0:
                 await anyio.sleep(pause_s)
 

@@ -40,7 +40,8 @@ SHARE_REQUESTS = frozenset({"ShareUrlRequest", "ShareUrlDisconnect"})
 PASSED_ON = ("content-type", "content-encoding", "cache-control", "etag")
 MAX_FRAME_BYTES = 64 * 2**20
 CONNECT_TIMEOUT_S = 5.0
-POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
+POLICY_VIOLATION = 1008
+TRY_AGAIN_LATER = 1013
 # viser's page is one file with inline scripts and a WebAssembly worker; it must not call other hosts.
 CONTENT_POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "

@@ -167,7 +167,8 @@ def listen(settings: Settings) -> socket.socket:
 
     :raises Invalid: if it cannot be bound there.
     """
-    host, port = settings.host, settings.port
+    host = settings.host
+    port = settings.port
     listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     # asyncio sets it only on sockets that it makes; without it a response body waits 40 ms for an acknowledgement.

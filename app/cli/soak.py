@@ -77,7 +77,8 @@ def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
     """The world with radio outages, at different times for each robot."""
 
     def outage() -> Mapping[str, float]:
-        start_s, out_s = rng.uniform(10.0, 200.0), rng.uniform(*OUTAGE_S)
+        start_s = rng.uniform(10.0, 200.0)
+        out_s = rng.uniform(*OUTAGE_S)
         return {"start_s": start_s, "end_s": start_s + out_s, "every_s": rng.uniform(*OUTAGE_INTERVAL_S)}
 
     told = world.model_dump(mode="json", exclude_defaults=True)
@@ -106,7 +107,8 @@ def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     try:
         with SnapshotFile(data / "worlds" / f"{world.name}.json") as file:
             simulation = Simulation(world, make_agent=behavioural_agent, snapshot=file.read(world))
-            ahead_m, left_m = (rng.uniform(-PUSH_M, PUSH_M) for _ in "xy")
+            ahead_m = rng.uniform(-PUSH_M, PUSH_M)
+            left_m = rng.uniform(-PUSH_M, PUSH_M)
             push(simulation, rng.choice(world.robots).name, ahead_m=ahead_m, left_m=left_m)
             file.write(simulation.snapshot())
             simulation.close()

@@ -21,10 +21,10 @@ def validate(
     """Check a world file; an error names the field and the choices."""
     with reported_errors():
         world = named_world(file)
-    robots, places, samples = len(world.robots), len(world.locations), len(world.samples)
     berths = [len(row) for row in world.rows.values() if len(row) > 1]
-    told = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
-    typer.echo(f"{world.name}: valid; {robots} robots, {places} locations{told}, {samples} samples")
+    in_berths = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
+    locations = f"{len(world.locations)} locations{in_berths}"
+    typer.echo(f"{world.name}: valid; {len(world.robots)} robots, {locations}, {len(world.samples)} samples")
 
 
 Count = Annotated[int | None, typer.Option(min=0, help="Count (default: derived from the other options).")]

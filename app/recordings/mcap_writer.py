@@ -31,9 +31,15 @@ CHUNK_BYTES = 32 * 1024
 """The most that is lost, uncompressed, when the process is killed."""
 NANO = 1_000_000_000
 ROBOTS = "/robots/"
-EVENTS, GOAL, MISSION, PLAN = "/events", "/goal", "/mission", "/plan"
-SCRIPT, WORLD, SAMPLES = "/script", "/world", "/samples"
-TRANSFORMS, POSES = "/tf", "/poses/"
+EVENTS = "/events"
+GOAL = "/goal"
+MISSION = "/mission"
+PLAN = "/plan"
+SCRIPT = "/script"
+WORLD = "/world"
+SAMPLES = "/samples"
+TRANSFORMS = "/tf"
+POSES = "/poses/"
 BRIEF_FIELDS = {"x_m", "y_m", "heading_rad", "holding", "packet_tag"}
 """Telemetry that is kept of robots outside the mission."""
 
@@ -62,8 +68,18 @@ class _Appended:
 class McapWriter:
     """One file that is being written."""
 
-    def __init__(self, path: Path, *, wrote: Callable[[int], None] = lambda size_bytes: None) -> None:
-        """:param wrote: called with the number of bytes after each write."""
+    def __init__(
+        self,
+        path: Path,
+        *,
+        wrote: Callable[[int], None] = lambda size_bytes: None,
+        wall_ns: Callable[[], int] = time.time_ns,
+    ) -> None:
+        """
+        :param wrote: called with the number of bytes after each write.
+        :param wall_ns: the wall clock, nanoseconds since the epoch.
+        """
+        self._wall_ns = wall_ns
         self.path = path
         path.touch(exist_ok=False)
         self._writer = Writer(cast(IO[bytes], _Appended(path, wrote)), chunk_size=CHUNK_BYTES)
@@ -131,7 +147,7 @@ class McapWriter:
         self._add(channel, message.SerializeToString(), at_s)
 
     def _add(self, channel: int, data: bytes, at_s: float) -> None:
-        self._writer.add_message(channel, log_time=int(at_s * NANO), data=data, publish_time=time.time_ns())
+        self._writer.add_message(channel, log_time=int(at_s * NANO), data=data, publish_time=self._wall_ns())
 
 
 def _transform(name: str, told: Telemetry) -> FrameTransform:
@@ -140,15 +156,19 @@ def _transform(name: str, told: Telemetry) -> FrameTransform:
 
 def _placed(name: str, frame: str, x_m: float, y_m: float, heading_rad: float, at_s: float) -> FrameTransform:
     transform = FrameTransform(parent_frame_id=frame, child_frame_id=name, timestamp=_stamp(at_s))
-    transform.translation.x, transform.translation.y = x_m, y_m
-    transform.rotation.z, transform.rotation.w = sin(heading_rad / 2), cos(heading_rad / 2)
+    transform.translation.x = x_m
+    transform.translation.y = y_m
+    transform.rotation.z = sin(heading_rad / 2)
+    transform.rotation.w = cos(heading_rad / 2)
     return transform
 
 
 def _pose(told: Telemetry) -> PoseInFrame:
     pose = PoseInFrame(frame_id=FRAME, timestamp=_stamp(told.at_s))
-    pose.pose.position.x, pose.pose.position.y = told.x_m, told.y_m
-    pose.pose.orientation.z, pose.pose.orientation.w = sin(told.heading_rad / 2), cos(told.heading_rad / 2)
+    pose.pose.position.x = told.x_m
+    pose.pose.position.y = told.y_m
+    pose.pose.orientation.z = sin(told.heading_rad / 2)
+    pose.pose.orientation.w = cos(told.heading_rad / 2)
     return pose
 
 
