@@ -1,21 +1,23 @@
-"""A mission carried out in a simulated world in this process, flat out, without a service."""
+"""Runs a mission in a simulated world, in this process, as fast as possible and without a service."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
-from app.cli.truth import holds
+from app.cli.ground_truth import holds
 from app.sweep import Mission, Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
 from sim.trials.script_runner import Crew
 
-PATIENCE_S, PATIENCE_FACTOR = 300.0, 6.0
-"""The longest that a mission may take: so much, and so many times its estimate."""
+BASE_LIMIT_S = 300.0
+LIMIT_FACTOR = 6.0
+"""A mission may take the base limit and this factor times its estimate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ended:
-    """How a mission ended, in the simulated world itself and in the robots' own words."""
+class MissionResult:
+    """How a mission ended: the simulation's ground truth and the robots' reports."""
 
     truth: Truth
     reports: Sequence[ScriptReport]
@@ -32,38 +34,41 @@ class Ended:
         return [f"{report.script_id}: {report.state} {report.detail}" for report in self.reports]
 
 
-def carry_out(mission: Mission, *, seed: int) -> Ended:
-    """Have the simulated robots do it, until all have finished or one has failed."""
-    limit_s = PATIENCE_S + PATIENCE_FACTOR * mission.plan_net.makespan_s
+def simulate_mission(mission: Mission, *, seed: int) -> MissionResult:
+    """Run until all scripts have finished, or one has failed or was refused."""
+    limit_s = BASE_LIMIT_S + LIMIT_FACTOR * mission.plan_net.makespan_s
     with Crew(mission.world, seed=seed) as crew:
         crew.send(mission.scripts)
         names = {script.id for script in mission.scripts}
 
-        def over() -> bool:
+        def is_over() -> bool:
             crew.hear()
             return bool(_failed(crew) or crew.refused) or names <= set(crew.ended)
 
-        crew.simulation.run_until(over, timeout_s=limit_s)
-        return _ended(crew, mission, limit_s)
+        crew.simulation.run_until(is_over, timeout_s=limit_s)
+        return _result(crew, mission, limit_s)
 
 
 def _failed(crew: Crew) -> list[ScriptReport]:
     return [report for report in crew.ended.values() if report.state is not ScriptState.FINISHED]
 
 
-def _ended(crew: Crew, mission: Mission, limit_s: float) -> Ended:
-    truth, reports = crew.simulation.truth(), tuple(crew.ended.values())
-    outcome, packet, reason = Outcome.CAME_TRUE, None, ""
+def _result(crew: Crew, mission: Mission, limit_s: float) -> MissionResult:
+    truth = crew.simulation.truth()
+    result = partial(MissionResult, truth=truth, reports=tuple(crew.ended.values()))
     if failed := _failed(crew):
         script = next(script for script in crew.scripts if script.id == failed[0].script_id)
-        outcome, packet, reason = Outcome.FAILED, _tag(script, failed[0].packet_id), failed[0].detail
-    elif crew.refused:
-        outcome, reason = Outcome.FAILED, f"refused: {next(iter(crew.refused.values())).reason}"
-    elif len(reports) < len(mission.scripts):
-        outcome, reason = Outcome.UNENDED, f"not ended after {limit_s:.0f} s: {', '.join(_under_way(crew))}"
-    elif untrue := [goal for goal in mission.goals if not holds(goal, mission.world, truth)]:
-        outcome, reason = Outcome.UNTRUE, ", ".join(_found(goal, truth) for goal in untrue)
-    return Ended(truth=truth, reports=reports, outcome=outcome, packet=packet, reason=reason)
+        packet = _tag(script, failed[0].packet_id)
+        return result(outcome=Outcome.FAILED, packet=packet, reason=failed[0].detail)
+    if crew.refused:
+        refusal = next(iter(crew.refused.values()))
+        return result(outcome=Outcome.FAILED, reason=f"refused: {refusal.reason}")
+    if len(crew.ended) < len(mission.scripts):
+        reason = f"not ended after {limit_s:.0f} s: {', '.join(_under_way(crew))}"
+        return result(outcome=Outcome.UNENDED, reason=reason)
+    if untrue := [goal for goal in mission.goals if not holds(goal, mission.world, truth)]:
+        return result(outcome=Outcome.UNTRUE, reason=", ".join(_found(goal, truth) for goal in untrue))
+    return result(outcome=Outcome.CAME_TRUE)
 
 
 def _tag(script: BehaviourScript, packet_id: str | None) -> str | None:
