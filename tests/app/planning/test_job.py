@@ -10,13 +10,16 @@ from sqlalchemy.orm import object_session
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
+from app.domain.mission_organiser import Margin
 from app.planning.alternatives import Alternatives, AlternativesJob, Search
+from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import WorkerClosed
 from app.planning.pool.process import Watch
 from app.planning.pool.work import Answer, Work, WorkResult
 from app.planning.proposals import Proposals, close_plans, open_plans
+from app.planning.requests import PlanningRequests
 from app.planning.waiting_goals import WaitingGoals
 from app.store import Database, GoalRow, PlanRow, WorldRow
 from app.store.migrate import migrate
@@ -255,6 +258,25 @@ def test_alternatives_to_a_plan_that_is_decided_on_meanwhile_are_not_proposed(
     searching.plan_once(goal_id)
     assert len(plans(record, goal_id)) == 1
     assert worker.was_cancelled
+
+
+def test_rejecting_the_plan_that_alternatives_are_compared_with_ends_the_search(
+    record: StoreRecord, searching: AlternativesJob, searched: tuple[str, Alternatives]
+) -> None:
+    goal_id, alternatives = searched
+    first = record.goal(goal_id).plan_id
+    assert first is not None
+    searching.plan_once(goal_id)
+    alternatives.search(goal_id, 4, actor="me")
+    approval = PlanApproval(
+        record.core,
+        margin=Margin(relative=0.5, absolute_s=10.0, answers_s={}),
+        requests=PlanningRequests(record.core, clocks=record.clocks),
+    )
+    approval.reject(first, actor="me")
+    goal = record.goal(goal_id)
+    assert (goal.state, goal.alternatives) == (GoalState.PLANNED, None)
+    assert goal.plan_id != first
 
 
 def test_a_search_that_fails_leaves_the_plan_open(
