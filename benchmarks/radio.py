@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.cli.truth import holds
+from app.cli.ground_truth import holds
 from app.composition import Service, make_engine
 from app.domain.lifecycles.mission import MissionState
 from app.domain.world_model.vocabulary import symbolic_all
@@ -165,8 +165,8 @@ def _followed(
 
 def _facts(service: Service, world: str) -> list[str]:
     with service.database.read() as session:
-        facts = service._core.facts.facts(session, world)
-    return sorted(str(fact) for fact in symbolic_all(facts, service._core.knowledge_base))
+        facts = service.core.facts.facts(session, world)
+    return sorted(str(fact) for fact in symbolic_all(facts, service.core.knowledge_base))
 
 
 def sends(kind: str) -> IsWorst:

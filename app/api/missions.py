@@ -1,4 +1,4 @@
-"""Missions: watch them, cancel, pause and resume them, read the scripts that the robots were given."""
+"""Routes of missions and their scripts."""
 
 from collections.abc import Callable
 
@@ -33,13 +33,13 @@ def missions_router(missions: MissionService) -> APIRouter:
 
     @router.get("/missions/{mission_id}/scripts")
     def get_scripts(mission_id: str) -> Page[ScriptBody]:
-        """What each robot was given."""
+        """The script of each robot."""
         _, scripts = missions.get(mission_id)
         return Page(items=[_script(row) for row in scripts])
 
     @router.put("/missions/{mission_id}/recovery", responses=declared(409))
     def set_recovery(mission_id: str, body: SetRecovery) -> MissionBody:
-        """What becomes of failures from now on: auto, ask or never."""
+        """Set how failures are recovered from now on: auto, ask or never."""
         return MissionBody.of(*missions.set_recovery(mission_id, body.policy, ACTOR))
 
     def order(verb: str, carry_out: Callable[[str, str, str], Mission]) -> None:

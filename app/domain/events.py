@@ -95,6 +95,7 @@ class GoalWaiting(GoalEvent):
 
     TYPE: ClassVar[str] = "goal.waiting"
     reason: str
+    state: GoalState = GoalState.WAITING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -83,7 +83,7 @@ class MissionView:
     :param asked_for_s: wall-clock seconds since the monitor's open question, None without one.
     :param scripts: of the plan that it carries out now.
     :param missed: its goals that are not believed true, in words.
-    :param cut: what it counts on and is not believed any more, in words.
+    :param broken: what it counts on and is not believed any more, in words.
     :param tries_left: how often it may still be recovered.
     :param no_way: why no plan was found to recover it by, or why it was turned down; empty if none was sought.
     :param done_before: a robot has finished a script of an earlier plan.
@@ -100,7 +100,7 @@ class MissionView:
     cancel_requested: bool
     scripts: Sequence[ScriptView]
     missed: Sequence[str] = ()
-    cut: Sequence[str] = ()
+    broken: Sequence[str] = ()
     policy: Policy = Policy.NEVER
     step: RecoveryStep | None = None
     tries_left: int = 0
@@ -124,7 +124,7 @@ class MissionView:
         """What has gone wrong, in words; empty if nothing has."""
         if troubles := self.troubles:
             return "; ".join(map(str, troubles))
-        return self.stopped_for or (f"{', '.join(self.cut)} is not true any more" if self.cut else "")
+        return self.stopped_for or (f"{', '.join(self.broken)} is not true any more" if self.broken else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

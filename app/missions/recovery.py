@@ -60,7 +60,7 @@ class RecoverySteps:
             self._events.append(session, MissionStuck(subject=mission.id, reason=verdict.reason, state=state))
 
 
-class RecoveryPlanning(PlanningJob[MissionRow, RepairTask]):
+class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
     """Repairs the plans of missions."""
 
     step_name = "recover"

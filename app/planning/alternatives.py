@@ -85,7 +85,7 @@ class Alternatives:
         return sorted(rows, key=lambda row: float(row.body["makespan_s"]))
 
 
-class AlternativesSearch(PlanningJob[GoalRow, PlanningTask]):
+class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
     """Finds alternatives to a goal's proposed plan."""
 
     step_name = "find alternatives"

@@ -22,7 +22,7 @@ from app.store import GoalRow, PlanRow
 from planner import KnowledgeBaseError, PlanningStatus
 
 
-class GoalPlanning(PlanningJob[GoalRow, PlanningTask]):
+class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
     """Plans goals. If a goal's last plan has expired, it is repaired."""
 
     step_name = "plan"
@@ -80,9 +80,7 @@ class GoalPlanning(PlanningJob[GoalRow, PlanningTask]):
             self._propose(session, goal, task, result.answer[0])
         elif result.waits_for:
             goal_lifecycle.wait(goal, f"waits for {result.waits_for}")
-            self._events.append(
-                session, GoalWaiting(subject=goal.id, reason=goal.reason, state=GoalState(goal.state))
-            )
+            self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             self._waiting.look_again(session, goal)
         else:
             self._unsolvable(session, goal, result.status, result.why)

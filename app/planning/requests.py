@@ -30,7 +30,7 @@ class PlanningRequests:
     def plan_goal(self, session: Session, goal: GoalRow, *, actor: str | None = None) -> None:
         """Have a submitted goal planned.
 
-        :param actor: who submitted it; None if it is planned again.
+        :param actor: who has submitted it, if it is planned for the first time.
         """
         goal.attempts += 1
         goal.stop_requested = False

@@ -72,19 +72,25 @@ class Reservations:
 
     def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
         """What a running mission still needs."""
-        columns = (ScriptRow.robot, ScriptRow.state, ScriptRow.packets)
-        query = select(*columns).where(
+        query = select(ScriptRow).where(
             ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id
         )
-        scripts = session.execute(query).all()
-        idle = {robot for robot, state, _ in scripts if state == ScriptState.FINISHED}
-        done = {
-            (packet, robot)
-            for robot, _, packets in scripts
-            for packet, known in packets.items()
-            if known["state"] == PacketState.FINISHED
-        }
-        return self._of_plan(session, mission.plan_id).left(idle, done)
+        return self.of_scripts(session, mission.plan_id, session.scalars(query).all())
+
+    def of_scripts(self, session: Session, plan_id: str, scripts: Iterable[ScriptRow]) -> Reservation:
+        """What a running mission still needs.
+
+        :param scripts: all of the plan that it carries out now.
+        """
+        idle = set[str]()
+        done = set[tuple[str, str]]()
+        for script in scripts:
+            if script.state == ScriptState.FINISHED:
+                idle.add(script.robot)
+            for packet, known in script.packets.items():
+                if known["state"] == PacketState.FINISHED:
+                    done.add((packet, script.robot))
+        return self._of_plan(session, plan_id).left(idle, done)
 
     def _of_plan(self, session: Session, plan_id: str) -> _Needs:
         if plan_id not in self._needs:

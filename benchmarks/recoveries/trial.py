@@ -9,7 +9,7 @@ from threading import Event
 
 import numpy as np
 
-from app.cli.truth import holds
+from app.cli.ground_truth import holds
 from app.composition import Service
 from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.recovery import RecoveryStep
@@ -180,7 +180,7 @@ class Trial:
         for one in service.worlds.unknown(mission.world):
             if one.name in self._radios and one.name not in self._lost:
                 self._lost.append(one.name)
-                service.lost.declare_lost(mission.world, one.name, actor=OPERATOR, comment="")
+                service.lost_robots.declare_lost(mission.world, one.name, actor=OPERATOR, comment="")
 
     def _outcome(self, service: Service, mission: MissionRow, truth: Truth) -> Outcome:
         task, state = self._case.of, MissionState(mission.state)

@@ -18,7 +18,8 @@ class ActionExplanation:
     """Why an action is there, and there: the fields with words hold sentences.
 
     `goals` are those it serves, `chain` the links that lead to one of them, `because` the same in words;
-    `robots` says for each of its robots why not another, `order` what comes before and after it and why.
+    `robots` says for each of its robots why not another, `order` what it comes after
+    and before, and why; `after` are the actions that the first of these sentences are about, one each.
     """
 
     action: str
@@ -27,6 +28,7 @@ class ActionExplanation:
     because: tuple[str, ...]
     robots: Mapping[str, str]
     order: tuple[str, ...]
+    after: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +80,7 @@ def explain(
                     robot: why_this_robot(action, robot, rivals, tried.get(robot)) for robot in action.agents
                 },
                 order=tuple(order[action.id]),
+                after=tuple(one.before for one in plan_net.orderings if one.after == action.id),
             )
             for action in plan_net.actions
         ),

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from app.cli import truth
-from app.cli.truth import holds
+from app.cli.ground_truth import holds
 from app.store import Database, WorldRow
 from app.trials.checks import RecordedReports, executed_twice, unfinished_goals, untrue_goals
 from robots.world import load_world
@@ -17,7 +16,7 @@ def judge(seen: Witness, *, data: Path, database_url: str) -> None:
     :param data: the folder in which the world was kept.
     """
     assert len(seen.accepted) == len(seen.goals)
-    real, world = truth_of(data), load_world(WORLD)
+    real, world = snapshot_truth(data), load_world(WORLD)
     assert {goal["state"] for goal in seen.final} == {"finished"}, seen.final
     assert not unfinished_goals(seen.final)
     assert not untrue_goals(seen.final, lambda fact: holds(fact, world, real)), real.samples
@@ -27,9 +26,9 @@ def judge(seen: Witness, *, data: Path, database_url: str) -> None:
     assert not executed_twice(record)
 
 
-def truth_of(data: Path) -> Truth:
+def snapshot_truth(data: Path) -> Truth:
     """The world as the last snapshot in a data folder has it."""
-    return truth.truth_of(data, load_world(WORLD))
+    return truth.snapshot_truth(data, load_world(WORLD))
 
 
 def run_of(database_url: str) -> str | None:

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from app.cli.truth import truth_of
+from app.cli.ground_truth import snapshot_truth
 from app.composition import RunningWorld, Service
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
@@ -201,7 +201,7 @@ def test_behind_a_broker_the_radio_is_as_poor_and_a_mission_comes_true_as_well(
             words.note()
             time.sleep(0.02)
     assert (mission.state, mission.reason) == (MissionState.COMPLETED, "")
-    assert truth_of(fleet, load_world(POOR)).samples["sample_1"].ref == "bay_7"
+    assert snapshot_truth(fleet, load_world(POOR)).samples["sample_1"].ref == "bay_7"
     assert words.longest_silence_s("store_2") > 35.0, (
         "between its windows of contact it is not heard for 45 s"
     )

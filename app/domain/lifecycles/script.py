@@ -201,6 +201,11 @@ def settle_order(script: Script) -> None:
     script.control_number = None
 
 
+def settle_clearance(script: Script) -> None:
+    """Note that the robot has answered the clearance."""
+    script.clearance = None
+
+
 def follow_order(script: Script, verb: ControlVerb, at_s: float) -> None:
     """Note that the robot has agreed to the order."""
     hear(script, _FOLLOWED.get(verb, script.state), at_s)

@@ -83,7 +83,7 @@ def test_a_client_that_resumes_after_what_is_forgotten_is_told_and_gets_the_curr
     goal = post(address, "move sample_1 to bay_7")
     with stream(address, "/v1/events", **{"last-event-id": "0"}) as events:
         until(events, "plan.proposed")
-    Retention(service.database, service._core.workflows, days=30, goals_days=365, events=1).sweep()
+    Retention(service.database, service.core.workflows, days=30, goals_days=365, events=1).sweep()
     with stream(address, "/v1/events", **{"last-event-id": "1"}) as events:
         first, second = next(events), next(events)
     assert (first["type"], first["data"]) == ("stream.reset", {"seen": 1})
@@ -95,7 +95,7 @@ def test_of_a_goal_that_is_deleted_is_said_that_it_may_have_been(api: TestClient
     api.post(f"/v1/goals/{goal}:cancel")
     later = Retention(
         service.database,
-        service._core.workflows,
+        service.core.workflows,
         days=30,
         goals_days=1,
         events=1000,

@@ -55,7 +55,8 @@ def test_changes_arrive_in_order_with_their_envelope(address: str) -> None:
     assert [event["seq"] for event in seen] == sorted(event["seq"] for event in seen)
     assert all(set(event) == {"seq", "time", "type", "subject", "data"} for event in seen)
     types = [event["type"] for event in seen if event["subject"] == goal["id"]]
-    assert types == ["goal.submitted", "goal.planning"]
+    # A planner that is slow tells of its progress in between.
+    assert [type_ for type_ in types if type_ != "goal.progress"] == ["goal.submitted", "goal.planning"]
 
 
 def test_a_client_that_begins_gets_the_current_state_first(address: str) -> None:

@@ -5,14 +5,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import pytest
+from app.sweep import Outcome
 from typer.testing import CliRunner, Result
 
 import app.cli.sweep
 from app.cli.main import app as macta
-from app.cli.rehearse import carry_out
-from app.cli.sweep import Plot, row_of
-from app.trials.offline_mission import organised_mission
-from app.trials.sweep_results import Outcome, SeedResult
+from app.cli.simulated_mission import simulate_mission
+from app.cli.sweep import SweepRequest, row_of
 from robots.world import load_world
 from tests.app.sample_store import Store
 
@@ -76,7 +75,7 @@ def test_goals_that_no_seed_can_take_are_refused_before_anything_is_started(
 
 
 def test_a_seeds_row_comes_from_the_simulated_worlds_truth() -> None:
-    one = row_of(Plot(world=load_world("sample_store"), sentences=(), goals=1), 0)
+    one = row_of(SweepRequest(world=load_world("sample_store"), sentences=(), goals=1), 0)
     assert one.outcome is Outcome.CAME_TRUE, one.reason
     assert one.took_s is not None
     assert 0 < one.took_s < 120
@@ -88,7 +87,7 @@ def test_robots_that_finish_without_the_goal_being_true_do_not_count() -> None:
     elsewhere = replace(
         mission, goals=[goal.model_copy(update={"args": ("sample_1", "bay_8")}) for goal in mission.goals]
     )
-    ended = carry_out(elsewhere, seed=0)
+    ended = simulate_mission(elsewhere, seed=0)
     assert ended.outcome is Outcome.UNTRUE
     assert ended.reason == "in(sample_1, bay_8) is not true: it is in bay_7"
 
@@ -104,6 +103,6 @@ def test_a_robot_that_fails_ends_the_run_with_its_packet_and_its_words() -> None
         for script in mission.scripts
     ]
     empty = store.world.model_copy(update={"samples": ()})
-    ended = carry_out(replace(mission, world=empty, scripts=hasty), seed=0)
+    ended = simulate_mission(replace(mission, world=empty, scripts=hasty), seed=0)
     assert (ended.outcome, ended.packet) == (Outcome.FAILED, "DOCK")
     assert ended.reason

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.cli.truth import holds
+from app.cli.ground_truth import holds
 from robots.physical.body import Pose
 from sim import Truth
 from sim.truth import SampleTruth

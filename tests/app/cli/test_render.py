@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from app.cli.show import show_plan
+from app.cli.render import show_plan
 from app.domain.plan_document import DifferenceBody, PlanBody, RepairsBody
 from planner.repair import Course
 from tests.app.sample_store import Store

@@ -9,8 +9,7 @@ from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from app.api.page_view_routes import views_router
-from app.api.page_views import MOST_PICKS, PageViews, Pick, Shown
+from app.api.page_views import MAX_PICKS, PageViews, Pick, Shown, views_router
 from tests.app.serving import served
 from tests.waiting import until
 
@@ -26,7 +25,7 @@ def views() -> PageViews:
 @pytest.fixture
 def host(views: PageViews) -> Iterator[str]:
     app = FastAPI()
-    app.include_router(views_router(views, most=MOST))
+    app.include_router(views_router(views, max_open=MOST))
     with served(app) as address:
         yield address.replace("http", "ws", 1)
 
@@ -102,9 +101,9 @@ def test_picks_that_nobody_takes_and_picks_for_nobody_are_dropped(views: PageVie
     pick = Pick(kind="robot", name="fred")
     views.pick(ONE, pick)
     with views.page(ONE) as page:
-        for _ in range(2 * MOST_PICKS):
+        for _ in range(2 * MAX_PICKS):
             views.pick(ONE, pick)
-        assert page.picks.qsize() == MOST_PICKS
+        assert page.picks.qsize() == MAX_PICKS
 
 
 def test_only_so_many_may_be_connected_and_one_that_leaves_makes_room(host: str, views: PageViews) -> None:

@@ -1,4 +1,4 @@
-"""Versions as ETags: a change may say which version of a thing it was made from."""
+"""Versions as ETags: a change may name the version it was made from."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""The processes that share the record: which live, and what each does."""
+"""The processes that share the database."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from app.workflows.leases import ExecutorRegistry
 
 
 class ExecutorBody(BaseModel):
-    """A process: `serves` are the queues whose work it does, `worlds` those whose robots it speaks to."""
+    """A process: `serves` are the queues it works on, `worlds` those whose robots it drives."""
 
     id: str
     serves: Sequence[str]
@@ -22,13 +22,13 @@ class ExecutorBody(BaseModel):
     alive: bool
 
 
-def replicas_router(presence: ExecutorRegistry) -> APIRouter:
+def executors_router(registry: ExecutorRegistry) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["health"])
 
     @router.get("/executors")
     def list_executors() -> Page[ExecutorBody]:
-        """The service's processes on this database, the longest there first; dead ones for a minute."""
-        items = [ExecutorBody.model_validate(one, from_attributes=True) for one in presence.executors()]
+        """The service's processes on this database, the oldest first; dead ones are listed for a minute."""
+        items = [ExecutorBody.model_validate(one, from_attributes=True) for one in registry.executors()]
         return Page(items=items)
 
     return router

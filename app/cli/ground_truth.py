@@ -1,4 +1,4 @@
-"""What is true in the simulated world itself: for the command line only, never for the service or a robot."""
+"""The simulation's ground truth, for the command line; the service and the robots never read it."""
 
 from math import dist
 from pathlib import Path
@@ -13,7 +13,7 @@ NEAR_M = 1.1
 
 
 def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
-    """True if a sample is in a place or gripper, or a robot near a place; of other facts the world tells nothing."""
+    """True if a sample is in its place or gripper, or a robot near its place; False for all other facts."""
     if len(fact.args) != 2:
         return False
     thing, ref = fact.args
@@ -27,8 +27,8 @@ def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
     return False
 
 
-def truth_of(data: Path, world: WorldFile) -> Truth:
-    """The world as its last snapshot in a data folder has it."""
+def snapshot_truth(data: Path, world: WorldFile) -> Truth:
+    """The ground truth of a world by its last snapshot in the data folder."""
     # NOTE: imported here, for they load the physics.
     from sim.snapshot import WorldSnapshot
     from sim.world.agents import behavioural_agent

@@ -1,4 +1,4 @@
-"""A recording as one HTML file that plays by itself: the console's own modules and styles, and the data, inside it."""
+"""A recording as one standalone HTML file with the console's modules, styles and the data in it."""
 
 import json
 import posixpath
@@ -19,7 +19,7 @@ def replay_page(static: Path, replay: dict[str, Any], *, title: str) -> str:
     modules = _modules(static, ENTRY)
     addresses = {name: f"data:text/javascript;base64,{_base64(text)}" for name, text in modules.items()}
     style = "\n".join((static / "style" / f"{name}.css").read_text() for name in STYLES)
-    # "<" is the one sign that could end the element from inside.
+    # A "<" could end the element early.
     data = json.dumps(replay).replace("<", "\\u003c")
     return "\n".join(
         (
@@ -34,7 +34,7 @@ def replay_page(static: Path, replay: dict[str, Any], *, title: str) -> str:
 
 
 def _modules(static: Path, entry: str) -> dict[str, str]:
-    """The module and all that it imports, by their paths, which they import each other by instead of relatively."""
+    """The module and all modules that it imports, by path; relative imports are rewritten to paths."""
     found: dict[str, str] = {}
     wanted = [entry]
     while wanted:
@@ -46,8 +46,8 @@ def _modules(static: Path, entry: str) -> dict[str, str]:
     return found
 
 
-def _absolute(beside: str, relative: re.Match[str]) -> str:
-    return f'"{posixpath.normpath(posixpath.join(beside, relative[1]))}"'
+def _absolute(folder: str, relative: re.Match[str]) -> str:
+    return f'"{posixpath.normpath(posixpath.join(folder, relative[1]))}"'
 
 
 def _base64(text: str) -> str:

@@ -1,4 +1,4 @@
-"""`macta plan` with alternatives and the explanation beside the plan."""
+"""`macta plan` with alternatives and an explanation."""
 
 import json
 
@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from app.cli.beside import Wanted
 from app.cli.main import app
+from app.cli.plan import ExtrasRequest
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import planning_problem
 from planner import FastDownwardEngine, Observer, PlanningRequest, PlanningResult, PlanningStatus
@@ -17,7 +17,7 @@ STORE = Store()
 GOAL = ("plan", "--goal", "move sample_1 to bay_7", "--engine", "fast-downward")
 
 
-def test_json_holds_the_plan_and_beside_it_what_was_asked_for() -> None:
+def test_json_holds_the_plan_and_with_it_what_was_asked_for() -> None:
     done = CliRunner().invoke(app, [*GOAL, "--json", "--alternatives", "4", "--explain"])
     assert done.exit_code == 0
     document = json.loads(done.stdout)
@@ -41,25 +41,25 @@ def test_a_terminal_shows_a_table_of_plans_and_the_reasons(monkeypatch: pytest.M
     assert "What makes the time" in words
 
 
-def test_without_a_plan_nothing_is_sought_beside_it() -> None:
+def test_without_a_plan_no_extras_are_sought() -> None:
     problem = planning_problem(STORE.world, STORE.facts, (STORE.fact("in(sample_1, bay_7)"),))
     none = PlanningResult(status=PlanningStatus.NOT_FOUND, engine="none", planning_s=0.0)
-    beside = Wanted(alternatives=3, explanation=True).find(
+    extras = ExtrasRequest(alternatives=3, explanation=True).find(
         FastDownwardEngine(STORE.base), STORE.base, problem, PlanningRequest(), Observer(), none
     )
-    assert (beside.alternatives, beside.explanation) == (None, None)
+    assert (extras.alternatives, extras.explanation) == (None, None)
 
 
 def test_what_was_not_asked_for_is_not_shown() -> None:
     problem = planning_problem(STORE.world, STORE.facts, (STORE.fact("in(sample_1, bay_7)"),))
     plan_net = STORE.store_sample_1()
     solved = PlanningResult(status=PlanningStatus.SOLVED, engine="hand", planning_s=0.0, plan_net=plan_net)
-    beside = Wanted().find(
+    extras = ExtrasRequest().find(
         FastDownwardEngine(STORE.base), STORE.base, problem, PlanningRequest(), Observer(), solved
     )
     body = PlanBody.of_plan_net(plan_net, STORE.base)
-    assert beside.document(body) == body.model_dump(mode="json")
+    assert extras.document(body) == body.model_dump(mode="json")
     console = Console()
     with console.capture() as capture:
-        beside.show(console, body)
+        extras.show(console, body)
     assert capture.get() == ""

@@ -1,22 +1,24 @@
-"""A mission carried out in a simulated world in this process, flat out, without a service."""
+"""Runs a mission in a simulated world, in this process, as fast as possible and without a service."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
-from app.cli.truth import holds
+from app.cli.ground_truth import holds
 from app.trials.offline_mission import Mission
 from app.trials.sweep_results import Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
 from sim.trials.script_runner import ScriptRunner
 
-PATIENCE_S, PATIENCE_FACTOR = 300.0, 6.0
-"""The longest that a mission may take: so much, and so many times its estimate."""
+BASE_LIMIT_S = 300.0
+LIMIT_FACTOR = 6.0
+"""A mission may take the base limit and this factor times its estimate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ended:
-    """How a mission ended, in the simulated world itself and in the robots' own words."""
+class MissionResult:
+    """How a mission ended: the simulation's ground truth and the robots' reports."""
 
     truth: Truth
     reports: Sequence[ScriptReport]
@@ -33,38 +35,41 @@ class Ended:
         return [f"{report.script_id}: {report.state} {report.detail}" for report in self.reports]
 
 
-def carry_out(mission: Mission, *, seed: int) -> Ended:
-    """Have the simulated robots do it, until all have finished or one has failed."""
-    limit_s = PATIENCE_S + PATIENCE_FACTOR * mission.plan_net.makespan_s
+def simulate_mission(mission: Mission, *, seed: int) -> MissionResult:
+    """Run until all scripts have finished, or one has failed or was refused."""
+    limit_s = BASE_LIMIT_S + LIMIT_FACTOR * mission.plan_net.makespan_s
     with ScriptRunner(mission.world, seed=seed) as runner:
         runner.send(mission.scripts)
         names = {script.id for script in mission.scripts}
 
-        def over() -> bool:
+        def is_over() -> bool:
             runner.receive()
             return bool(_failed(runner) or runner.refused) or names <= set(runner.ended)
 
-        runner.simulation.run_until(over, timeout_s=limit_s)
-        return _ended(runner, mission, limit_s)
+        runner.simulation.run_until(is_over, timeout_s=limit_s)
+        return _result(runner, mission, limit_s)
 
 
 def _failed(runner: ScriptRunner) -> list[ScriptReport]:
     return [report for report in runner.ended.values() if report.state is not ScriptState.FINISHED]
 
 
-def _ended(runner: ScriptRunner, mission: Mission, limit_s: float) -> Ended:
-    truth, reports = runner.simulation.truth(), tuple(runner.ended.values())
-    outcome, packet, reason = Outcome.CAME_TRUE, None, ""
+def _result(runner: ScriptRunner, mission: Mission, limit_s: float) -> MissionResult:
+    truth = runner.simulation.truth()
+    result = partial(MissionResult, truth=truth, reports=tuple(runner.ended.values()))
     if failed := _failed(runner):
         script = next(script for script in runner.scripts if script.id == failed[0].script_id)
-        outcome, packet, reason = Outcome.FAILED, _tag(script, failed[0].packet_id), failed[0].detail
-    elif runner.refused:
-        outcome, reason = Outcome.FAILED, f"refused: {next(iter(runner.refused.values())).reason}"
-    elif len(reports) < len(mission.scripts):
-        outcome, reason = Outcome.UNENDED, f"not ended after {limit_s:.0f} s: {', '.join(_under_way(runner))}"
-    elif untrue := [goal for goal in mission.goals if not holds(goal, mission.world, truth)]:
-        outcome, reason = Outcome.UNTRUE, ", ".join(_found(goal, truth) for goal in untrue)
-    return Ended(truth=truth, reports=reports, outcome=outcome, packet=packet, reason=reason)
+        packet = _tag(script, failed[0].packet_id)
+        return result(outcome=Outcome.FAILED, packet=packet, reason=failed[0].detail)
+    if runner.refused:
+        refusal = next(iter(runner.refused.values()))
+        return result(outcome=Outcome.FAILED, reason=f"refused: {refusal.reason}")
+    if len(runner.ended) < len(mission.scripts):
+        reason = f"not ended after {limit_s:.0f} s: {', '.join(_under_way(runner))}"
+        return result(outcome=Outcome.UNENDED, reason=reason)
+    if untrue := [goal for goal in mission.goals if not holds(goal, mission.world, truth)]:
+        return result(outcome=Outcome.UNTRUE, reason=", ".join(_found(goal, truth) for goal in untrue))
+    return result(outcome=Outcome.CAME_TRUE)
 
 
 def _tag(script: BehaviourScript, packet_id: str | None) -> str | None:

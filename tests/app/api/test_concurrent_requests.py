@@ -1,12 +1,13 @@
 """What several operators, or one through several replicas, ask at the same instant: the record decides, once."""
 
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
+from contextlib import suppress
+from threading import Barrier, BrokenBarrierError
 from typing import Any
 
 import pytest
+from app.planning.staleness import Staleness
 from fastapi.testclient import TestClient
 
 from app.composition import Service
@@ -74,14 +75,16 @@ def test_of_two_plans_that_take_the_same_robot_and_are_approved_at_once_one_is_s
     service: Service, api: TestClient, follow: Follow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plans = [proposed(api, follow, f"move sample_1 to {place}") for place in ("bay_7", "bay_8")]
-    look = service.plans._staleness.of
+    look = Staleness.of
+    both_have_looked = Barrier(2)
 
     def look_and_wait(*given: Any) -> list[str]:
         found = look(*given)
-        time.sleep(0.3)  # long enough for the other to look, too
+        with suppress(BrokenBarrierError):  # the other cannot look as long as this one holds the world's lock
+            both_have_looked.wait(timeout=0.3)
         return found
 
-    monkeypatch.setattr(service.plans._staleness, "of", look_and_wait)
+    monkeypatch.setattr(Staleness, "of", look_and_wait)
     answers = at_once([lambda one=one: service.plans.approve(one, actor="someone") for one in plans])  # type: ignore[misc]
     refused = [answer for answer in answers if isinstance(answer, Conflict)]
     assert [answer.code for answer in refused] == ["plan-stale"]

@@ -1,4 +1,4 @@
-"""Goals given on the command line, understood and checked before anything is started."""
+"""Parses and checks goals given on the command line before anything starts."""
 
 import re
 
@@ -13,28 +13,28 @@ from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 FACT = re.compile(r"^\s*\w+\s*\(")
-"""A goal as a fact, `near(yard_1, door_1)`, and not as a sentence."""
+"""Matches a goal written as a fact, `near(yard_1, door_1)`."""
 
 
-def understood(
+def parse_goals(
     world: WorldFile, facts: Facts, sentences: list[str], knowledge_base: KnowledgeBase
 ) -> list[SymbolicFact]:
-    """The goals that the sentences or facts state, with a berth for each location that has several.
+    """The goals that sentences or facts state; a location with several berths is replaced by a free berth.
 
-    :raises Invalid: naming the thing and the choices, if they state none or the world stands against them.
+    :raises Invalid: if one is malformed, unknown or impossible in the world; names the thing and the choices.
     """
-    wanted: list[SymbolicFact] = []
+    goals: list[SymbolicFact] = []
     for sentence in sentences:
         if FACT.match(sentence):
-            wanted.append(_fact(sentence))
+            goals.append(_fact(sentence))
             continue
         parsed = parse_goal(sentence, world, facts)
         if isinstance(parsed, Clarification):
             raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
-        wanted.extend(parsed)
-    for issue in blocking(check_goals(wanted, world, facts, knowledge_base)):
+        goals.extend(parsed)
+    for issue in blocking(check_goals(goals, world, facts, knowledge_base)):
         raise Invalid(issue.detail, code=issue.code, choices=issue.choices)
-    return list(berthed(wanted, world, facts))
+    return list(berthed(goals, world, facts))
 
 
 def _fact(text: str) -> SymbolicFact:

@@ -1,7 +1,8 @@
-"""A planning engine at work, seen from a terminal: a live line of progress, Ctrl-C takes the best so far."""
+"""A progress line for planning in a terminal; Ctrl-C takes the best plan so far."""
 
 import signal
 import time
+from collections.abc import Callable
 from types import FrameType
 from typing import Self
 
@@ -11,17 +12,24 @@ from rich.status import Status
 
 from planner import Observer, Progress
 
-STOPPING = "stopping, for the best plan so far; Ctrl-C again gives up"
+REFRESH_S = 0.1
+STOPPING = "stopping with the best plan so far; Ctrl-C again aborts"
 
 
-class LivePlanning(Observer):
-    """For the length of a `with` block: the first Ctrl-C asks the engine to stop, the next interrupts."""
+class ProgressLine(Observer):
+    """Within a `with` block, the first Ctrl-C asks the engine to stop; the second one interrupts."""
 
-    def __init__(self, console: Console, *, is_shown: bool) -> None:
-        """:param is_shown: draw the line; only where a person looks at a terminal."""
+    def __init__(
+        self, console: Console, *, is_shown: bool, now_s: Callable[[], float] = time.monotonic
+    ) -> None:
+        """
+        :param is_shown: draw the line; for terminals only.
+        :param now_s: a monotonic clock.
+        """
+        self._now_s = now_s
         self._status: Status | None = Status("planning …", console=console) if is_shown else None
         self._stopping = False
-        self._shown_at = 0.0
+        self._shown_at_s = 0.0
 
     def __enter__(self) -> Self:
         self._before = signal.signal(signal.SIGINT, self._interrupted)
@@ -35,10 +43,10 @@ class LivePlanning(Observer):
             self._status.stop()
 
     def progress(self, progress: Progress) -> None:
-        now = time.monotonic()
-        if self._status is not None and now >= self._shown_at + 0.1:
+        now_s = self._now_s()
+        if self._status is not None and now_s >= self._shown_at_s + REFRESH_S:
             self._status.update(escape(self.line(progress)))
-            self._shown_at = now
+            self._shown_at_s = now_s
 
     def should_stop(self) -> bool:
         return self._stopping

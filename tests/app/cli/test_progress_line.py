@@ -6,12 +6,12 @@ import signal
 import pytest
 from rich.console import Console
 
-from app.cli.live import LivePlanning
+from app.cli.progress_line import ProgressLine
 from planner import Progress
 
 
-def live(is_shown: bool = False) -> LivePlanning:
-    return LivePlanning(Console(file=io.StringIO(), force_terminal=True, width=100), is_shown=is_shown)
+def live(is_shown: bool = False) -> ProgressLine:
+    return ProgressLine(Console(file=io.StringIO(), force_terminal=True, width=100), is_shown=is_shown)
 
 
 def test_the_line_says_how_good_the_plan_is_and_could_be() -> None:
@@ -36,6 +36,6 @@ def test_one_interruption_asks_for_the_best_so_far_and_the_next_gives_up() -> No
 def test_the_line_is_drawn_only_where_it_is_to_be_shown() -> None:
     for is_shown in (True, False):
         file = io.StringIO()
-        with LivePlanning(Console(file=file, force_terminal=True, width=100), is_shown=is_shown) as planning:
+        with ProgressLine(Console(file=file, force_terminal=True, width=100), is_shown=is_shown) as planning:
             planning.progress(Progress(engine="macta", elapsed_s=1, makespan_s=50))
         assert ("plan" in file.getvalue()) == is_shown

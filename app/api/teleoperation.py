@@ -1,4 +1,4 @@
-"""Driving a robot by hand: set-points, each valid for a moment, and letting go."""
+"""Teleoperation: short-lived set-points for a robot, and releasing it."""
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
@@ -21,8 +21,8 @@ class Release(Request):
     session: str = SESSION
 
 
-class DriveLike(Release):
-    """A set-point in the robot's frame; beyond what a driven robot may do it is cut down to that."""
+class SetPointRequest(Release):
+    """A set-point in the robot's frame; clipped to the limits of a teleoperated robot."""
 
     speed_m_s: float = Field(default=0.0, ge=-10, le=10, description="ahead; negative: back")
     turn_rad_s: float = Field(default=0.0, ge=-10, le=10, description="to the left; negative: to the right")
@@ -42,12 +42,12 @@ class DriveBody(BaseModel):
     most_rad_s: float
 
 
-def driving_router(teleoperation: Teleoperation) -> APIRouter:
+def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/robots/{name}:teleoperate", status_code=202, responses=declared(409))
-    def teleoperate(name: str, body: DriveLike) -> DriveBody:
-        """Have the robot go like this until the next set-point, but not for longer than `valid_s`.
+    def teleoperate(name: str, body: SetPointRequest) -> DriveBody:
+        """Drive the robot at this speed until the next set-point, at most for `valid_s`.
 
         The first takes control, and one operator at a time has it; send one about five times a second. What is in the
         robot's way still counts. 409 says why the robot is not to be driven: lost, out of contact, on a mission,
@@ -60,7 +60,7 @@ def driving_router(teleoperation: Teleoperation) -> APIRouter:
 
     @router.post("/robots/{name}:end_teleoperation", status_code=202, responses=declared(409))
     def end_teleoperation(name: str, body: Release) -> DriveBody:
-        """Let go of the robot: it stops at once."""
+        """Release the robot: it stops at once."""
         return _body(teleoperation.let_go(name, _driver(body.session)))
 
     return router

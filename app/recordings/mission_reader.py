@@ -1,9 +1,8 @@
-"""What the record says of missions: which are to be recorded, what is about each, how it all began."""
+"""Reads missions and what belongs to them from the database, for their recordings."""
 
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from sqlalchemy import select
 
@@ -14,8 +13,8 @@ MISSION_ID = re.compile(r"mission-[0-9a-f]+")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Chapter:
-    """A mission as it stands, with its goal, all plans that were made for it, and its scripts."""
+class MissionRecord:
+    """A mission with its goal, the ids of all plans made for it, and its scripts."""
 
     mission: MissionRow
     goal: GoalRow
@@ -23,13 +22,14 @@ class Chapter:
     scripts: tuple[ScriptRow, ...]
 
 
-class Story:
-    """Reads the record."""
+class MissionReader:
+    """Reads missions from the database."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def under_way(self) -> Collection[str]:
+    def open_missions(self) -> Collection[str]:
+        """The ids of missions that have not ended."""
         with self._database.read() as session:
             return session.scalars(select(MissionRow.id).where(MissionRow.state.not_in(ENDED))).all()
 
@@ -39,17 +39,18 @@ class Story:
         with self._database.read() as session:
             return session.scalars(select(MissionRow).where(MissionRow.id.in_(ids))).all()
 
-    def chapters(self, missions: Sequence[MissionRow]) -> list[Chapter]:
+    def records(self, missions: Sequence[MissionRow]) -> list[MissionRecord]:
         if not missions:
             return []
-        goal_ids, ids = [one.goal_id for one in missions], [one.id for one in missions]
+        goal_ids = [mission.goal_id for mission in missions]
+        ids = [mission.id for mission in missions]
         with self._database.read() as session:
             goals = session.scalars(select(GoalRow).where(GoalRow.id.in_(goal_ids))).all()
             made = select(PlanRow.id, PlanRow.goal_id).where(PlanRow.goal_id.in_(goal_ids))
             plans = session.execute(made.order_by(PlanRow.created_at)).all()
             scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id.in_(ids))).all()
         return [
-            Chapter(
+            MissionRecord(
                 mission=one,
                 goal=next(goal for goal in goals if goal.id == one.goal_id),
                 plans=tuple(plan for plan, goal in plans if goal == one.goal_id),
@@ -58,29 +59,18 @@ class Story:
             for one in missions
         ]
 
-    def events(self, chapter: Chapter, *, after: int, before: int) -> Sequence[EventRow]:
-        """What happened to the goal, its plans and the mission, between two numbers of events."""
-        about = [chapter.goal.id, *chapter.plans, chapter.mission.id]
-        wanted = select(EventRow).where(
-            EventRow.subject.in_(about), EventRow.seq > after, EventRow.seq < before
+    def events(self, record: MissionRecord, *, after: int, before: int) -> Sequence[EventRow]:
+        """The events of the goal, its plans and the mission with `after` < seq < `before`."""
+        subjects = [record.goal.id, *record.plans, record.mission.id]
+        query = select(EventRow).where(
+            EventRow.subject.in_(subjects), EventRow.seq > after, EventRow.seq < before
         )
         with self._database.read() as session:
-            return session.scalars(wanted.order_by(EventRow.seq)).all()
+            return session.scalars(query.order_by(EventRow.seq)).all()
 
 
 def names_in(event: EventRow) -> frozenset[str]:
-    """What an event is about: missions that it names, its subject, and its goal."""
+    """The subject, the goal and the missions that an event names."""
     named = {event.subject, event.data.get("goal"), event.data.get("mission")} - {None}
     missions = {match[0] for one in named if (match := MISSION_ID.match(str(one)))}
     return frozenset(map(str, named)) | missions
-
-
-def told(event: EventRow) -> dict[str, Any]:
-    """The event as the API has it."""
-    return {
-        "seq": event.seq,
-        "time": event.time,
-        "type": event.type,
-        "subject": event.subject,
-        "data": event.data,
-    }

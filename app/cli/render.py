@@ -1,4 +1,4 @@
-"""Plan-nets as an operator reads them in a terminal."""
+"""Plans, alternatives and explanations as text for a terminal."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -8,19 +8,19 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
 
 EQUAL_S = 0.05
 """Times that differ by no more are the same."""
 LONGEST_PATH = 12
-"""As many actions of a critical path are named; of a longer one, the ends."""
+"""Actions of a critical path that are shown; of a longer one, its two ends."""
+MAX_WAITS = 5
 
 
-def tell_of_start(console: Console) -> None:
-    """Why it may take a while until anything is planned."""
-    console.print(
-        "[dim]Getting ready; the first time, the planner is compiled, which takes half a minute.[/]"
-    )
+def show_startup(console: Console) -> None:
+    """Say why the start may take a while."""
+    console.print("[dim]Starting; the first start compiles the planner, which takes half a minute.[/]")
 
 
 def show_plan(console: Console, plan: PlanBody) -> None:
@@ -47,6 +47,50 @@ def show_repairs(console: Console, repairs: RepairsBody) -> None:
     console.print(f"Repairs {repairs.plan_id} ({repairs.course}): {escape(summary)}")
     for line in details:
         console.print(f"  {escape(line)}")
+
+
+def show_alternatives(console: Console, plans: Sequence[PlanBody]) -> None:
+    """A table of plans to choose from."""
+    table = Table(title="To choose from", title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("Best at")
+    for name in ("Takes, s", "Drives, m", "Uses, J", "To clear"):
+        table.add_column(name, justify="right")
+    table.add_column("Robots", style="cyan")
+    for plan in plans:
+        table.add_row(
+            escape(plan.label),
+            f"{plan.makespan_s:.1f}",
+            f"{plan.distance_m:.1f}",
+            f"{plan.energy_j:.0f}",
+            str(plan.clearances),
+            ", ".join(plan.robots),
+        )
+    console.print(table)
+
+
+def show_explanation(console: Console, plan: PlanBody, explanation: ExplanationBody) -> None:
+    """The reason for each action, the critical path, the longest waits, and the cost of doing without each robot."""
+    console.print("[bold]Why[/]")
+    for action, why in zip(plan.actions, explanation.actions, strict=True):
+        console.print(f"[bold]{action.id}[/] {escape(action.description)}")
+        for words in _reasons(why):
+            console.print(f"    {escape(words)}")
+    console.print("\n[bold]What makes the time[/]")
+    for words in explanation.makespan:
+        console.print(f"  {escape(words)}")
+    for wait in explanation.waits[:MAX_WAITS]:
+        console.print(f"  {escape(wait.words)}")
+    for robot, words in explanation.robots.items():
+        console.print(f"[bold]{robot}[/]: {escape(words)}")
+    console.print()
+
+
+def _reasons(why: ActionExplanationBody) -> list[str]:
+    """What the action is for, why its robots were chosen, and what it comes after."""
+    in_the_end = f"; in the end for {', '.join(map(str, why.goals))}" if len(why.chain) > 1 else ""
+    purpose = [why.because[0] + in_the_end] if why.because else []
+    robots = [f"{robot}: {words}" for robot, words in why.robots.items()]
+    return [*purpose, *robots, *why.order[: len(why.after)]]
 
 
 def _gap(plan: PlanBody) -> str:
