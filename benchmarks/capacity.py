@@ -66,7 +66,7 @@ def begin(service: Service, goal_id: str, missions: int) -> None:
                     margin_s=1e6,
                 )
             )
-            service._core.workflows.start(session, MISSIONS, MISSION_LIFE, name, name)
+            service.workflows.start(session, MISSIONS, MISSION_LIFE, name, name)
 
 
 def wait_for_scripts(service: Service, missions: int) -> None:

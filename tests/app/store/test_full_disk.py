@@ -31,8 +31,7 @@ class Disk:
 
 @pytest.fixture
 def disk(service: Service) -> Iterator[Disk]:
-    workflows = service._core.workflows
-    disk = Disk(service.database.engine, workflows._dbos._sys_db.engine, workflows._connected._sys_db.engine)
+    disk = Disk(service.database.engine, service.workflows.engine)
     yield disk
     disk.why = ""
 
