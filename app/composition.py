@@ -8,6 +8,7 @@ from threading import Event
 from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
+from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import RunningWorld
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
@@ -57,7 +58,7 @@ from app.workflows import (
     Workflows,
 )
 from app.workflows.leases import ExecutorRegistry
-from app.workflows.notifications import Listening
+from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from planner import load_knowledge_base
 from robots.clock import Clock
@@ -99,23 +100,23 @@ class Service:
         migrate(self.database)
         self.events = EventLog(self.database)
         knowledge_base = load_knowledge_base()
-        workflows = Workflows(settings.resolved_database_url(), serves=served)
+        self.workflows = Workflows(settings.resolved_database_url(), serves=served)
         plan_nets = PlanNets(knowledge_base)
         self._core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events),
-            workflows=workflows,
+            workflows=self.workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
             holdings=Reservations(plan_nets),
         )
-        self._listening = Listening(self.database, workflows.topics)
+        self._notifications = NotificationListener(self.database, self.workflows.topics)
         self.presence = ExecutorRegistry(
             self.database,
-            workflows,
+            self.workflows,
             serves=[queue.name for queue in served],
-            speaks_for=self._files if self._speaks else (),
+            worlds=self._files if self._speaks else (),
         )
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
@@ -126,7 +127,7 @@ class Service:
             make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
         )
         self._wire_desks()
-        self._retention = Retention.of(self.database, self._core.workflows, settings)
+        self._retention = Retention.of(self.database, self.workflows, settings)
         self.shelf = RecordingStore.of(settings)
         self._recorder = Recorder(
             self._core,
@@ -154,6 +155,7 @@ class Service:
             export=self.exporting,
             missions=self.missions,
             worlds=self.worlds,
+            robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,
             lost_robots=self.lost,
@@ -175,14 +177,14 @@ class Service:
                 begin_world(session, self._core, world)
             if not self.database.shared:
                 part_from_others(session, self._core, self._files.keys())
-        self._core.workflows.register(PLAN_GOAL, self._planning.run)
-        self._core.workflows.register(FIND_ALTERNATIVES, self.choices.run)
-        self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
-        self._core.workflows.register(MISSION_LIFE, self._life.run)
-        self._core.workflows.register(RECOVER_MISSION, self._recovering.run)
-        self._core.workflows.launch()
+        self.workflows.register(PLAN_GOAL, self._planning.run)
+        self.workflows.register(FIND_ALTERNATIVES, self.choices.run)
+        self.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
+        self.workflows.register(MISSION_LIFE, self._life.run)
+        self.workflows.register(RECOVER_MISSION, self._recovering.run)
+        self.workflows.launch()
         self.presence.start()
-        self._listening.start()
+        self._notifications.start()
         for world in self._worlds.values():
             world.listen(self.board)
         for agents in self._agents:
@@ -202,9 +204,9 @@ class Service:
         self._recorder.close()
         for agents in self._agents:
             agents.close()
-        self._listening.close()
+        self._notifications.close()
         self.presence.stop()
-        self._core.workflows.close()
+        self.workflows.close()
         self.presence.close()
         if self._own_worker:
             self._worker.close()
@@ -226,10 +228,11 @@ class Service:
     def _wire_desks(self) -> None:
         core, settings = self._core, self.settings
         limits = PlanningLimits.of(settings)
-        self.worlds = WorldService(
-            core, worlds=self._files, clocks=self.clocks, board=self.board, hearing=self.hearing
+        self.worlds = WorldService(core, worlds=self._files, clocks=self.clocks)
+        self.robots = RobotDirectory(
+            self.database, worlds=self._files, board=self.board, contact=self.hearing
         )
-        self.teleoperation = Teleoperation(self.worlds, {n: w.pace for n, w in self._worlds.items()})
+        self.teleoperation = Teleoperation(self.robots, {n: w.pace for n, w in self._worlds.items()})
         self.tunings = TuningService(core, worlds=self._files)
         self.missions = MissionService(core)
         requests = PlanningRequests(core, clocks=self.clocks)
@@ -308,10 +311,10 @@ class Service:
             questions=self.questions,
             teleoperation=self.teleoperation,
             tunings=self.tunings,
-            welcome=partial(self.lost.welcome, world.file.name),
+            readmit=partial(self.lost.welcome, world.file.name),
             world=world.file.name,
-            speaks=partial(self.presence.speaks_for, world.file.name),
-            between=self._seeing_to(world),
+            has_lease=partial(self.presence.holds_lease, world.file.name),
+            each_turn=self._seeing_to(world),
         )
 
     def _seeing_to(self, world: RunningWorld) -> Callable[[], None]:
@@ -319,7 +322,7 @@ class Service:
         rested = partial(self._waiting.look, world.file.name)
         if world.fleet is None:
             return rested
-        speaks = partial(self.presence.speaks_for, world.file.name)
+        speaks = partial(self.presence.holds_lease, world.file.name)
         meeting = FleetRun(self._core, world.file, world.fleet, waiting=self._waiting, speaks=speaks)
 
         def see() -> None:

@@ -11,7 +11,7 @@ from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
 from app.domain.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
-from app.store import is_away, is_unwritable
+from app.store import is_unavailable, is_unwritable
 
 STATUS: dict[type[MactaError], int] = {
     Invalid: 422,
@@ -76,7 +76,7 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
 
 async def _database(request: Request, error: Exception) -> JSONResponse:
     """The record is away, or another transaction came between: trying again helps."""
-    if not isinstance(error, DBAPIError) or not is_away(error):
+    if not isinstance(error, DBAPIError) or not is_unavailable(error):
         return await _internal(request, error)
     code, detail = "database-away", "the database does not answer; try again in a moment"
     if is_unwritable(error):

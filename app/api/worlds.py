@@ -21,7 +21,7 @@ from app.api.bodies import (
 from app.api.goals import ACTOR
 from app.api.versions import IfMatch, version_of
 from app.domain.durations import Kind, Learned
-from app.store.unknown import Unknown
+from app.store.unknowns import Unknown
 from planner import Fact
 from robots.wire import SymbolicFact
 

@@ -15,7 +15,7 @@ from app.recordings.recording_store import RecordingStore
 from app.recordings.replay import last_event
 from app.recordings.story import Chapter, Story, names_in, told
 from app.recordings.track import Track
-from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_away
+from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_unavailable
 from app.workflows.background import Background
 from app.workflows.leases import ExecutorRegistry
 from robots.clock import Clock
@@ -54,11 +54,11 @@ class Recorder:
         shown: Shown,
         presence: ExecutorRegistry,
     ) -> None:
-        """:param presence: says for which worlds this process speaks; others record the rest."""
+        """:param presence: holds the leases of the worlds that this process records."""
         self._events, self._story = core.events, Story(core.database)
         self._board, self._shelf = board, shelf
         self._concordance = Concordance(clocks)
-        self._shown, self._speaks = shown, presence.speaks_for
+        self._shown, self._speaks = shown, presence.holds_lease
         self._tracks: dict[str, Track] = {}
         self._seen = 0
         self._looked_at = -1
@@ -101,7 +101,7 @@ class Recorder:
                 self._let_go()
                 self._background.ending.wait(FULL_S)
             except Exception as error:
-                if is_away(error):
+                if is_unavailable(error):
                     logger.warning("recordings wait for the database")
                 else:
                     logger.exception("something could not be recorded")
