@@ -24,7 +24,7 @@ from app.missions.mission_view import MissionViews, scripts_of_all_plans
 from app.missions.recovery import MissionRecovery
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
-from app.store.mission_record import locked_after_goal
+from app.store.records import lock_mission
 from app.store.script_orders import give
 from app.workflows import MISSION_LIFE, MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
 from robots.clock import Clock
@@ -109,7 +109,7 @@ class MissionLife:
     def _begin_anew(self, mission_id: str, workflow: str) -> None:
         """Have another workflow go on: one that is taken over does its recorded steps again, so they must be few."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             if mission.workflow == workflow and not MissionState(mission.state).ended:
                 mission.workflow = new_id("life")
                 self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
@@ -117,7 +117,7 @@ class MissionLife:
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             return not MissionState(mission.state).ended and self._dispatched(session, mission)
 
     def _dispatched(self, session: Session, mission: MissionRow) -> bool:
@@ -134,7 +134,7 @@ class MissionLife:
     def _monitor(self, mission_id: str) -> float | None:
         """Judge the mission once and act on it; answers how long to sleep (wall clock), None at its end."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             if MissionState(mission.state).ended or not self._dispatched(session, mission):
                 return None
             scripts = scripts_of_all_plans(session, mission_id)
@@ -200,7 +200,7 @@ class MissionLife:
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             if not MissionState(mission.state).ended:
                 self._fail(session, mission, reason)
 

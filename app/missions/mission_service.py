@@ -12,7 +12,7 @@ from app.domain.recovery_rules import TRIES, Policy, Step
 from app.domain.states import MissionState
 from app.planning.mission_progress import note
 from app.store import MissionRow, ScriptRow
-from app.store.paging import page
+from app.store.records import page
 from app.store.script_orders import can_be_ordered, give
 from robots.wire import ControlVerb
 

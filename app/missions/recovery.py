@@ -24,7 +24,7 @@ from app.planning.proposals import Proposals
 from app.planning.repairs import RepairWork, ReplacedPlan
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, ScriptRow
-from app.store.mission_record import locked_after_goal
+from app.store.records import lock_mission
 from app.workflows import or_give_up, step
 from planner.repair import Repair
 from robots.clock import Clock
@@ -83,7 +83,7 @@ class MissionRecovery:
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             session.get_one(GoalRow, mission.goal_id).planning = None
             if _is_sought(mission):
                 self._requests.end_without_plan(session, mission, reason)
@@ -108,7 +108,7 @@ class MissionRecovery:
         except WorkerClosed:  # the service ends; this workflow is taken up again when it is back
             return
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             session.get_one(GoalRow, mission.goal_id).planning = None
             # The next attempt may have begun meanwhile, if another process has taken this one over.
             if not _is_sought(mission) or len(mission.attempts) != attempt:

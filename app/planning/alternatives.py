@@ -19,7 +19,7 @@ from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.progress_watch import GoalWatch
 from app.planning.proposals import Proposals, open_plans
 from app.store import GoalRow, PlanRow
-from app.store.goal_record import goal_to_change
+from app.store.records import lock_goal
 from app.workflows import FIND_ALTERNATIVES, PLANNING, or_give_up, step
 from planner import (
     KnowledgeBase,
@@ -88,7 +88,7 @@ class Alternatives:
         :raises Conflict: if the goal has no plan that is open to decision.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.state != GoalState.PLANNED:
                 raise Conflict(
                     f"goal {goal.id} is {goal.state}; only a plan that waits for a decision has alternatives",
@@ -120,13 +120,13 @@ class Alternatives:
 
     def _give_up(self, goal_id: str, reason: str) -> None:
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if _is_sought(goal):
                 self._end(session, goal, Search.FAILED, reason)
 
     def _find(self, goal_id: str) -> None:
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if not _is_sought(goal):
                 return
             posed, first = self._posing.pose(session, goal), goal.plan_id
@@ -140,7 +140,7 @@ class Alternatives:
         except WorkerClosed:  # the service ends; what is sought is sought anew when it is asked for again
             return
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             goal.planning = None
             if not _is_sought(goal) or goal.plan_id != first:
                 return

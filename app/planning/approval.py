@@ -18,7 +18,7 @@ from app.planning.revision import revise, turn_down
 from app.planning.staleness import Staleness
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
-from app.store.paging import page
+from app.store.records import page
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 

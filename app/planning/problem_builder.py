@@ -17,7 +17,7 @@ from app.domain.world_model.vocabulary import planner_fact
 from app.planning.berth_aims import with_chosen_berths
 from app.store import GoalRow, WorldRow
 from app.store.durations import learned_durations
-from app.store.lost_robots import lost_in
+from app.store.records import lost_robot_reasons
 from app.store.reservations import MissionReservation, all_reserved
 from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
 from planner.bounds.contradiction import contradicting_goals
@@ -133,7 +133,7 @@ class ProblemBuilder:
         wanted = with_chosen_berths(session, goal, stated, world, facts, all_reserved(held))
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        resting = {**self._resting(goal.world), **lost_in(session, goal.world)}
+        resting = {**self._resting(goal.world), **lost_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         said = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots, reserved = {**initial_spots(world), **said}, all_reserved(held)

@@ -9,7 +9,7 @@ from app.domain.world_model import broken, taken_by
 from app.domain.world_model.timeliness import Dated, in_place_of
 from app.domain.world_model.vocabulary import symbolic
 from app.store import GoalRow, PlanRow
-from app.store.lost_robots import lost_in
+from app.store.records import lost_robot_reasons
 from planner import Fact, PlanNet
 
 
@@ -41,7 +41,7 @@ class Staleness:
         return str(symbolic(fact, self._knowledge_base))
 
     def _lost(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
-        lost = lost_in(session, world)
+        lost = lost_robot_reasons(session, world)
         return (f"{robot} was declared lost" for robot in net.robots if robot in lost)
 
     def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:

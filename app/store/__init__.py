@@ -5,9 +5,9 @@ from app.store.engine import (
     Database,
     after_commit,
     announce,
-    is_away,
+    is_unavailable,
     is_unwritable,
-    why_away,
+    unavailable_reason,
     write_last,
 )
 from app.store.tables import (
@@ -48,8 +48,8 @@ __all__ = [
     "WorldRow",
     "after_commit",
     "announce",
-    "is_away",
+    "is_unavailable",
     "is_unwritable",
-    "why_away",
+    "unavailable_reason",
     "write_last",
 ]

@@ -131,7 +131,7 @@ def is_unwritable(error: BaseException | None) -> bool:
     )
 
 
-def is_away(error: BaseException) -> bool:
+def is_unavailable(error: BaseException) -> bool:
     """True if the database cannot be used for now: its server does not answer, or ended the connection, a deadlock
     included, or it cannot be written. Worth another try.
     """
@@ -143,9 +143,9 @@ def is_away(error: BaseException) -> bool:
     return ended or error.connection_invalidated
 
 
-def why_away(error: BaseException) -> str | None:
+def unavailable_reason(error: BaseException) -> str | None:
     """In its driver's words why the database cannot be used for now; None if that is not what the error says."""
-    if not isinstance(error, DBAPIError) or not is_away(error):
+    if not isinstance(error, DBAPIError) or not is_unavailable(error):
         return None
     return str(error.orig).partition("\n")[0]
 

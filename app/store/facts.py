@@ -9,8 +9,8 @@ from sqlalchemy.orm import Session
 from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
 from app.domain.world_model.timeliness import Dated, subjects_of
 from app.store import FactRow, WorldRow
-from app.store.doubts import note_unknown, unknowns
 from app.store.event_log import EventLog
+from app.store.unknowns import unknown_rows, update_unknowns
 from planner import Fact
 
 
@@ -32,11 +32,11 @@ class FactStore:
 
     def dated(self, session: Session, world: str) -> Sequence[Dated]:
         """Every fact with its source and time; also the last word on what has no place by now."""
-        doubts = [
+        last_beliefs = [
             _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
-            for row in unknowns(session, world)
+            for row in unknown_rows(session, world)
         ]
-        return [*self.believed(session, world), *doubts]
+        return [*self.believed(session, world), *last_beliefs]
 
     def version(self, session: Session, world: str) -> int:
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
@@ -73,7 +73,7 @@ class FactStore:
         for fact in new:
             known[str(fact)] = _row(world, fact, source, at_s, before)
             session.add(known[str(fact)])
-        note_unknown(session, world, gone=gone, left=known.values(), source=source, at_s=at_s)
+        update_unknowns(session, world, gone=gone, left=known.values(), source=source, at_s=at_s)
         if gone or new:
             row.version += 1
             self._events.append(

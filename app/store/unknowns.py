@@ -1,6 +1,6 @@
-"""What is not known of a world, in one list: samples without a place, robots that are lost or do not answer."""
+"""What is not known of a world: objects and robots without a believed place, robots that are lost or do not answer."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
@@ -9,10 +9,47 @@ from sqlalchemy.orm import Session
 from app.domain.states import TERMINAL_SCRIPTS, MissionState
 from app.domain.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION
 from app.domain.world_model.timeliness import Dated
-from app.store import MissionRow, ScriptRow, UnknownRow
-from app.store.doubts import unknowns
-from app.store.lost_robots import lost_rows
+from app.store.records import lost_robots
+from app.store.tables import FactRow, MissionRow, ScriptRow, UnknownRow
 from planner import Fact
+
+PLACED = (OBJECT_POSITION, ROBOT_POSITION)
+
+
+def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
+    """Objects and robots that lost their believed place, in alphabetical order."""
+    query = select(UnknownRow).where(UnknownRow.world == world).order_by(UnknownRow.name)
+    return session.scalars(query).all()
+
+
+def update_unknowns(
+    session: Session,
+    world: str,
+    *,
+    gone: Iterable[FactRow],
+    left: Iterable[FactRow],
+    source: str,
+    at_s: float,
+) -> None:
+    """Record what lost its place, with what was believed of it last, and delete what has one again.
+
+    :param gone: the facts that are not believed any more.
+    :param left: all that are.
+    """
+    placed = {row.args[0] for row in left if row.predicate in PLACED}
+    for known in unknown_rows(session, world):
+        if known.name in placed:
+            session.delete(known)
+    for row in gone:
+        if row.predicate not in PLACED or row.args[0] in placed:
+            continue
+        unknown = session.get(UnknownRow, (world, row.args[0])) or UnknownRow(world=world, name=row.args[0])
+        unknown.believed = {"predicate": row.predicate, "args": list(row.args)}
+        unknown.believed_by = row.source
+        unknown.believed_at_s = row.at_s
+        unknown.source = source
+        unknown.since_s = at_s
+        session.add(unknown)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +62,7 @@ class Unknown:
     last: Dated | None
 
 
-def not_known(
+def list_unknowns(
     session: Session, world: str, *, known: Sequence[Dated], samples: Collection[str]
 ) -> list[Unknown]:
     """In alphabetical order, each thing once.
@@ -34,11 +71,11 @@ def not_known(
     :param samples: of the world.
     """
     placed = {one.fact.args[0]: one for one in known if one.fact.predicate == ROBOT_POSITION}
-    found = {row.name: _misplaced(row) for row in unknowns(session, world)}
+    found = {row.name: _misplaced(row) for row in unknown_rows(session, world)}
     located = {one.fact.args[0] for one in known if one.fact.predicate == OBJECT_POSITION}
     for name in set(samples) - located - found.keys():
         found[name] = Unknown(name=name, reason="nobody has said where it is", since_s=None, last=None)
-    for row in lost_rows(session, world):
+    for row in lost_robots(session, world):
         reason = f"{row.declared_by} declared it lost" + (f": {row.comment}" if row.comment else "")
         last = placed.get(row.robot)
         found[row.robot] = Unknown(name=row.robot, reason=reason, since_s=row.since_s, last=last)
