@@ -15,11 +15,11 @@ from app.domain.world_model.beliefs import (
     ROBOT_POSITION,
     VACANT,
     Facts,
-    revised,
-    revision,
+    belief_change,
+    revise_beliefs,
     spot_of,
 )
-from app.domain.world_model.berths import Statement, with_berths
+from app.domain.world_model.berths import Statement, resolve_statements
 from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, WorldRow
@@ -133,7 +133,7 @@ class WorldService:
             facts = self._facts.facts(session, world)
             news, gone = self._parsed(world, changes, facts)
             self._refuse_contradictions(facts, news, gone)
-            change = revision(facts, news=news, gone=gone)
+            change = belief_change(facts, news=news, gone=gone)
             self._refuse_out_of_reach(world, change.apply(facts), news)
             self._facts.change(
                 session,
@@ -156,7 +156,7 @@ class WorldService:
     ) -> tuple[list[Fact], list[Fact]]:
         """The facts that became true and those that proved false, in the planner's form."""
         objects = objects_of(self.world(world))
-        said = with_berths(changes, self.world(world), facts)
+        said = resolve_statements(changes, self.world(world), facts)
         try:
             parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
         except KnowledgeBaseError as error:
@@ -209,11 +209,11 @@ def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | Non
 
     NOTE: `clear` as news is passed over, for it is always derived.
     """
-    after = revised(facts, news)
+    after = revise_beliefs(facts, news)
     for lost in news:
         if lost in after or lost.predicate == CLEAR:
             continue
         for other in news:
-            if other != lost and not {lost, other} <= revised(facts, [lost, other]):
+            if other != lost and not {lost, other} <= revise_beliefs(facts, [lost, other]):
                 return lost, other
     return None

@@ -14,7 +14,7 @@ from rich.progress import Progress
 from app.cli.rehearse import carry_out
 from app.cli.understanding import understood
 from app.domain.errors import Invalid
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
 from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
 from app.sweep.mission import posed
@@ -90,7 +90,7 @@ def _wanted(plot: Plot, seed: int, base: KnowledgeBase) -> Sequence[SymbolicFact
     facts = initial_facts(plot.world, base)
     if plot.sentences:
         return understood(plot.world, facts, list(plot.sentences), base)
-    return berthed(drawn_goals(plot.world, facts, plot.goals, seed, base), plot.world, facts)
+    return assign_berths(drawn_goals(plot.world, facts, plot.goals, seed, base), plot.world, facts)
 
 
 def _words(goals: Sequence[SymbolicFact]) -> str:

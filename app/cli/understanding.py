@@ -3,7 +3,7 @@
 import re
 
 from app.domain.errors import Invalid
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_goals
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.world_model import Facts
@@ -34,7 +34,7 @@ def understood(
         wanted.extend(parsed)
     for issue in blocking(check_goals(wanted, world, facts, knowledge_base)):
         raise Invalid(issue.detail, code=issue.code, choices=issue.choices)
-    return list(berthed(wanted, world, facts))
+    return list(assign_berths(wanted, world, facts))
 
 
 def _fact(text: str) -> SymbolicFact:

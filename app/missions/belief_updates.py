@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.world_model import Change, Facts, applied, reconciled
-from app.domain.world_model.timeliness import Subject, known_since, timely
+from app.domain.world_model import Change, Facts, apply_action, reconcile_report
+from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
 from app.missions.clearance import has_ended, scripts_of
 from app.store import MissionRow, ScriptRow
@@ -35,14 +35,14 @@ class BeliefUpdates:
         scripts = scripts_of(session, mission, script.plan_id)
         self._facts.lock(session, mission.world)
         before = self._facts.facts(session, mission.world)
-        after = applied(before, net.action(action_id))
+        after = apply_action(before, net.action(action_id))
         touched = after ^ before
         for one in _done_since(net, action_id, scripts):
-            after = applied(after, one)
+            after = apply_action(after, one)
         change = Change(add=(after - before) & touched, remove=(before - after) & touched)
         # NOTE: a robot that was stopped has looked round since; what the others reported later is counted in already.
         going_on = [source_of(one.robot) for one in scripts if one.state not in BROKEN_OFF]
-        newer = known_since(self._facts.dated(session, mission.world), at_s, but=going_on)
+        newer = newer_subjects(self._facts.dated(session, mission.world), at_s, but=going_on)
         late = script.plan_id != mission.plan_id or script.abandoned
         self._change(session, mission, at_s, script.robot, before, change, newer, corrects=late)
 
@@ -52,8 +52,8 @@ class BeliefUpdates:
         """A script ended before its time: what the robot perceives stands, what it had begun does not count."""
         self._facts.lock(session, mission.world)
         facts = self._facts.facts(session, mission.world)
-        change = reconciled(facts, script.robot, report.perceived, self._core.knowledge_base)
-        newer = known_since(self._facts.dated(session, mission.world), report.at_s)
+        change = reconcile_report(facts, script.robot, report.perceived, self._core.knowledge_base)
+        newer = newer_subjects(self._facts.dated(session, mission.world), report.at_s)
         self._change(session, mission, report.at_s, script.robot, facts, change, newer, corrects=True)
         if change.notes:
             notes = list(change.notes)
@@ -71,7 +71,7 @@ class BeliefUpdates:
         *,
         corrects: bool,
     ) -> None:
-        kept = timely(facts, change, newer)
+        kept = without_outdated(facts, change, newer)
         before = self._facts.version(session, mission.world)
         version = self._facts.change(
             session,

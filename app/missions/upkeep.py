@@ -3,9 +3,9 @@
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.world_model import reconciled
+from app.domain.world_model import reconcile_report
 from app.domain.world_model.beliefs import ROBOT_POSITION
-from app.domain.world_model.timeliness import known_since, timely
+from app.domain.world_model.timeliness import newer_subjects, without_outdated
 from app.store.facts import source_of
 from app.workflows.mission_wakeups import wake_missions
 from robots.wire import PacketState, UpkeepReport
@@ -20,8 +20,10 @@ def note_upkeep(session: Session, core: Core, *, world: str, robot: str, report:
     )
     if report.at_s >= known_s:
         facts, before = core.facts.facts(session, world), core.facts.version(session, world)
-        newer = known_since(core.facts.dated(session, world), report.at_s)
-        change = timely(facts, reconciled(facts, robot, report.perceived, core.knowledge_base), newer)
+        newer = newer_subjects(core.facts.dated(session, world), report.at_s)
+        change = without_outdated(
+            facts, reconcile_report(facts, robot, report.perceived, core.knowledge_base), newer
+        )
         version = core.facts.change(
             session,
             world,

@@ -6,7 +6,7 @@ from typing import Any
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.states import PlanState
 from app.domain.world_model import Facts, Reservation
 from app.store import GoalRow, PlanRow
@@ -29,7 +29,9 @@ def with_chosen_berths(
     if all(len(row) == 1 for row in world.rows.values()):
         return wanted
     ours, others = _aims(session, goal)
-    return berthed(wanted, world, facts, kept=ours - reserved.locations, shunned=others | reserved.locations)
+    return assign_berths(
+        wanted, world, facts, preferred=ours - reserved.locations, avoid=others | reserved.locations
+    )
 
 
 def _aims(session: Session, goal: GoalRow) -> tuple[frozenset[str], frozenset[str]]:

@@ -8,7 +8,7 @@ from app.core import Core
 from app.domain.errors import unrecorded
 from app.domain.plan_document import PlanBody
 from app.domain.states import PlanState
-from app.domain.world_model import broken
+from app.domain.world_model import broken_support
 from app.planning.problem_builder import ProblemBuilder
 from app.store import GoalRow, PlanRow
 from planner import PlanNet, PlanningProblem
@@ -42,7 +42,9 @@ def current_problem(session: Session, plan: PlanRow, posing: ProblemBuilder, cor
     goal = session.get_one(GoalRow, plan.goal_id)
     posed = posing.pose(session, goal)
     net = PlanBody.model_validate(plan.body).to_plan_net(core.knowledge_base)
-    is_current = plan.state == PlanState.PROPOSED and not broken(net, core.facts.facts(session, plan.world))
+    is_current = plan.state == PlanState.PROPOSED and not broken_support(
+        net, core.facts.facts(session, plan.world)
+    )
     return CurrentProblem(
         goal=goal,
         plan_net=net,

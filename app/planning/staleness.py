@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.world_model import broken, taken_by
-from app.domain.world_model.timeliness import Dated, in_place_of
+from app.domain.world_model import broken_support, taken_by
+from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
 from app.store import GoalRow, PlanRow
 from app.store.records import lost_robot_reasons
@@ -23,7 +23,7 @@ class Staleness:
     def of(self, session: Session, plan: PlanRow, goal: GoalRow) -> list[str]:
         """What of the plan does not hold any more, each in words, and what is so instead; empty if all of it holds."""
         net = self._plan_nets.of(session, plan.id)
-        gone = broken(net, self._facts.facts(session, plan.world))
+        gone = broken_support(net, self._facts.facts(session, plan.world))
         believed = self._facts.believed(session, plan.world) if gone else ()
         return [
             *(self._change(fact, believed) for fact in gone),
@@ -31,9 +31,10 @@ class Staleness:
             *self._taken(session, net, goal),
         ]
 
-    def _change(self, fact: Fact, believed: Sequence[Dated]) -> str:
+    def _change(self, fact: Fact, believed: Sequence[DatedFact]) -> str:
         now = [
-            f"{self._said(one.fact)}, {one.source} at {one.at_s:.0f} s" for one in in_place_of(fact, believed)
+            f"{self._said(one.fact)}, {one.source} at {one.at_s:.0f} s"
+            for one in beliefs_contradicting(fact, believed)
         ]
         return f"{self._said(fact)} is no longer true" + (f": now {' and '.join(now)}" if now else "")
 

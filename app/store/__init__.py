@@ -1,4 +1,4 @@
-"""The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
+"""The database: tables, migrations, transactions and shared queries. SQLite embedded, PostgreSQL in production."""
 
 from app.store.engine import (
     WRITTEN,

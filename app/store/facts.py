@@ -1,4 +1,4 @@
-"""The world model's facts in the record: each with its source and time, each change counted in the world's version."""
+"""The world model's facts in the database: each with source and time; each change increments the world's version."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
-from app.domain.world_model.timeliness import Dated, subjects_of
+from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.store import FactRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.unknowns import unknown_rows, update_unknowns
@@ -26,12 +26,12 @@ class FactStore:
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
 
-    def believed(self, session: Session, world: str) -> list[Dated]:
+    def believed(self, session: Session, world: str) -> list[DatedFact]:
         """Every fact with its source and time."""
         return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
 
-    def dated(self, session: Session, world: str) -> Sequence[Dated]:
-        """Every fact with its source and time; also the last word on what has no place by now."""
+    def dated(self, session: Session, world: str) -> Sequence[DatedFact]:
+        """Every fact with its source and time, and the last beliefs of what has no place now."""
         last_beliefs = [
             _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
             for row in unknown_rows(session, world)
@@ -42,7 +42,7 @@ class FactStore:
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
 
     def lock(self, session: Session, world: str) -> WorldRow:
-        """The world's row, for this transaction alone to its end."""
+        """The world's row, locked until the end of the transaction."""
         query = select(WorldRow).where(WorldRow.id == world).with_for_update()
         return session.scalars(query.execution_options(populate_existing=True)).one()
 
@@ -57,12 +57,13 @@ class FactStore:
         at_s: float,
         corrects: bool = False,
     ) -> int:
-        """Make facts true and false; what is both removed and added is true. Answers the world's version after it.
+        """Add and remove facts; one that is in both is true. Returns the world's version afterwards.
 
-        :param corrects: what is removed was believed wrongly, rather than come to its end: it stays visible.
+        :param corrects: what is removed was believed wrongly, rather than ended: it stays visible as `instead_of`.
         """
         row = self.lock(session, world)
-        added, removed = set(add), set(remove)
+        added = set(add)
+        removed = set(remove)
         known = {fact.atom: fact for fact in self.rows(session, world)}
         gone = [known[str(fact)] for fact in removed - added if str(fact) in known]
         new = [fact for fact in sorted(added) if str(fact) not in known]
@@ -92,12 +93,12 @@ class FactStore:
 
 
 def source_of(robot: str) -> str:
-    """Who said a fact that a robot reported."""
+    """The source of facts that a robot reported."""
     return f"report of {robot}"
 
 
 def _is_passing(old: FactRow, source: str) -> bool:
-    """True of what follows from other facts, and of where a robot stood that says itself where it stands now."""
+    """True of derived facts, and of the former position of a robot that reports its position itself."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
     return old.predicate in (VACANT, CLEAR)
@@ -107,12 +108,12 @@ def _belief(row: FactRow) -> dict[str, Any]:
     return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
 
 
-def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> Dated:
-    return Dated(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
+def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> DatedFact:
+    return DatedFact(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
 
 
 def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict[str, Any]]) -> FactRow:
-    """:param before: what was believed wrongly; the fact stands for what is of the same thing."""
+    """:param before: facts that were believed wrongly; those about the same things are kept with the new fact."""
     about = subjects_of(fact)
     contradicted = [
         one for one in before if not about.isdisjoint(subjects_of(Fact(one["predicate"], tuple(one["args"]))))

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.domain.states import TERMINAL_SCRIPTS, MissionState
 from app.domain.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION
-from app.domain.world_model.timeliness import Dated
+from app.domain.world_model.timeliness import DatedFact
 from app.store.records import lost_robots
 from app.store.tables import FactRow, MissionRow, ScriptRow, UnknownRow
 from planner import Fact
@@ -54,21 +54,21 @@ def update_unknowns(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unknown:
-    """A thing of which something is not known; `last` is where it was believed to be."""
+    """A sample or robot whose place or state is not known; `last` is where it was believed to be."""
 
     name: str
     reason: str
     since_s: float | None
-    last: Dated | None
+    last: DatedFact | None
 
 
 def list_unknowns(
-    session: Session, world: str, *, known: Sequence[Dated], samples: Collection[str]
+    session: Session, world: str, *, known: Sequence[DatedFact], samples: Collection[str]
 ) -> list[Unknown]:
-    """In alphabetical order, each thing once.
+    """What is not known of a world, in alphabetical order, each name once.
 
     :param known: every fact that is believed.
-    :param samples: of the world.
+    :param samples: the names of the world's samples.
     """
     placed = {one.fact.args[0]: one for one in known if one.fact.predicate == ROBOT_POSITION}
     found = {row.name: _misplaced(row) for row in unknown_rows(session, world)}
@@ -92,7 +92,7 @@ def list_unknowns(
 
 
 def _misplaced(row: UnknownRow) -> Unknown:
-    last = Dated(
+    last = DatedFact(
         fact=Fact(row.believed["predicate"], tuple(row.believed["args"])),
         source=row.believed_by,
         at_s=row.believed_at_s,
@@ -102,7 +102,7 @@ def _misplaced(row: UnknownRow) -> Unknown:
 
 
 def _silent(session: Session, world: str) -> Sequence[tuple[str, str, float | None]]:
-    """Robots of missions in `unknown` that owe an answer, with when they were last heard of it (world's clock)."""
+    """Robots of missions in `unknown` that owe an answer: robot, mission, last report (world's clock)."""
     query = (
         select(ScriptRow.robot, MissionRow.id, ScriptRow.heard_at_s)
         .join(MissionRow, MissionRow.id == ScriptRow.mission_id)

@@ -6,7 +6,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy import text
 
 from app.store import Base, Database
-from app.store.migrate import _config, migrate
+from app.store.migrate import migrate, migration_config
 from tests.databases import ON_BOTH
 
 pytestmark = ON_BOTH
@@ -23,7 +23,7 @@ def test_migrations_make_the_tables_that_the_code_declares(database_url: str) ->
 def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None:
     record = Database(database_url)
     with record.engine.connect() as connection:
-        command.upgrade(_config(connection), "0001")
+        command.upgrade(migration_config(connection), "0001")
         connection.execute(
             text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', 'Lab', '{}', 7)")
         )
