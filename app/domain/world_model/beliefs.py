@@ -29,6 +29,9 @@ GRIPPER = "gripper"
 EMPTY = "empty"
 FULL = "full"
 
+EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION})
+"""Predicates whose facts can be contradicted by other facts."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
@@ -80,8 +83,12 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
     kept = set(facts) - set(gone)
     news = [fact for fact in news if fact.predicate != CLEAR]
     robots = robots_in(kept)
+    exclusive = {fact for fact in kept if fact.predicate in EXCLUSIVE}
+    compatible = kept - exclusive
     for fact in news:
-        kept = {old for old in kept if not _contradicts(fact, old, robots)} | {fact}
+        exclusive = {old for old in exclusive if not _contradicts(fact, old, robots)}
+        (exclusive if fact.predicate in EXCLUSIVE else compatible).add(fact)
+    kept = exclusive | compatible
     places = storing(facts | frozenset(news))
     held = frozenset(fact for fact in kept if not _is_outdated(fact, kept))
     return _with_derived(_with_grippers(held, _holders(facts), news), places)
