@@ -22,18 +22,18 @@ from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
-from app.missions.recovery import MissionRecovery
+from app.missions.recovery import RecoveryPlanning, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_start import begin_world, part_from_others
-from app.planning.alternatives import Alternatives
+from app.planning.alternatives import Alternatives, AlternativesSearch
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
-from app.planning.goal_planning import Planning
+from app.planning.goal_planning import GoalPlanning
 from app.planning.goal_service import GoalService
 from app.planning.limits import PlanningLimits
-from app.planning.pool.engine import make_engine
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.work import make_engine
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
@@ -105,7 +105,7 @@ class Service:
         self._core = Core(
             database=self.database,
             events=self.events,
-            facts=FactStore(self.events),
+            facts=FactStore(self.events, knowledge_base),
             workflows=self.workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
@@ -178,10 +178,10 @@ class Service:
             if not self.database.shared:
                 part_from_others(session, self._core, self._files.keys())
         self.workflows.register(PLAN_GOAL, self._planning.run)
-        self.workflows.register(FIND_ALTERNATIVES, self.choices.run)
+        self.workflows.register(FIND_ALTERNATIVES, self._alternatives_search.run)
         self.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
         self.workflows.register(MISSION_LIFE, self._life.run)
-        self.workflows.register(RECOVER_MISSION, self._recovering.run)
+        self.workflows.register(RECOVER_MISSION, self._recovery.run)
         self.workflows.launch()
         self.presence.start()
         self._notifications.start()
@@ -264,41 +264,44 @@ class Service:
             ),
             times={n: WorldTime.of(w) for n, w in self._worlds.items()},
             patience_s=settings.answer_patience_s,
-            recovery=self._recovering,
+            recovery=RecoverySteps(self.events, requests=requests),
             waiting=self._waiting,
             silent_in_s=self.hearing.silent_in_s,
         )
 
     def _wire_planning(self, limits: PlanningLimits, requests: PlanningRequests) -> None:
         core, worker = self._core, self._worker
-        posing = ProblemBuilder(
+        problems = ProblemBuilder(
             core, worlds=self._files, clocks=self.clocks, points=self.board.points, resting=self.board.resting
         )
-        proposing = Proposals(core, clocks=self.clocks)
+        proposals = Proposals(core, clocks=self.clocks)
         self._waiting = WaitingGoals(core)
         self.board.rested.append(self._waiting.rested)
-        self._planning = Planning(
+        self._planning = GoalPlanning(
             core,
-            posing=posing,
-            proposing=proposing,
+            problems=problems,
+            proposals=proposals,
             waiting=self._waiting,
             worker=worker,
             limits=limits,
             approval=self.plans,
         )
-        self._recovering = MissionRecovery(
+        self._recovery = RecoveryPlanning(
             core,
-            posing=posing,
-            proposing=proposing,
+            problems=problems,
+            proposals=proposals,
             worker=worker,
             limits=limits,
             clocks=self.clocks,
             requests=requests,
             approval=self.plans,
         )
-        self.choices = Alternatives(core, posing=posing, proposing=proposing, worker=worker, limits=limits)
-        self.explaining = Explanations(core, posing=posing, worker=worker, limits=limits)
-        self.exporting = PlanExport(core, posing=posing)
+        self.choices = Alternatives(core)
+        self._alternatives_search = AlternativesSearch(
+            core, problems=problems, proposals=proposals, worker=worker, limits=limits
+        )
+        self.explaining = Explanations(core, problems=problems, worker=worker, limits=limits)
+        self.exporting = PlanExport(core, problems=problems)
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         return AgentModels(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Self
 
 from app.composition import RunningWorld
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.world import WorldFile
 from sim.process.pacing import Pacer
 from sim.world.agents import behavioural_agent

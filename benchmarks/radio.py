@@ -15,7 +15,7 @@ from pathlib import Path
 
 from app.cli.truth import holds
 from app.composition import Service, make_engine
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.world_model.vocabulary import symbolic_all
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker

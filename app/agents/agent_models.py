@@ -16,12 +16,12 @@ from app.agents.robot_board import RobotBoard
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.states import ENDED, MissionState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.script import Delivery, order_label, unanswered_order
 from app.store import Database, MissionRow, ScriptRow, is_unavailable
-from app.store.script_orders import unanswered
 from app.workflows.background import Background
 from robots.clock import Clock
-from robots.link.channel import Link, LinkClosed
+from robots.link import Link, LinkClosed
 from robots.wire import (
     BehaviourScript,
     Clearance,
@@ -167,17 +167,17 @@ class AgentModels:
             retune = Retune(version=row.version, tuning=row.tuning)
             send(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
         for script in self._open_scripts():
-            if script.delivery == "pending" and not script.stopping:
+            if script.delivery == Delivery.PENDING and not script.stopping:
                 body = BehaviourScript.model_validate(script.body)
                 send(script.robot, f"{script.id}:request", Performative.REQUEST, ScriptRequest(script=body))
                 continue
             if script.clearance is not None:
                 clearance = Clearance(script_id=script.id, ended=tuple(script.cleared))
                 send(script.robot, f"{script.id}:{script.clearance}", Performative.REQUEST, clearance)
-            if (order := unanswered(script)) is not None:
+            if (order := unanswered_order(script)) is not None:
                 cancels = order.verb is ControlVerb.CANCEL
                 performative = Performative.CANCEL if cancels else Performative.REQUEST
-                send(script.robot, f"{script.id}:{script.control}", performative, order)
+                send(script.robot, f"{script.id}:{order_label(order)}", performative, order)
             elif script.question is not None:
                 query = StatusQuery(script_id=script.id)
                 send(script.robot, script.question, Performative.QUERY, query)
@@ -185,7 +185,7 @@ class AgentModels:
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
         unanswered = or_(
-            ScriptRow.delivery == "pending",
+            ScriptRow.delivery == Delivery.PENDING,
             ScriptRow.clearance.is_not(None),
             ScriptRow.control.is_not(None),
             ScriptRow.question.is_not(None),
@@ -206,5 +206,5 @@ class AgentModels:
         return [
             row
             for row, state in found
-            if state != MissionState.PAUSED or row.delivery != "pending" or row.stopping
+            if state != MissionState.PAUSED or row.delivery != Delivery.PENDING or row.stopping
         ]

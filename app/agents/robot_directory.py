@@ -9,7 +9,9 @@ from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import RobotBoard, RobotView
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import NotFound
-from app.domain.states import ENDED, TERMINAL_SCRIPTS, Connection
+from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.states import Connection
 from app.store import Database, LostRobotRow, MissionRow, ScriptRow
 from app.store.records import lost_robots
 from robots.world import WorldFile
@@ -100,7 +102,7 @@ class RobotDirectory:
             .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
             .where(
                 MissionRow.state.not_in(ENDED),
-                ScriptRow.delivery != "refused",
+                ScriptRow.delivery != Delivery.REFUSED,
                 ScriptRow.plan_id == MissionRow.plan_id,
                 or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
             )

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Invalid, NotFound, Outdated
+from app.domain.events import TuningAcknowledged, TuningRefused, TuningSet
 from app.store import TuningRow
 from robots.errors import RepertoireError
 from robots.repertoire import Repertoire, load_repertoire, parameters
@@ -79,8 +80,17 @@ class TuningService:
                 detail = f"the tuning of {robot} is at version {row.version}, this was made from {expected_version}"
                 raise Outdated(detail, code="tuning-changed")
             row.set(tuning, actor=actor, comment=comment)
-            said = {"actor": actor, "comment": comment, "version": row.version, "tuning": tuning}
-            self._events.append(session, "tuning.set", robot, world=world, **said)
+            self._events.append(
+                session,
+                TuningSet(
+                    subject=robot,
+                    world=world,
+                    actor=actor,
+                    comment=comment,
+                    version=row.version,
+                    tuning=tuning,
+                ),
+            )
             return _tuned(spec, world, row)
 
     def pending(self, world: str) -> Sequence[TuningRow]:
@@ -95,10 +105,14 @@ class TuningService:
             row = session.get(TuningRow, (world, robot), with_for_update=True)
             if row is None or (row.version, row.delivery) != (report.version, PENDING):
                 return
-            row.delivery = ACKNOWLEDGED if performative is Performative.AGREE else REFUSED
+            agreed = performative is Performative.AGREE
+            row.delivery = ACKNOWLEDGED if agreed else REFUSED
             row.detail = report.reason
-            said = {"version": report.version, "reason": report.reason}
-            self._events.append(session, f"tuning.{row.delivery}", robot, world=world, **said)
+            answered = TuningAcknowledged if agreed else TuningRefused
+            self._events.append(
+                session,
+                answered(subject=robot, world=world, version=report.version, reason=report.reason),
+            )
 
     def _spec(self, robot: str) -> tuple[RobotSpec, str]:
         if robot not in self._places:

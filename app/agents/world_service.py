@@ -9,6 +9,7 @@ from sqlalchemy import select
 from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
+from app.domain.events import FactsCorrected
 from app.domain.world_model.beliefs import (
     CLEAR,
     REACHES,
@@ -146,8 +147,8 @@ class WorldService:
             )
             unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
             dropped = symbolic_all(unsaid, self._knowledge_base)
-            said = {"actor": actor, "comment": comment, "dropped": [fact.model_dump() for fact in dropped]}
-            self._events.append(session, "world.corrected", world, **said)
+            corrected = FactsCorrected(subject=world, actor=actor, comment=comment, dropped=dropped)
+            self._events.append(session, corrected)
             wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
             return dropped
 

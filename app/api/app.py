@@ -21,9 +21,11 @@ from app.api import problems
 from app.api.auth import Door, TokenCheck
 from app.api.bodies import GoalBody, plan_body
 from app.api.driving import driving_router
+from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.goals import goals_router, plans_router
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
+from app.api.openapi import Api
 from app.api.page_view_routes import views_router
 from app.api.page_views import PageViews
 from app.api.recordings import MCAP, recordings_router
@@ -82,7 +84,7 @@ class Services:
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
     check = TokenCheck(service.token)
-    api = FastAPI(
+    api = Api(
         title="Macta",
         description="Plans goals for teams of robots, has them approved, and sees them carried out.",
         version="0.1.0",
@@ -135,7 +137,7 @@ def _add_health(api: FastAPI, service: Services) -> None:
         """The process is alive."""
         return {"status": "alive"}
 
-    @api.get("/readyz", tags=["health"])
+    @api.get("/readyz", tags=["health"], responses=problems.declared(503))
     def readyz() -> JSONResponse:
         """The record can be read and no world's link is broken."""
         try:
@@ -162,7 +164,7 @@ def _snapshot(service: Services) -> list[tuple[str, str, dict[str, Any]]]:
     plans, _ = service.plans.newest(limit=100, state="proposed")
     missions, _ = service.missions.newest(limit=100)
     return [
-        *(("goal.state", g.id, GoalBody.of(g).model_dump(mode="json")) for g in reversed(goals)),
-        *(("plan.state", p.id, plan_body(p).model_dump(mode="json")) for p in reversed(plans)),
-        *(("mission.state", m[0].id, MissionBody.of(*m).model_dump(mode="json")) for m in reversed(missions)),
+        *((GOAL_STATE, g.id, GoalBody.of(g).model_dump(mode="json")) for g in reversed(goals)),
+        *((PLAN_STATE, p.id, plan_body(p).model_dump(mode="json")) for p in reversed(plans)),
+        *((MISSION_STATE, m[0].id, MissionBody.of(*m).model_dump(mode="json")) for m in reversed(missions)),
     ]

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.agents.teleoperation import Drive, Teleoperation
 from app.api.bodies import Request
 from app.api.goals import ACTOR
+from app.api.problems import declared
 from app.api.worlds import TAGS
 
 SESSION = Field(
@@ -44,7 +45,7 @@ class DriveBody(BaseModel):
 def driving_router(teleoperation: Teleoperation) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
-    @router.post("/robots/{name}:teleoperate", status_code=202)
+    @router.post("/robots/{name}:teleoperate", status_code=202, responses=declared(409))
     def teleoperate(name: str, body: DriveLike) -> DriveBody:
         """Have the robot go like this until the next set-point, but not for longer than `valid_s`.
 
@@ -57,7 +58,7 @@ def driving_router(teleoperation: Teleoperation) -> APIRouter:
         )
         return _body(drive)
 
-    @router.post("/robots/{name}:end_teleoperation", status_code=202)
+    @router.post("/robots/{name}:end_teleoperation", status_code=202, responses=declared(409))
     def end_teleoperation(name: str, body: Release) -> DriveBody:
         """Let go of the robot: it stops at once."""
         return _body(teleoperation.let_go(name, _driver(body.session)))

@@ -16,9 +16,11 @@ from app.api.bodies import (
     SubmitGoal,
     plan_body,
 )
+from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.states import GoalState, PlanState
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -43,7 +45,7 @@ class Decided(PlanBody):
 def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
-    @router.post("/goals", status_code=202)
+    @router.post("/goals", status_code=202, responses=declared(404, 409, 429))
     def submit_goal(body: SubmitGoal, idempotency_key: IdempotencyKey = None) -> GoalBody:
         """State a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
         wish = PlanningWish(time_limit_s=body.time_limit_s, effort_s=body.effort_s, objective=body.objective)
@@ -51,7 +53,7 @@ def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
         request = GoalRequest(**{**given, "goal": body.goal, "planning": wish})
         return GoalBody.of(goals.submit(request, actor=ACTOR, key=idempotency_key))
 
-    @router.post("/goals:check")
+    @router.post("/goals:check", responses=declared(404))
     def check_goal(body: CheckGoal) -> CheckedGoal:
         """What a sentence would be taken for, what it lacks, and how it could go on. Nothing is recorded."""
         return CheckedGoal.model_validate(goals.check(body.world, body.text), from_attributes=True)
@@ -68,21 +70,21 @@ def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
         """A goal and what came of it; while it is being planned, `planning` says how far that is."""
         return GoalBody.of(goals.get(goal_id))
 
-    @router.post("/goals/{goal_id}:stop", status_code=202)
+    @router.post("/goals/{goal_id}:stop", status_code=202, responses=declared(409))
     def stop_planning(goal_id: str) -> GoalBody:
         """End the planning and take the best plan so far. 409 if it has not begun."""
         return GoalBody.of(goals.stop(goal_id, actor=ACTOR))
 
-    @router.post("/goals/{goal_id}:cancel", status_code=202)
+    @router.post("/goals/{goal_id}:cancel", status_code=202, responses=declared(409))
     def cancel_goal(goal_id: str, body: Decision | None = None) -> GoalBody:
         """Withdraw a goal before it is carried out; its planning ends. 409 once a mission runs for it."""
         return GoalBody.of(goals.cancel(goal_id, actor=ACTOR, comment=body.comment if body else ""))
 
-    @router.post("/goals/{goal_id}:alternatives", status_code=202)
+    @router.post("/goals/{goal_id}:alternatives", status_code=202, responses=declared(409))
     def seek_alternatives(goal_id: str, body: SeekAlternatives | None = None) -> GoalBody:
         """Have other plans found than the proposed one; follow `alternatives`. 409 if none waits for a decision."""
         count = (body or SeekAlternatives()).count
-        return GoalBody.of(choices.seek(goal_id, count, actor=ACTOR))
+        return GoalBody.of(choices.search(goal_id, count, actor=ACTOR))
 
     @router.get("/goals/{goal_id}/plans")
     def compare_plans(goal_id: str) -> Page[PlanChoice]:
@@ -108,31 +110,31 @@ def plans_router(plans: PlanApproval, explaining: Explanations, exporting: PlanE
     @router.get("/plans/{plan_id}")
     def get_plan(plan_id: str) -> PlanBody:
         row = plans.get(plan_id)
-        return plan_body(row).model_copy(update={"overtaken": tuple(plans.overtaken(row))})
+        return plan_body(row).model_copy(update={"overtaken": tuple(plans.why_stale(row))})
 
-    @router.get("/plans/{plan_id}/explanation")
+    @router.get("/plans/{plan_id}/explanation", responses=declared(409))
     def explain_plan(plan_id: str) -> ExplanationBody:
         """Why the plan is as it is; while it is open to decision, what it costs to do without each robot."""
         return explaining.explanation(plan_id)
 
-    @router.get("/plans/{plan_id}/actions/{action_id}/explanation")
+    @router.get("/plans/{plan_id}/actions/{action_id}/explanation", responses=declared(409))
     def explain_action(plan_id: str, action_id: str) -> ActionExplanationBody:
         """Why one action is there, by this robot, in this place of the order."""
         return explaining.of_action(plan_id, action_id)
 
-    @router.get("/plans/{plan_id}/pddl")
+    @router.get("/plans/{plan_id}/pddl", responses=declared(409))
     def plan_as_pddl(plan_id: str, form: Form = Form.TEMPORAL) -> PddlBody:
         """The problem of the plan's goal as PDDL: temporal (2.1, durative actions), or classical with action costs."""
         return exporting.pddl(plan_id, form)
 
-    @router.post("/plans/{plan_id}:approve", status_code=202)
+    @router.post("/plans/{plan_id}:approve", status_code=202, responses=declared(409))
     def approve_plan(plan_id: str, body: Decision | None = None) -> Decided:
         """Set the robots to work. 409 if the world has changed under the plan; a fresh one is then made."""
         comment = body.comment if body else ""
         row, mission_id = plans.approve(plan_id, actor=ACTOR, comment=comment)
         return Decided(**plan_body(row).model_dump(), mission_id=mission_id)
 
-    @router.post("/plans/{plan_id}:reject", status_code=202)
+    @router.post("/plans/{plan_id}:reject", status_code=202, responses=declared(409))
     def reject_plan(plan_id: str, body: Decision | None = None) -> Decided:
         """Turn the plan down; with the last open plan its goal is withdrawn."""
         row = plans.reject(plan_id, actor=ACTOR, comment=body.comment if body else "")

@@ -7,7 +7,8 @@ from fastapi import APIRouter
 from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR, Limit
 from app.api.mission_bodies import MissionBody, ScriptBody
-from app.domain.states import MissionState
+from app.api.problems import declared
+from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
 from app.store import ScriptRow
 from robots.wire import BehaviourScript
@@ -36,13 +37,18 @@ def missions_router(missions: MissionService) -> APIRouter:
         _, scripts = missions.get(mission_id)
         return Page(items=[_script(row) for row in scripts])
 
-    @router.put("/missions/{mission_id}/recovery")
+    @router.put("/missions/{mission_id}/recovery", responses=declared(409))
     def set_recovery(mission_id: str, body: SetRecovery) -> MissionBody:
         """What becomes of failures from now on: auto, ask or never."""
         return MissionBody.of(*missions.set_recovery(mission_id, body.policy, ACTOR))
 
     def order(verb: str, carry_out: Callable[[str, str, str], Mission]) -> None:
-        @router.post(f"/missions/{{mission_id}}:{verb}", status_code=202, operation_id=f"{verb}_mission")
+        @router.post(
+            f"/missions/{{mission_id}}:{verb}",
+            status_code=202,
+            operation_id=f"{verb}_mission",
+            responses=declared(409),
+        )
         def ordered(mission_id: str, body: Decision | None = None) -> MissionBody:
             return MissionBody.of(*carry_out(mission_id, ACTOR, body.comment if body else ""))
 

@@ -7,6 +7,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
@@ -23,6 +24,48 @@ STATUS: dict[type[MactaError], int] = {
     Silent: 504,
 }
 RETRY_AFTER_S = 2
+PROBLEM = "application/problem+json"
+MEANING: dict[int, str] = {
+    400: "The body cannot be read.",
+    401: "The token is missing or wrong.",
+    404: "The request names something that does not exist; `choices` lists what does.",
+    409: "The request contradicts the present state.",
+    412: "It was changed since the version in `If-Match`.",
+    413: "The body is too large.",
+    422: "The request can never be carried out as it is; `errors` or `choices` say why.",
+    429: "Too many are open; `Retry-After` says when to ask again.",
+    503: "The service cannot answer now; try again later.",
+    504: "The robot does not answer in time.",
+}
+
+
+class MalformedSlot(BaseModel):
+    """A part of the request that does not fit the schema."""
+
+    slot: str
+    message: str
+
+
+class Problem(BaseModel):
+    """An error (RFC 9457). Some codes add members of their own."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str = Field(description="a stable code, `urn:macta:problem:CODE`")
+    title: str
+    status: int
+    detail: str = Field(description="names the thing that is wrong")
+    choices: list[str] | None = Field(default=None, description="what would work")
+    errors: list[MalformedSlot] | None = Field(default=None, description="what does not fit the schema")
+
+
+def declared(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """The `responses` of a route that may answer these problems."""
+    schema = {"$ref": f"#/components/schemas/{Problem.__name__}"}
+    return {
+        status: {"description": MEANING[status], "content": {PROBLEM: {"schema": schema}}}
+        for status in sorted(statuses)
+    }
 
 
 def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **more: Any) -> JSONResponse:
@@ -36,7 +79,7 @@ def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **
     }
     if choices:
         body["choices"] = list(choices)
-    return JSONResponse(body, status_code=status, media_type="application/problem+json")
+    return JSONResponse(body, status_code=status, media_type=PROBLEM)
 
 
 def install(app: FastAPI) -> None:

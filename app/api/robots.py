@@ -12,6 +12,7 @@ from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.agents.tuning import TunedRobot, TuningService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
 from app.api.goals import ACTOR
+from app.api.problems import declared
 from app.api.versions import IfMatch, version_of
 from app.api.worlds import TAGS
 from app.missions.lost_robots import LostRobots
@@ -51,7 +52,7 @@ def robots_router(
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
 
-    @router.get("/robots")
+    @router.get("/robots", responses=declared(404))
     def list_robots(world: str | None = None) -> Page[RobotBody]:
         return Page(items=[_robot(report) for report in robots.robots(world)])
 
@@ -69,14 +70,14 @@ def robots_router(
         lost.declare_lost(world, name, actor=ACTOR, comment=body.comment if body else "")
         return _robot(robots.robot(name))
 
-    @router.post("/robots/{name}:declare_found", status_code=202)
+    @router.post("/robots/{name}:declare_found", status_code=202, responses=declared(409))
     def declare_found(name: str, body: Decision | None = None) -> RobotBody:
         """Count on a lost robot again. 409 if it is not lost, or owes an answer about its script."""
         world = robots.robot(name).view.world
         lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
         return _robot(robots.robot(name))
 
-    @router.get("/robots/{name}/trace")
+    @router.get("/robots/{name}/trace", responses=declared(409, 429, 504))
     async def get_trace(name: str, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
         """What the robot's synthesis did in the last seconds, as the robot tells it now (504 if it is silent).
 
@@ -93,7 +94,7 @@ def robots_router(
         """Every parameter of the robot's packets, with what overrides it."""
         return _tuning(tunings.get(name), response)
 
-    @router.put("/robots/{name}/tuning")
+    @router.put("/robots/{name}/tuning", responses=declared(412))
     def set_tuning(name: str, body: SetTuning, response: Response, if_match: IfMatch = None) -> TuningBody:
         """Override parameters of the robot's packets from its next packet on, in place of what was set before.
 

@@ -13,6 +13,8 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from sqlalchemy.exc import DBAPIError
 
 from app.agents import RobotBoard
+from app.api.event_schema import RESET
+from app.api.problems import declared
 from app.domain.errors import Busy, NotFound
 from app.store import EventRow, is_unavailable
 from app.store.event_log import EventLog
@@ -172,7 +174,7 @@ def streams_router(
 
     room = [Depends(streams.refuse_too_many)]
 
-    @router.get("/events", response_class=EventSourceResponse, dependencies=room)
+    @router.get("/events", response_class=EventSourceResponse, dependencies=room, responses=declared(429))
     async def stream_events(
         request: Request,
         # Read before the stream begins: while the database is away that is told as a problem.
@@ -201,7 +203,10 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
         return world
 
     @router.get(
-        "/telemetry", response_class=EventSourceResponse, dependencies=[Depends(streams.refuse_too_many)]
+        "/telemetry",
+        response_class=EventSourceResponse,
+        dependencies=[Depends(streams.refuse_too_many)],
+        responses=declared(404, 429),
     )
     async def stream_telemetry(
         request: Request, world: Annotated[str, Depends(known_world)]
@@ -217,7 +222,7 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
 
 def _reset(seen: int | None) -> dict[str, Any]:
     """What a client missed is not to be had any more; the current state follows."""
-    return {"seq": seen, "time": None, "type": "stream.reset", "subject": "events", "data": {"seen": seen}}
+    return {"seq": seen, "time": None, "type": RESET, "subject": "events", "data": {"seen": seen}}
 
 
 def _said(board: RobotBoard, world: str) -> Mapping[str, Telemetry]:

@@ -19,6 +19,7 @@ from app.api.bodies import (
     WorldItem,
 )
 from app.api.goals import ACTOR
+from app.api.problems import declared
 from app.api.versions import IfMatch, version_of
 from app.domain.durations import Kind, Learned
 from app.store.unknowns import Unknown
@@ -57,7 +58,7 @@ def worlds_router(worlds: WorldService) -> APIRouter:
         """What robots' reports taught of how long actions take; plans are made with it."""
         return Page(items=[_duration(*known) for known in worlds.durations(world_id).items()])
 
-    @router.put("/worlds/{world_id}/facts")
+    @router.put("/worlds/{world_id}/facts", responses=declared(409, 412))
     def correct_facts(
         world_id: str,
         body: CorrectFacts,

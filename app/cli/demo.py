@@ -16,8 +16,10 @@ from app.cli.show import show_plan, show_repairs, tell_of_start
 from app.cli.truth import holds
 from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
-from app.domain.states import GoalState, MissionState
 from app.domain.world_model import initial_facts
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
@@ -72,7 +74,7 @@ def _carried_out(
 
 def _planned(service: Service, goal: GoalRow) -> GoalRow:
     """Wait until the goal is planned, or is known not to be."""
-    while goal.state in (GoalState.SUBMITTED, GoalState.PLANNING):
+    while goal.state in goal_lifecycle.TO_BE_PLANNED:
         time.sleep(LOOK_S)
         goal = service.goals.get(goal.id)
     return goal

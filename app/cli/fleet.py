@@ -64,7 +64,7 @@ class _Relay:
                 self._simulation.send(message)
         except LinkClosed as error:
             raise Unavailable(f"world {self._world.name} cannot go on: {error}") from error
-        self._link.proclaim(self._simulation.now_s(), self._speed)
+        self._link.announce(self._simulation.now_s(), self._speed)
         if self._link.superseded:
             raise Unavailable(
                 f"another fleet drives world {self._world.name} at {self._broker}; this one ends"

@@ -26,11 +26,6 @@ app.command()(production.worker)
 app.add_typer(production.alive, name="alive")
 
 
-def main() -> None:
-    """The entry point."""
-    app()
-
-
 @app.command()
 def serve(
     world: Worlds = None,

@@ -70,3 +70,7 @@ class Silent(MactaError):
     """Raised when a robot that was asked does not answer in time."""
 
     code = "robot-silent"
+
+
+class IllegalTransition(Exception):
+    """Raised when code would change a state as its life cycle does not allow: a defect, not a client's mistake."""

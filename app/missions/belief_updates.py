@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import FactsReconciled, LateReport
 from app.domain.world_model import Change, Facts, apply_action, reconcile_report
 from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
@@ -56,8 +57,9 @@ class BeliefUpdates:
         newer = newer_subjects(self._facts.dated(session, mission.world), report.at_s)
         self._change(session, mission, report.at_s, script.robot, facts, change, newer, corrects=True)
         if change.notes:
-            notes = list(change.notes)
-            self._events.append(session, "world.reconciled", mission.world, robot=script.robot, notes=notes)
+            self._events.append(
+                session, FactsReconciled(subject=mission.world, robot=script.robot, notes=change.notes)
+            )
 
     def _change(
         self,
@@ -82,9 +84,9 @@ class BeliefUpdates:
             at_s=at_s,
             corrects=corrects,
         )
-        if passed_over := sorted(str(self._said(fact)) for fact in change.add - kept.add):
-            data = {"robot": robot, "at_s": at_s, "passed_over": passed_over}
-            self._events.append(session, "world.late_report", mission.world, **data)
+        if passed_over := tuple(sorted(str(self._said(fact)) for fact in change.add - kept.add)):
+            late = LateReport(subject=mission.world, robot=robot, at_s=at_s, passed_over=passed_over)
+            self._events.append(session, late)
         if version != before and (corrects or passed_over):
             key = f"facts:{version}"
             wake_missions(session, self._core.workflows, mission.world, key, but=mission.id)

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import TERMINAL_SCRIPTS
+from app.domain.events import ScriptCleared
+from app.domain.lifecycles.script import DELIVERABLE, has_failed, has_terminated
 from app.store import MissionRow, ScriptRow
 from app.store.event_log import EventLog
 from robots.wire import PacketState, ScriptState
@@ -30,26 +31,22 @@ def scripts_of(session: Session, mission: MissionRow, plan_id: str) -> Sequence[
 def renew_clearances(session: Session, events: EventLog, mission: MissionRow) -> None:
     """Have robots told of what has ended since they were last told, unless the mission is to stop."""
     scripts = scripts_of(session, mission, mission.plan_id)
-    if mission.cancel_requested or any(map(_has_failed, scripts)):
+    if mission.cancel_requested or any(map(has_failed, scripts)):
         return
     doers: dict[str, list[ScriptRow]] = defaultdict(list)
     for script in scripts:
         for action in _packets(script):
             doers[action].append(script)
     for script in scripts:
-        if script.delivery not in ("pending", "acknowledged") or script.state in TERMINAL_SCRIPTS:
+        if script.delivery not in DELIVERABLE or has_terminated(script):
             continue
         after = dict.fromkeys(one for packet in script.body["packets"] for one in packet.get("after", ()))
         ended = [action for action in after if has_ended(doers[action], action)]
         fresh = [action for action in ended if action not in script.cleared]
         if fresh:
-            script.cleared, script.clearance = ended, f"clearance:{len(ended)}"
-            events.append(session, "script.cleared", script.id, robot=script.robot, ended=fresh)
-
-
-def _has_failed(script: ScriptRow) -> bool:
-    ended_badly = script.state in TERMINAL_SCRIPTS and script.state != ScriptState.FINISHED
-    return script.stopping or script.abandoned or script.delivery == "refused" or ended_badly
+            script.cleared = ended
+            script.clearance = f"clearance:{len(ended)}"
+            events.append(session, ScriptCleared(subject=script.id, robot=script.robot, ended=tuple(fresh)))
 
 
 def _packets(script: ScriptRow) -> list[str]:

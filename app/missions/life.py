@@ -14,18 +14,19 @@ from sqlalchemy.orm import Session
 
 from app.agents.running_world import RunningWorld
 from app.core import Core
+from app.domain.events import MISSION_PHASES, MissionOverdue, MissionRobotsAsked
 from app.domain.ids import new_id
-from app.domain.mission_monitor import Verdict, cancelled, is_overdue, review
-from app.domain.recovery_rules import Step
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState, active_state, assess, has_ended, with_overdue
+from app.domain.lifecycles.recovery import RecoveryStep
+from app.domain.lifecycles.script import ask, order
+from app.domain.mission_monitor import Verdict, cancelled, review
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.ending import end_mission
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
-from app.missions.recovery import MissionRecovery
+from app.missions.recovery import RecoverySteps
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
 from app.store.records import lock_mission
-from app.store.script_orders import give
 from app.workflows import MISSION_LIFE, MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
 from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
@@ -75,7 +76,7 @@ class MissionLife:
         dispatching: ScriptDispatcher,
         times: Mapping[str, WorldTime],
         patience_s: float,
-        recovery: MissionRecovery,
+        recovery: RecoverySteps,
         waiting: WaitingGoals,
         silent_in_s: Callable[[str], float],
     ) -> None:
@@ -110,7 +111,7 @@ class MissionLife:
         """Have another workflow go on: one that is taken over does its recorded steps again, so they must be few."""
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
-            if mission.workflow == workflow and not MissionState(mission.state).ended:
+            if mission.workflow == workflow and not has_ended(mission):
                 mission.workflow = new_id("life")
                 self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
 
@@ -118,7 +119,7 @@ class MissionLife:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
-            return not MissionState(mission.state).ended and self._dispatched(session, mission)
+            return not has_ended(mission) and self._dispatched(session, mission)
 
     def _dispatched(self, session: Session, mission: MissionRow) -> bool:
         """Have the scripts of the mission's plan delivered if they are not yet; False if that ended the mission."""
@@ -135,7 +136,7 @@ class MissionLife:
         """Judge the mission once and act on it; answers how long to sleep (wall clock), None at its end."""
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
-            if MissionState(mission.state).ended or not self._dispatched(session, mission):
+            if has_ended(mission) or not self._dispatched(session, mission):
                 return None
             scripts = scripts_of_all_plans(session, mission_id)
             times = self._times[mission.world]
@@ -149,7 +150,10 @@ class MissionLife:
             self._act(session, mission, scripts, verdict, view.now_s)
             if verdict.recover is not None:
                 self._recovery.take(session, mission, view, verdict)
-            if verdict.state is MissionState.UNKNOWN or mission.recovery_step not in (None, Step.WAITING):
+            if verdict.state is MissionState.UNKNOWN or mission.recovery_step not in (
+                None,
+                RecoveryStep.WAITING,
+            ):
                 return LONGEST_SLEEP_S  # an answer, a plan or a decision wakes the workflow
             if mission.asked_at is not None:
                 return min(self._patience_s, 1.0)
@@ -167,13 +171,14 @@ class MissionLife:
             if script.plan_id != mission.plan_id:
                 continue
             if script.robot in verdict.cancel:
-                give(script, ControlVerb.CANCEL)
+                order(script, ControlVerb.CANCEL)
             if script.robot in verdict.ask:
-                script.question = f"{script.id}:status:{now_s:.3f}"
+                ask(script, f"{script.id}:status:{now_s:.3f}")
         if verdict.ask or verdict.cancel:
             mission.asked_at = time.time()
         if verdict.enquire_at_s is not None:
-            mission.asked_at, mission.enquire_at_s = None, verdict.enquire_at_s
+            mission.asked_at = None
+            mission.enquire_at_s = verdict.enquire_at_s
             if mission.started_at_s is not None:
                 estimate_s = verdict.enquire_at_s - mission.started_at_s - mission.margin_s
                 mission.estimate_s = max(estimate_s, mission.original_estimate_s)
@@ -181,27 +186,30 @@ class MissionLife:
 
     def _show(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
         """The mission's state and why; one that is paused stays so until it is resumed, whatever befalls it."""
-        paused = mission.state == MissionState.PAUSED
-        goes_on = paused and verdict.state is not MissionState.PAUSED
-        state = mission.resume_to if goes_on else mission.state
-        if (state, mission.reason) == (verdict.state, verdict.reason):
+        same_state = verdict.state in (MissionState.PAUSED, active_state(mission))
+        newly_overdue = verdict.is_overdue and not mission.is_overdue
+        if same_state and mission.reason == verdict.reason and not newly_overdue:
             return
-        changed = state != verdict.state or verdict.ask or verdict.cancel
-        if is_overdue(verdict.reason) and not is_overdue(mission.reason):
-            self._events.append(session, "mission.overdue", mission.id, deadline_s=mission.deadline_s)
-        if goes_on:
-            mission.resume_to = verdict.state
-        else:
-            mission.state = verdict.state
-        mission.reason, mission.failure = verdict.reason, verdict.failure
-        if changed:
-            type_ = "mission.robots_asked" if verdict.ask else f"mission.{verdict.state.value}"
-            self._events.append(session, type_, mission.id, reason=verdict.reason)
+        assess(
+            mission,
+            verdict.state,
+            reason=verdict.reason,
+            failure=verdict.failure,
+            is_overdue=verdict.is_overdue,
+        )
+        state = MissionState(mission.state)
+        if newly_overdue:
+            overdue = MissionOverdue(subject=mission.id, deadline_s=mission.deadline_s, state=state)
+            self._events.append(session, overdue)
+        if not same_state or verdict.ask or verdict.cancel:
+            reason = with_overdue(verdict.reason, is_overdue=verdict.is_overdue)
+            phase = MissionRobotsAsked if verdict.ask else MISSION_PHASES[verdict.state]
+            self._events.append(session, phase(subject=mission.id, reason=reason, state=state))
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
-            if not MissionState(mission.state).ended:
+            if not has_ended(mission):
                 self._fail(session, mission, reason)
 
     def _fail(self, session: Session, mission: MissionRow, reason: str) -> None:

@@ -13,13 +13,14 @@ from sqlalchemy.orm import Session
 from app.agents.robot_board import RobotBoard
 from app.core import Core
 from app.domain.errors import Conflict
-from app.domain.states import ENDED, Connection, MissionState
+from app.domain.events import RobotDeclaredLost, RobotFound, ScriptAbandoned
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.script import abandon
+from app.domain.states import Connection
 from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
 from app.store.records import UNENDED_SCRIPT, lost_robots
-from app.store.script_orders import give
 from robots.clock import Clock
-from robots.wire import ControlVerb
 
 CONTACT = "contact"
 """Who found a robot that was heard again."""
@@ -55,8 +56,12 @@ class LostRobots:
                 comment=comment,
             )
             session.add(row)
-            data = {"world": world, "actor": actor, "comment": comment, "silent": row.silent}
-            self._events.append(session, "robot.declared_lost", robot, **data)
+            self._events.append(
+                session,
+                RobotDeclaredLost(
+                    subject=robot, world=world, actor=actor, comment=comment, silent=row.silent
+                ),
+            )
             for script in _open_scripts(session, world, robot):
                 self._abandon(session, script)
 
@@ -96,17 +101,15 @@ class LostRobots:
 
     def _take_back(self, session: Session, row: LostRobotRow, actor: str, comment: str) -> None:
         session.delete(row)
-        data = {"world": row.world, "actor": actor, "comment": comment}
-        self._events.append(session, "robot.found", row.robot, **data)
+        found = RobotFound(subject=row.robot, world=row.world, actor=actor, comment=comment)
+        self._events.append(session, found)
         session.flush()
         self._waiting.release(session, row.world)
 
     def _abandon(self, session: Session, script: ScriptRow) -> None:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
-        script.abandoned, script.question, script.clearance = True, None, None
-        if not script.stopping:
-            give(script, ControlVerb.CANCEL)
-        self._events.append(session, "script.abandoned", script.id, robot=script.robot)
+        abandon(script)
+        self._events.append(session, ScriptAbandoned(subject=script.id, robot=script.robot))
         self._core.workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
 
 

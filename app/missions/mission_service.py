@@ -7,13 +7,15 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict, unrecorded
+from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
 from app.domain.ids import new_id
-from app.domain.recovery_rules import TRIES, Policy, Step
-from app.domain.states import MissionState
-from app.planning.mission_progress import note
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
+from app.domain.lifecycles.recovery import RecoveryStep, try_again
+from app.domain.lifecycles.script import can_be_ordered, order
+from app.domain.recovery_rules import Policy
 from app.store import MissionRow, ScriptRow
 from app.store.records import page
-from app.store.script_orders import can_be_ordered, give
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]
@@ -49,7 +51,11 @@ class MissionService:
                 return _with_scripts(session, mission)
             _refuse_ended(mission, "cancelled")
             mission.cancel_requested = True
-            self._events.append(session, "mission.cancel_requested", mission.id, actor=actor, comment=comment)
+            state = MissionState(mission.state)
+            self._events.append(
+                session,
+                MissionCancelRequested(subject=mission.id, actor=actor, comment=comment, state=state),
+            )
             self._workflows.wake(session, mission.workflow, f"cancel:{mission.id}")
             return _with_scripts(session, mission)
 
@@ -60,8 +66,11 @@ class MissionService:
             _refuse_ended(mission, "recovered otherwise")
             if mission.recovery != policy:
                 mission.recovery = policy
-                data = {"actor": actor, "policy": policy.value}
-                self._events.append(session, "mission.recovery_set", mission.id, **data)
+                state = MissionState(mission.state)
+                self._events.append(
+                    session,
+                    MissionRecoverySet(subject=mission.id, actor=actor, policy=policy.value, state=state),
+                )
                 self._workflows.wake(session, mission.workflow, f"{mission.id}:policy:{new_id('policy')}")
             return _with_scripts(session, mission)
 
@@ -72,8 +81,8 @@ class MissionService:
             _refuse_ended(mission, "paused")
             if mission.cancel_requested:
                 raise Conflict(f"mission {mission.id} is being cancelled", code="being-cancelled")
-            if mission.state != MissionState.PAUSED:
-                mission.resume_to, mission.state = mission.state, MissionState.PAUSED
+            if not is_paused(mission):
+                mission_lifecycle.pause(mission)
                 self._order(session, mission, ControlVerb.PAUSE, actor, comment)
             return _with_scripts(session, mission)
 
@@ -81,28 +90,32 @@ class MissionService:
         """Go on after a pause; or look for a way again where none was found and an operator was asked."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
-            if mission.recovery_step == Step.STUCK and mission.state != MissionState.PAUSED:
+            if mission.recovery_step == RecoveryStep.STUCK and not is_paused(mission):
                 return self._try_again(session, mission, actor, comment)
-            if mission.state != MissionState.PAUSED:
+            if not is_paused(mission):
                 raise Conflict(f"mission {mission.id} is {mission.state}, not paused", code="not-paused")
-            mission.state, mission.resume_to = mission.resume_to or MissionState.RUNNING, None
+            mission_lifecycle.resume(mission)
             self._order(session, mission, ControlVerb.RESUME, actor, comment)
             return _with_scripts(session, mission)
 
     def _try_again(self, session: Session, mission: MissionRow, actor: str, comment: str) -> Mission:
-        mission.recovery_step, mission.tries_left = None, TRIES
-        note(mission, outcome="taken up")
-        self._events.append(session, "mission.resumed", mission.id, actor=actor, comment=comment)
+        try_again(mission)
+        state = MissionState(mission.state)
+        self._events.append(
+            session, MissionResumed(subject=mission.id, actor=actor, comment=comment, state=state)
+        )
         self._workflows.wake(session, mission.workflow, f"{mission.id}:again:{len(mission.attempts)}")
         return _with_scripts(session, mission)
 
     def _order(
         self, session: Session, mission: MissionRow, verb: ControlVerb, actor: str, comment: str
     ) -> None:
-        self._events.append(session, f"mission.{verb.value}d", mission.id, actor=actor, comment=comment)
+        ordered = MissionPaused if verb is ControlVerb.PAUSE else MissionResumed
+        state = MissionState(mission.state)
+        self._events.append(session, ordered(subject=mission.id, actor=actor, comment=comment, state=state))
         for script in _scripts(session, mission.id):
             if can_be_ordered(script, mission):
-                give(script, verb)
+                order(script, verb)
 
 
 def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> MissionRow:
@@ -113,7 +126,7 @@ def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> M
 
 
 def _refuse_ended(mission: MissionRow, verb: str) -> None:
-    if MissionState(mission.state).ended:
+    if has_ended(mission):
         raise Conflict(
             f"mission {mission.id} is {mission.state}: it cannot be {verb} any more", code="mission-ended"
         )

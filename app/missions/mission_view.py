@@ -10,11 +10,13 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.broken_links import cut
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.recovery import RecoveryStep, why_no_plan
+from app.domain.lifecycles.script import Delivery
 from app.domain.mission_monitor import EXTENSION_S, MissionView, ScriptView
-from app.domain.recovery_rules import Policy, Step
-from app.domain.states import MissionState
+from app.domain.recovery_rules import Policy
 from app.domain.world_model.vocabulary import symbolic
-from app.planning.mission_progress import begun, done, no_way
+from app.planning.mission_progress import begun, done
 from app.store import MissionRow, ScriptRow
 from planner import Fact
 from robots.wire import FailureCategory, PacketState, ScriptState
@@ -50,9 +52,9 @@ class MissionViews:
             missed=missed,
             cut=lacking,
             policy=Policy(mission.recovery),
-            step=None if mission.recovery_step is None else Step(mission.recovery_step),
+            step=None if mission.recovery_step is None else RecoveryStep(mission.recovery_step),
             tries_left=mission.tries_left,
-            no_way=no_way(mission),
+            no_way=why_no_plan(mission),
             done_before=any(
                 script.state == ScriptState.FINISHED for script in scripts if script not in current
             ),
@@ -110,7 +112,7 @@ def _script(script: ScriptRow, *, silent_in_s: float) -> ScriptView:
     failed = _failed(script)
     return ScriptView(
         robot=script.robot,
-        delivery=script.delivery,
+        delivery=Delivery(script.delivery),
         state=None if script.state is None else ScriptState(script.state),
         open_question=script.question is not None,
         stopping=script.stopping,

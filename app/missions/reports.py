@@ -3,14 +3,42 @@
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.states import TERMINAL_SCRIPTS, MissionState
+from app.domain.events import (
+    ClearanceRefused,
+    ControlRefused,
+    MissionRunning,
+    PacketReported,
+    ScriptAcknowledged,
+    ScriptRefused,
+    ScriptReported,
+    ScriptStatus,
+)
+from app.domain.lifecycles.mission import MissionState, begin_work, is_paused
+from app.domain.lifecycles.mission import has_ended as mission_has_ended
+from app.domain.lifecycles.script import (
+    TERMINAL_SCRIPTS,
+    Delivery,
+    acknowledge,
+    ask,
+    end,
+    follow_order,
+    forget,
+    has_terminated,
+    hear,
+    note_answer,
+    order,
+    order_label,
+    refuse,
+    reissue_if_diverged,
+    settle_order,
+    unanswered_order,
+)
 from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import has_ended, renew_clearances, scripts_of
 from app.missions.upkeep import note_upkeep
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
-from app.store.script_orders import give, insist, unanswered
 from robots.wire import (
     Acknowledgement,
     ControlVerb,
@@ -25,8 +53,6 @@ from robots.wire import (
 )
 
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
-FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptState.RUNNING}
-"""How a robot stands that has agreed to an order."""
 
 
 class MissionReports:
@@ -63,7 +89,7 @@ class MissionReports:
             self._consequences(session, message, script, mission)
             if self._holdings.of_mission(session, mission) != before:
                 self._waiting.release(session, mission.world)
-            if not MissionState(mission.state).ended:  # its workflow is over, and may be forgotten
+            if not mission_has_ended(mission):  # its workflow is over, and may be forgotten
                 self._workflows.wake(session, mission.workflow, message.id)
             return True
 
@@ -72,57 +98,71 @@ class MissionReports:
     ) -> None:
         match message.body:
             case Acknowledgement():
-                self._answered(session, message, script, mission, "acknowledged")
+                self._answered(session, message, script, mission, Delivery.ACKNOWLEDGED)
             case Refusal():
-                self._answered(session, message, script, mission, "refused")
+                self._answered(session, message, script, mission, Delivery.REFUSED)
             case PacketReport() as report:
                 self._packet(session, report, script, mission)
-                insist(script, mission)
+                reissue_if_diverged(script, mission)
             case ScriptReport() as report:
                 self._ended(session, report, script, mission)
             case StatusReport() as report:
                 self._status(session, message, report, script)
-                insist(script, mission)
+                reissue_if_diverged(script, mission)
 
     def _answered(
-        self, session: Session, message: Message, script: ScriptRow, mission: MissionRow, delivery: str
+        self, session: Session, message: Message, script: ScriptRow, mission: MissionRow, answer: Delivery
     ) -> None:
         """The robot agreed to or refused a request: of a script, of a control, or a clearance."""
         reason = message.body.reason if isinstance(message.body, Refusal) else ""
+        control = unanswered_order(script)
         if message.in_reply_to == f"{script.id}:request":
-            if script.delivery == "pending" and script.stopping and delivery == "refused":
-                # It was told to drop the script before that came.
-                script.delivery, script.state = "withdrawn", ScriptState.CANCELLED
-            elif script.delivery == "pending":
-                script.delivery, script.detail = delivery, reason
-                if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
-                    # It was on its way when the operator paused the mission.
-                    give(script, ControlVerb.PAUSE)
-                self._events.append(
-                    session, f"script.{delivery}", script.id, robot=script.robot, reason=reason
-                )
-        elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
-            order = unanswered(script)
-            if order is not None and delivery == "acknowledged":
-                _stands(script, FOLLOWED.get(order.verb, script.state), message.sent_at_s)
-            self._settled(session, script, "control", refused=delivery == "refused", reason=reason)
+            if script.delivery == Delivery.PENDING:
+                self._delivered(session, script, mission, answer, reason)
+        elif control is not None and message.in_reply_to == f"{script.id}:{order_label(control)}":
+            if answer is Delivery.ACKNOWLEDGED:
+                follow_order(script, control.verb, message.sent_at_s)
+            else:
+                settle_order(script)
+                self._refused(session, script, "control", order_label(control), reason)
         elif script.clearance is not None and message.in_reply_to == f"{script.id}:{script.clearance}":
-            self._settled(session, script, "clearance", refused=delivery == "refused", reason=reason)
+            clearance = script.clearance
+            script.clearance = None
+            if answer is Delivery.REFUSED:
+                self._refused(session, script, "clearance", clearance, reason)
 
-    def _settled(self, session: Session, script: ScriptRow, kind: str, *, refused: bool, reason: str) -> None:
-        """An order or a clearance is answered. Why one was refused the robot is asked: the script has ended, and its
-        report is on the way; or it is not known any more; or the robot has followed an order with a greater number,
-        of a record that was lost.
+    def _delivered(
+        self, session: Session, script: ScriptRow, mission: MissionRow, answer: Delivery, reason: str
+    ) -> None:
+        """The robot agreed to or refused the script."""
+        if answer is Delivery.REFUSED:
+            refuse(script, reason)
+        else:
+            acknowledge(script)
+            if is_paused(mission):  # it was on its way when the operator paused the mission
+                order(script, ControlVerb.PAUSE)
+        if script.delivery == answer:
+            answered = ScriptAcknowledged if answer is Delivery.ACKNOWLEDGED else ScriptRefused
+            self._events.append(session, answered(subject=script.id, robot=script.robot, reason=reason))
+
+    def _refused(self, session: Session, script: ScriptRow, kind: str, sent: str, reason: str) -> None:
+        """An order or a clearance was refused. The robot is asked why: the script has ended, and its report is on the
+        way; or it is not known any more; or the robot has followed an order with a greater number, of a record that was
+        lost.
         """
-        sent = getattr(script, kind)
-        setattr(script, kind, None)
-        if not refused:
-            return
-        if script.state not in TERMINAL_SCRIPTS:
-            script.question = f"{script.id}:status:{sent}"
+        if not has_terminated(script):
+            ask(script, f"{script.id}:status:{sent}")
         script.detail = reason
-        data = {"robot": script.robot, kind: sent, "reason": reason}
-        self._events.append(session, f"{kind}.refused", script.id, **data)
+        if kind == "control":
+            self._events.append(
+                session,
+                ControlRefused(subject=script.id, robot=script.robot, control=sent, reason=reason),
+            )
+        else:
+            self._events.append(
+                session,
+                ClearanceRefused(subject=script.id, robot=script.robot, clearance=sent, reason=reason),
+            )
 
     def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
         known = dict(script.packets.get(report.packet_id, {}))
@@ -136,7 +176,7 @@ class MissionReports:
             known["finished_at_s"] = report.at_s
         script.packets = {**script.packets, report.packet_id: known}
         paused = report.state is PacketState.PAUSED
-        _stands(script, ScriptState.PAUSED if paused else ScriptState.RUNNING, report.at_s)
+        hear(script, ScriptState.PAUSED if paused else ScriptState.RUNNING, report.at_s)
         if script.plan_id == mission.plan_id:
             self._started(session, mission, report.at_s)
         if report.state is PacketState.FINISHED:
@@ -146,13 +186,15 @@ class MissionReports:
             renew_clearances(session, self._events, mission)
         self._events.append(
             session,
-            f"packet.{report.state.value}",
-            mission.id,
-            robot=script.robot,
-            packet=report.packet_id,
-            at_s=report.at_s,
-            events=list(report.events),
-            detail=report.detail,
+            PacketReported(
+                subject=mission.id,
+                robot=script.robot,
+                packet=report.packet_id,
+                state=report.state,
+                at_s=report.at_s,
+                events=tuple(report.events),
+                detail=report.detail,
+            ),
         )
 
     def _started(self, session: Session, mission: MissionRow, at_s: float) -> None:
@@ -160,20 +202,21 @@ class MissionReports:
         if mission.started_at_s is None:
             mission.started_at_s = at_s
             mission.enquire_at_s = at_s + mission.estimate_s + mission.margin_s
-        if mission.state in (MissionState.PENDING, MissionState.DISPATCHING):
-            mission.state = MissionState.RUNNING
-            self._events.append(session, "mission.running", mission.id, started_at_s=at_s)
+        if begin_work(mission):
+            running = MissionRunning(subject=mission.id, started_at_s=at_s, state=MissionState(mission.state))
+            self._events.append(session, running)
 
     def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
-        if script.state in TERMINAL_SCRIPTS:
+        if has_terminated(script):
             return
-        script.state, script.detail = report.state, report.detail
-        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
-        script.category = report.category
-        script.perceived = [fact.model_dump(mode="json") for fact in report.perceived]
-        script.control = script.question = script.clearance = None
-        if script.delivery == "pending":
-            script.delivery = "withdrawn" if script.stopping else "acknowledged"
+        end(
+            script,
+            report.state,
+            at_s=report.at_s,
+            detail=report.detail,
+            category=report.category,
+            perceived=[fact.model_dump(mode="json") for fact in report.perceived],
+        )
         if report.state is ScriptState.FINISHED:
             self._finish_all(session, report, script, mission)
             renew_clearances(session, self._events, mission)
@@ -181,12 +224,14 @@ class MissionReports:
             self._believing.reconcile(session, report, script, mission)
         self._events.append(
             session,
-            f"script.{report.state.value}",
-            script.id,
-            robot=script.robot,
-            mission=mission.id,
-            at_s=report.at_s,
-            detail=report.detail,
+            ScriptReported(
+                subject=script.id,
+                robot=script.robot,
+                mission=mission.id,
+                state=report.state,
+                at_s=report.at_s,
+                detail=report.detail,
+            ),
         )
 
     def _finish_all(
@@ -203,26 +248,25 @@ class MissionReports:
                 self._believing.came_true(session, packet, report.at_s, script, mission)
 
     def _status(self, session: Session, message: Message, report: StatusReport, script: ScriptRow) -> None:
-        if message.in_reply_to == script.question:
-            script.question = None
+        note_answer(script, message.in_reply_to)
         script.orders = max(script.orders, report.order)
-        if script.state in TERMINAL_SCRIPTS:
+        if has_terminated(script):
             return
         if report.state is None:
-            script.state, script.category = ScriptState.FAILED, "robot"
-            script.detail = f"{script.robot} does not know the script it was given"
+            forget(script, f"{script.robot} does not know the script it was given")
         elif report.state not in TERMINAL_SCRIPTS:
             # A terminal state comes with its own report, which says what was perceived.
-            _stands(script, report.state, report.at_s)
+            hear(script, report.state, report.at_s)
         self._note_waiting(report, script)
         self._events.append(
             session,
-            "script.status",
-            script.id,
-            robot=script.robot,
-            state=script.state,
-            packet=report.packet_id,
-            detail=report.detail,
+            ScriptStatus(
+                subject=script.id,
+                robot=script.robot,
+                state=None if script.state is None else ScriptState(script.state),
+                packet=report.packet_id,
+                detail=report.detail,
+            ),
         )
 
     def _note_waiting(self, report: StatusReport, script: ScriptRow) -> None:
@@ -232,13 +276,6 @@ class MissionReports:
         known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
         if known["state"] == PacketState.INITIALIZING:
             script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
-
-
-def _stands(script: ScriptRow, state: str | None, at_s: float) -> None:
-    """What the robot said last counts, not what came last."""
-    if script.state not in TERMINAL_SCRIPTS and at_s >= (script.heard_at_s or 0.0):
-        script.state = state
-    script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
 
 
 def _row(message: Message) -> MessageRow:

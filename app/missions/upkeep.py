@@ -3,6 +3,7 @@
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.events import TeleoperationBegan, TeleoperationEnded, UpkeepReported
 from app.domain.world_model import reconcile_report
 from app.domain.world_model.beliefs import ROBOT_POSITION
 from app.domain.world_model.timeliness import newer_subjects, without_outdated
@@ -35,10 +36,26 @@ def note_upkeep(session: Session, core: Core, *, world: str, robot: str, report:
         )
         if version != before:
             wake_missions(session, core.workflows, world, f"facts:{version}")
-    data = {"packet": report.tag, "at_s": report.at_s, "detail": report.detail}
     if report.driver is None:
-        core.events.append(session, f"upkeep.{report.state.value}", robot, world=world, **data)
+        upkeep = UpkeepReported(
+            subject=robot,
+            world=world,
+            packet=report.tag,
+            state=report.state,
+            at_s=report.at_s,
+            detail=report.detail,
+        )
+        core.events.append(session, upkeep)
     elif report.state is not PacketState.RUNNING or not report.detail:  # else it is news on the way
-        what = "began" if report.state is PacketState.RUNNING else "ended"
-        driver = report.driver
-        core.events.append(session, f"teleoperation.{what}", robot, world=world, driver=driver, **data)
+        drive = TeleoperationBegan if report.state is PacketState.RUNNING else TeleoperationEnded
+        core.events.append(
+            session,
+            drive(
+                subject=robot,
+                world=world,
+                driver=report.driver,
+                packet=report.tag,
+                at_s=report.at_s,
+                detail=report.detail,
+            ),
+        )

@@ -10,7 +10,12 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
-from app.domain.states import ENDED, GoalState, MissionState, PlanState
+from app.domain.events import GoalWaiting, GoalWithdrawn
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
@@ -23,7 +28,6 @@ from robots.world import WorldFile
 
 UNMET = ""
 """The run of a world whose fleet has not been heard of yet: its facts are as its file says."""
-OPEN_GOALS = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED)
 
 
 def recorded_run(settings: Settings, world: str) -> str | None:
@@ -92,8 +96,7 @@ def _forget_abandoned(session: Session, world_id: str) -> None:
     """Robots that were lost in a world that is no more need not be told to stop."""
     query = select(ScriptRow).join(MissionRow, MissionRow.id == ScriptRow.mission_id)
     for script in session.scalars(query.where(MissionRow.world == world_id, ScriptRow.abandoned)).all():
-        script.control = script.question = None
-        script.abandoned, script.delivery = False, "withdrawn"
+        release_abandoned(script)
 
 
 def part_from_others(session: Session, core: Core, running: Collection[str]) -> None:
@@ -120,9 +123,12 @@ def _end_missions(session: Session, events: EventLog, world_id: str, reason: str
 
 
 def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str, *, runs: bool) -> None:
-    query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(OPEN_GOALS))
+    query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(goal_lifecycle.UNDECIDED))
     for goal in session.scalars(query).all():
         close_plans(session, events, goal, PlanState.EXPIRED, reason)
-        goal.state, goal.reason = GoalState.SUBMITTED if runs else GoalState.WITHDRAWN, reason
-        goal.outcome = None if runs else "world_not_running"
-        events.append(session, f"goal.{goal.state}", goal.id, reason=reason)
+        if runs:
+            goal_lifecycle.wait(goal, reason)
+            events.append(session, GoalWaiting(subject=goal.id, reason=reason, state=GoalState.WAITING))
+        else:
+            goal_lifecycle.withdraw(goal, outcome="world_not_running", reason=reason)
+            events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))

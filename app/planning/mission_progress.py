@@ -1,16 +1,13 @@
-"""How far a mission has come, and what was tried to recover it, as the record says."""
+"""How far a mission has come with its plan, as the record says."""
 
 from collections.abc import Sequence
-from typing import Any
 
-from app.domain.recovery_rules import Trouble
 from app.store import MissionRow, ScriptRow
 from planner import PlanNet
 from planner.repair import MissionProgress
 from robots.wire import PacketState
 
 NOT_BEGUN = frozenset({PacketState.WAITING, PacketState.INITIALIZING})
-Attempt = dict[str, Any]
 
 
 def begun(scripts: Sequence[ScriptRow]) -> frozenset[str]:
@@ -53,37 +50,3 @@ def progress_of(
         lost=without,
         elapsed_s=0.0 if begun_s is None else max(0.0, now_s - begun_s),
     )
-
-
-def troubles_of(mission: MissionRow) -> list[Trouble]:
-    """All that has befallen the mission so far."""
-    return [Trouble.from_json(one) for attempt in mission.attempts for one in attempt["troubles"]]
-
-
-def begin_attempt(mission: MissionRow, troubles: Sequence[Trouble], **more: Any) -> Attempt:
-    """Note that the mission is to be recovered once more."""
-    attempt: Attempt = {
-        "number": len(mission.attempts) + 1,
-        "troubles": [one.to_json() for one in troubles],
-        "measure": None,
-        "without": [],
-        "plan_id": None,
-        "outcome": "planning",
-        "detail": "",
-        **more,
-    }
-    mission.attempts = [*mission.attempts, attempt]
-    return attempt
-
-
-def note(mission: MissionRow, **news: Any) -> None:
-    """Note what became of the mission's last attempt."""
-    *before, last = mission.attempts
-    mission.attempts = [*before, {**last, **news}]
-
-
-def no_way(mission: MissionRow) -> str:
-    """Why the last attempt came to nothing, in words; empty if it has not."""
-    if not mission.attempts or mission.attempts[-1]["outcome"] not in ("no plan", "rejected"):
-        return ""
-    return str(mission.attempts[-1]["detail"])

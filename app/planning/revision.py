@@ -2,9 +2,11 @@
 
 from sqlalchemy.orm import Session
 
-from app.domain.recovery_rules import Step
-from app.domain.states import GoalState, MissionState
-from app.planning.mission_progress import note
+from app.domain.events import GoalCommitted, MissionRevised
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
 from app.workflows import Workflows
@@ -24,18 +26,17 @@ def revise(
 
     One that is paused gets them when it is resumed.
     """
-    mission.plan_id, mission.margin_s = plan.id, margin_s
+    mission.plan_id = plan.id
+    mission.margin_s = margin_s
     mission.revision += 1
-    mission.recovery_step = None
-    note(mission, plan_id=plan.id, outcome="approved")
-    goal.state, goal.plan_id = GoalState.COMMITTED, plan.id
-    if mission.state == MissionState.PAUSED:
-        mission.resume_to = MissionState.DISPATCHING
-    else:
-        mission.state = MissionState.DISPATCHING
-    mission.reason, mission.failure = "", None
-    data = {"plan": plan.id, "revision": mission.revision}
-    events.append(session, "mission.revised", mission.id, **data)
+    recovery.approve(mission, plan.id)
+    goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
+    mission_lifecycle.dispatch(mission)
+    events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
+    revised = MissionRevised(
+        subject=mission.id, plan=plan.id, revision=mission.revision, state=MissionState(mission.state)
+    )
+    events.append(session, revised)
     workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
 
@@ -43,7 +44,7 @@ def turn_down(
     session: Session, workflows: Workflows, mission: MissionRow, plan: PlanRow, goal: GoalRow, comment: str
 ) -> None:
     """The operator does not want the mission recovered this way: it ends."""
-    mission.recovery_step, goal.plan_id = Step.ENDING, mission.plan_id
+    goal.plan_id = mission.plan_id
     said = f": {comment}" if comment else ""
-    note(mission, plan_id=plan.id, outcome="rejected", detail=f"the repair was rejected{said}")
+    recovery.reject(mission, plan.id, f"the repair was rejected{said}")
     workflows.wake(session, mission.workflow, f"rejected:{plan.id}")

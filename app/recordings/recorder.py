@@ -8,7 +8,7 @@ from typing import Any
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.recordings.concordance import Concordance
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
 from app.recordings.recording_store import RecordingStore

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from app.agents.robot_board import RobotView
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, SAMPLES, McapWriter
 from robots.wire import Telemetry
 

@@ -2,11 +2,12 @@
 
 import threading
 from collections.abc import Sequence
-from typing import Any
 
+from pydantic_core import to_jsonable_python
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.domain.events import Event
 from app.store import Database, EventRow, write_last
 
 
@@ -19,9 +20,10 @@ class EventLog:
         self._generation = 0
         database.committed.append(self._notify)
 
-    def append(self, session: Session, type_: str, subject: str, **data: Any) -> None:
-        """Record that `type_` (past tense, e.g. `plan.approved`) happened to `subject`."""
-        write_last(session, EventRow(type=type_, subject=subject, data=data))
+    def append(self, session: Session, event: Event) -> None:
+        """Record that the event happened."""
+        data = to_jsonable_python(event)
+        write_last(session, EventRow(type=event.type, subject=data.pop("subject"), data=data))
 
     def since(self, seq: int, limit: int = 500) -> Sequence[EventRow]:
         """The events after `seq`, oldest first."""

@@ -1,24 +1,27 @@
 """The world model's facts in the database: each with source and time; each change increments the world's version."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.domain.events import Belief, FactsChanged, FactsContradicted
 from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
 from app.domain.world_model.timeliness import DatedFact, subjects_of
+from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.unknowns import unknown_rows, update_unknowns
-from planner import Fact
+from planner import Fact, KnowledgeBase
 
 
 class FactStore:
     """Reads and changes facts inside the caller's transaction."""
 
-    def __init__(self, events: EventLog) -> None:
+    def __init__(self, events: EventLog, knowledge_base: KnowledgeBase) -> None:
         self._events = events
+        self._knowledge_base = knowledge_base
 
     def facts(self, session: Session, world: str) -> frozenset[Fact]:
         return frozenset(Fact(row.predicate, tuple(row.args)) for row in self.rows(session, world))
@@ -79,17 +82,27 @@ class FactStore:
             row.version += 1
             self._events.append(
                 session,
-                "world.facts_changed",
-                world,
-                version=row.version,
-                source=source,
-                added=[str(fact) for fact in new],
-                removed=[old.atom for old in gone],
+                FactsChanged(
+                    subject=world,
+                    version=row.version,
+                    source=source,
+                    added=self._relations(new),
+                    removed=self._relations(Fact(old.predicate, tuple(old.args)) for old in gone),
+                ),
             )
         if before:
-            data = {"source": source, "at_s": at_s, "believed": before}
-            self._events.append(session, "world.contradicted", world, **data)
+            believed = tuple(map(self._belief, before))
+            contradicted = FactsContradicted(subject=world, source=source, at_s=at_s, believed=believed)
+            self._events.append(session, contradicted)
         return row.version
+
+    def _relations(self, facts: Iterable[Fact]) -> tuple[str, ...]:
+        """The facts as text in the rel/ref form of the API."""
+        return tuple(str(fact) for fact in symbolic_all(facts, self._knowledge_base))
+
+    def _belief(self, before: Mapping[str, Any]) -> Belief:
+        fact = symbolic(Fact(before["predicate"], tuple(before["args"])), self._knowledge_base)
+        return Belief(predicate=fact.predicate, args=fact.args, source=before["source"], at_s=before["at_s"])
 
 
 def source_of(robot: str) -> str:

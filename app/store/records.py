@@ -7,13 +7,13 @@ from sqlalchemy import and_, or_, select
 from sqlalchemy.orm import Session
 
 from app.domain.errors import Invalid, unrecorded
-from app.domain.states import TERMINAL_SCRIPTS
+from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store.tables import GoalRow, LostRobotRow, MissionRow, PlanRow, ScriptRow
 
 Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
 
 UNENDED_SCRIPT = (
-    ScriptRow.delivery.in_(("pending", "acknowledged")),
+    ScriptRow.delivery.in_(DELIVERABLE),
     ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
 )
 """Conditions on scripts: given to a robot, which has not reported their end."""

@@ -162,6 +162,7 @@ class MissionRow(Base):
     enquire_at_s: Mapped[float | None]
     asked_at: Mapped[float | None]
     cancel_requested: Mapped[bool] = mapped_column(default=False)
+    is_overdue: Mapped[bool] = mapped_column(default=False)
     revision: Mapped[int] = mapped_column(default=1)
     revised_at_s: Mapped[float | None]
     stopped_for: Mapped[str] = mapped_column(default="")
@@ -175,10 +176,8 @@ class MissionRow(Base):
 class ScriptRow(Base):
     """A behaviour script of one of a mission's plans and what is known of its execution.
 
-    `delivery` is pending, acknowledged, refused or withdrawn; `control` a verb the robot has not acknowledged yet;
-    `question` the id of a status query it has not answered yet; `packets` each packet's state and times as reported;
-    `cleared` the actions it is to know the end of, `clearance` names the message of it that is not acknowledged yet;
-    `heard_at_s` is when the robot last said how it stands; `abandoned` if its robot was lost before it had ended.
+    `packets`: each packet's state and times as reported; `cleared`: the actions whose end it is to know of. The others
+    are explained by the script's life cycle.
     """
 
     __tablename__ = "scripts"
@@ -189,6 +188,7 @@ class ScriptRow(Base):
     body: Mapped[dict[str, Any]]
     delivery: Mapped[str] = mapped_column(index=True)
     control: Mapped[str | None]
+    control_number: Mapped[int | None]
     orders: Mapped[int] = mapped_column(default=0)
     stopping: Mapped[bool] = mapped_column(default=False)
     state: Mapped[str | None]

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import TERMINAL_SCRIPTS, MissionState
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.domain.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION
 from app.domain.world_model.timeliness import DatedFact
 from app.store.records import lost_robots
@@ -112,7 +113,7 @@ def _silent(session: Session, world: str) -> Sequence[tuple[str, str, float | No
             ScriptRow.plan_id == MissionRow.plan_id,
             ScriptRow.question.is_not(None)
             | ScriptRow.control.is_not(None)
-            | (ScriptRow.delivery == "pending"),
+            | (ScriptRow.delivery == Delivery.PENDING),
             ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
         )
     )

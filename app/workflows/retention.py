@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from sqlalchemy import delete, func, or_, select
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
-from app.domain.states import ENDED, GoalState
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED
 from app.settings import Settings
 from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ScriptRow
 from app.store.records import UNENDED_SCRIPT

@@ -11,8 +11,8 @@ import numpy as np
 
 from app.cli.truth import holds
 from app.composition import Service
-from app.domain.recovery_rules import Step
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.recovery import RecoveryStep
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
@@ -149,7 +149,7 @@ class Trial:
         while True:
             mission, _ = service.missions.get(mission_id)
             now_s = far.simulation.clock.now_s()
-            over = MissionState(mission.state).ended or mission.recovery_step == Step.STUCK
+            over = MissionState(mission.state).ended or mission.recovery_step == RecoveryStep.STUCK
             if over or now_s > begun_s + LIMIT_S or far.error is not None:
                 break
             self._operate(service, mission, now_s)
@@ -167,7 +167,7 @@ class Trial:
 
     def _operate(self, service: Service, mission: MissionRow, now_s: float) -> None:
         """Decide what is to be decided; give up who stays silent."""
-        if mission.recovery_step == Step.DECIDING:
+        if mission.recovery_step == RecoveryStep.DECIDING:
             self._decisions += 1
             service.plans.approve(mission.attempts[-1]["plan_id"], actor=OPERATOR, comment="")
         if mission.state != MissionState.UNKNOWN:
@@ -191,7 +191,7 @@ class Trial:
         elif state.ended:
             how = "ended" if mission.reason else "wrong"
         else:
-            how = "asked" if mission.recovery_step == Step.STUCK else "silent"
+            how = "asked" if mission.recovery_step == RecoveryStep.STUCK else "silent"
         unsafe = [
             name
             for name, radio in self._radios.items()

@@ -13,7 +13,7 @@ from sim.snapshot import BodyState, RampedState, WheeledState
 
 
 class SimulatedBody(ABC):
-    """Implements `robots.physical.body.Body`, and knows no more than a real one would. Its kind decides how it moves."""
+    """Implements `robots.physical.body.Body`, and knows no more than a real one would."""
 
     def __init__(self, spec: RobotSpec, jaws: Jaws) -> None:
         self.spec = spec

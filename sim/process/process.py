@@ -8,7 +8,7 @@ from multiprocessing.process import BaseProcess
 from threading import Lock
 from typing import Any, Self
 
-from robots.link.channel import PipeLink
+from robots.link import PipeLink
 from robots.world import WorldFile
 from sim.error import SimulationError
 from sim.process.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop

@@ -9,7 +9,7 @@ from dataclasses import replace
 from threading import Lock
 from typing import Self
 
-from robots.link.channel import LinkClosed
+from robots.link import LinkClosed
 from robots.wire import Message
 from robots.world import WorldFile
 from sim.error import SimulationError

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from robots.link.channel import LinkClosed, PipeLink
+from robots.link import LinkClosed, PipeLink
 from robots.world import WorldFile
 from sim.error import SimulationError
 from sim.process.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop

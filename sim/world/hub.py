@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from robots.link.channel import Link
+from robots.link import Link
 from robots.wire import Message, Telemetry
 from sim.world.radio import Radio, Way
 

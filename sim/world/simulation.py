@@ -12,7 +12,7 @@ import numpy as np
 
 from robots.clock import Clock
 from robots.executive.memory import RobotMemory
-from robots.link.channel import InMemoryLink, Link
+from robots.link import InMemoryLink, Link
 from robots.physical.body import Body, Pose, Readings, Sensor
 from robots.world import Location, RobotSpec, WorldFile
 from robots.world.walls import panels_of

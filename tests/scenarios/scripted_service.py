@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from app.composition import RunningWorld, Service
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.missions.world_start import recorded_run
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings

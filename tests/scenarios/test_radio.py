@@ -12,7 +12,7 @@ import pytest
 
 from app.cli.truth import truth_of
 from app.composition import RunningWorld, Service
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings

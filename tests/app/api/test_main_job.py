@@ -5,8 +5,11 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
+from app.composition import Service
+from tests.app.events_told import told_and_recorded
 from tests.app.fake_robots import FakeTeam
 from tests.databases import ON_BOTH
+from tests.waiting import until
 
 pytestmark = ON_BOTH
 
@@ -104,8 +107,8 @@ def test_a_second_goal_that_needs_the_same_robots_waits_with_a_reason(
 ) -> None:
     mission = approved(api, follow)
     answer = api.post("/v1/goals", json={"text": "move sample_4 to bay_8", "auto_approve": True}).json()
-    goal = follow(f"/v1/goals/{answer['id']}", "submitted", "committed", "finished", "unsolvable")
-    if goal["state"] == "submitted" and goal["reason"]:
+    goal = follow(f"/v1/goals/{answer['id']}", "waiting", "committed", "finished", "unsolvable")
+    if goal["state"] == "waiting":
         assert mission["id"] in goal["reason"]
     ended = follow(f"/v1/goals/{answer['id']}", "finished", "unsolvable")
     assert ended["outcome"] == "completed", ended
@@ -135,3 +138,32 @@ def test_reports_that_arrive_twice_count_once(api: TestClient, follow: Follow, t
     assert events["state"] == "completed"
     for robot in team.robots.values():
         assert len(robot.executed) == len(set(robot.executed))
+
+
+def test_events_tell_the_state_of_every_goal_plan_and_mission(
+    api: TestClient, service: Service, follow: Follow
+) -> None:
+    goal = api.post("/v1/goals", json={**GOAL, "auto_approve": True}).json()
+
+    def is_finished() -> bool:
+        told, recorded = told_and_recorded(service.database)
+        assert told == recorded
+        return recorded.get(goal["id"]) == "finished"
+
+    until(is_finished)
+    events = [event for event in service.events.since(0) if event.subject == goal["id"]]
+    states = [event.data["state"] for event in events]
+    assert list(dict.fromkeys(states)) == ["submitted", "planning", "planned", "committed", "finished"]
+
+
+def test_facts_in_events_are_written_as_the_api_has_them(
+    api: TestClient, service: Service, follow: Follow
+) -> None:
+    mission = approved(api, follow)
+    follow(f"/v1/missions/{mission['id']}", "completed", "failed", "partially_completed")
+    begun, *changes = [e.data for e in service.events.since(0) if e.type == "world.facts_changed"]
+    believed = set(begun["added"])
+    for change in changes:
+        assert set(change["removed"]) <= believed
+        believed = believed - set(change["removed"]) | set(change["added"])
+    assert believed == facts(api)

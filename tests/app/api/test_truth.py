@@ -34,6 +34,7 @@ def test_a_fact_shows_what_was_believed_before_it_was_contradicted(api: TestClie
     assert (before["source"], before["at_s"]) == ("world file sample_store", 0.0)
     (event,) = [row for row in service.events.since(0) if row.type == "world.contradicted"]
     assert event.data["source"] == "operator administrator"
+    assert event.data["believed"] == [before]
     assert fact(api, "in", "sample_2", "bay_2")["instead_of"] == []
 
 

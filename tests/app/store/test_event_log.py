@@ -5,10 +5,13 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import ClassVar
 
 import pytest
 from sqlalchemy import event
 
+from app.domain.events import Event
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
@@ -19,6 +22,12 @@ from tests.waiting import until
 
 WRITERS, EACH = 4, 60
 PROMPT_S = 20.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThingHappened(Event):
+    TYPE: ClassVar[str] = "thing.happened"
+    number: int
 
 
 @contextmanager
@@ -45,8 +54,8 @@ def write(url: str, writer: int) -> None:
     log = EventLog(database)
     for number in range(0, EACH, 2):
         with database.write() as session:
-            log.append(session, "thing.happened", f"writer-{writer}", number=number)
-            log.append(session, "thing.happened", f"writer-{writer}", number=number + 1)
+            log.append(session, ThingHappened(subject=f"writer-{writer}", number=number))
+            log.append(session, ThingHappened(subject=f"writer-{writer}", number=number + 1))
     database.close()
 
 
@@ -75,7 +84,7 @@ def test_a_stream_that_waits_is_woken_by_what_another_process_writes(made: str) 
         listening.start()
         seen = events.wait(0, PROMPT_S)  # it looks once when it begins to listen
         with there.write() as session:
-            events_there.append(session, "thing.happened", "there")
+            events_there.append(session, ThingHappened(subject="there", number=0))
         assert events.wait(seen, PROMPT_S) != seen
         assert [row.subject for row in events.since(0)] == ["there"]
         listening.close()

@@ -201,12 +201,18 @@ def test_goals_that_were_over_long_ago_go_with_all_that_was_made_for_them(
 def test_goals_that_are_not_over_stay_however_old_they_are(database: Database, workflows: Workflows) -> None:
     add_mission(database, "unknown", "unknown", goal="committed", since=LONG_AGO)
     with database.write() as session:
-        for state in ("submitted", "planning", "planned"):
+        for state in ("submitted", "waiting", "planning", "planned"):
             add_goal(session, state, state, since=LONG_AGO)
         for state in ("withdrawn", "unsolvable"):
             add_goal(session, state, state, since=LONG_AGO)
     assert sweeper(database, workflows).sweep().goals == 2
-    assert rows(database)["goals"] == {"goal-unknown", "goal-submitted", "goal-planning", "goal-planned"}
+    assert rows(database)["goals"] == {
+        "goal-unknown",
+        "goal-submitted",
+        "goal-waiting",
+        "goal-planning",
+        "goal-planned",
+    }
 
 
 def test_a_goal_stays_while_a_lost_robot_of_it_is_still_to_be_told_to_stop(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.errands import Leg, script
-from robots.link.channel import InMemoryLink, LinkClosed
+from robots.link import InMemoryLink, LinkClosed
 from robots.wire import Acknowledgement, Message, Performative, ScriptRequest, Telemetry
 from robots.world import WorldFile, load_world
 from sim import Keep, LastingWorld, SimulationError

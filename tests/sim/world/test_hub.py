@@ -1,4 +1,4 @@
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.wire import Message, PacketReport, PacketState, Performative, Receipt, Telemetry
 from sim.world.hub import WAITING_AT_MOST, Hub
 

@@ -5,7 +5,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.wire import Message, Performative, Receipt
 from robots.world import Contact, LinkSpec, Outage, load_world
 from sim.world.hub import Hub

@@ -6,7 +6,7 @@ import { facts, seconds, standing, tone, words } from "../page/format.js";
 import { asking } from "../page/problem.js";
 import { createPlanning } from "./planning.js";
 
-const OPEN = ["submitted", "planning", "planned"];
+const OPEN = ["submitted", "waiting", "planning", "planned"];
 
 export function mountGoal(store, { refresh }) {
   const container = document.getElementById("goal");
