@@ -100,9 +100,9 @@ def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
 def test_who_could_say_nothing_while_the_server_was_away_is_not_taken_for_dead(cluster: Cluster) -> None:
     database = Database(cluster.url)
     migrate(database)
-    taken_over: list[tuple[str, str]] = []
+    recovered: list[tuple[str, str]] = []
     first, second = (
-        ExecutorRegistry(database, Noted(name, taken_over), serves=[], speaks_for=())
+        ExecutorRegistry(database, Noted(name, recovered), serves=[], worlds=())
         for name in ("first", "second")
     )
     first.register()
@@ -112,10 +112,10 @@ def test_who_could_say_nothing_while_the_server_was_away_is_not_taken_for_dead(c
     cluster.start()
     second.register()
     second.start()
-    until(lambda: taken_over)  # now it could have said that it lives
+    until(lambda: recovered)  # now it could have said that it lives
     with database.read() as session:
         up = session.scalars(select(func.clock_timestamp() - func.pg_postmaster_start_time())).one()
     second.close()
     database.close()
-    assert taken_over[0] == ("second", "first")
+    assert recovered[0] == ("second", "first")
     assert up.total_seconds() >= DEAD_AFTER_S
