@@ -1,4 +1,4 @@
-"""The composition root: wires the concrete parts into a service. Nothing is made at import."""
+"""The composition root: wires the concrete parts into a service."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property, partial
@@ -8,12 +8,13 @@ from threading import Event
 from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
+from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import RunningWorld
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
 from app.api.app import Services, build_api
-from app.api.recordings import as_the_api_has_it
+from app.api.recordings import recorded_bodies
 from app.core import Core
 from app.domain.mission_organiser import Margin, load_library
 from app.missions.dispatch import ScriptDispatcher
@@ -57,7 +58,7 @@ from app.workflows import (
     Workflows,
 )
 from app.workflows.leases import ExecutorRegistry
-from app.workflows.notifications import Listening
+from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from planner import load_knowledge_base
 from robots.clock import Clock
@@ -66,10 +67,12 @@ from robots.world import WorldFile
 __all__ = ["RunningWorld", "Service", "make_engine"]
 
 WEB = Path(__file__).parent.parent / "web" / "static"
+PLANNER_READY_S = 300.0
+"""The longest that the planning processes may take to start, wall clock; the first start compiles the planner."""
 
 
 class Service:
-    """Everything that runs in the service's process. `start` before use, `close` at the end."""
+    """Everything that runs in the service's process: `start` before use, `close` at the end."""
 
     def __init__(
         self,
@@ -81,62 +84,188 @@ class Service:
         serves: Collection[Queue] | None = None,
     ) -> None:
         """
-        :param serves: the queues whose workflows run here; all, but for plans where no planning process is wanted.
-        :param viewer: the address of the view of the world, None while there is none.
-        :param worker: the planning process; one of its own unless given, then the giver closes it.
+        :param viewer: the address of the 3D view, None while there is none.
+        :param worker: the planning processes; made and closed by the service if None.
+        :param serves: the queues whose workflows run here; by default all, without planning processes only missions.
         """
         served = serves or (QUEUES if settings.planning_processes else (MISSIONS,))
         self.stopping = Event()
-        """Set when the service is about to end: open streams then end by themselves."""
-        self.settings, self._viewer = settings, viewer
-        self._speaks = MISSIONS in served
-        # One that only plans keeps nothing in the folder.
-        self._lock = lock_folder(settings.data) if self._speaks else None
-        self.token = settings.resolved_token() if self._speaks else ""
+        """Set when the service is about to end: open streams then end."""
+        self.settings = settings
+        self._viewer = viewer
+        self._drives_robots = MISSIONS in served
+        # A process that only plans keeps nothing in the data folder.
+        self._lock = lock_folder(settings.data) if self._drives_robots else None
+        self.token = settings.resolved_token() if self._drives_robots else ""
         self._worlds = {world.file.name: world for world in worlds}
         self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
+        self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
+        self._owns_worker = worker is None
+        self._worker = worker or PlanningWorker(
+            make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
+        )
+        self._wire_store(served)
+        self._wire_robots()
+        self._wire_planning()
+        self._wire_missions()
+        self._wire_recordings()
+        self._agent_models = [self._agents_of(world) for world in worlds]
+
+    def _wire_store(self, served: Collection[Queue]) -> None:
+        """The record, the durable workflows, and the processes that share them."""
+        settings = self.settings
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
         self.events = EventLog(self.database)
         knowledge_base = load_knowledge_base()
-        workflows = Workflows(settings.resolved_database_url(), serves=served)
+        self.workflows = Workflows(settings.resolved_database_url(), serves=served)
         plan_nets = PlanNets(knowledge_base)
-        self._core = Core(
+        self.core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events, knowledge_base),
-            workflows=workflows,
+            workflows=self.workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
             holdings=Reservations(plan_nets),
         )
-        self._listening = Listening(self.database, workflows.topics)
-        self.presence = ExecutorRegistry(
+        self._notifications = NotificationListener(self.database, self.workflows.topics)
+        self.executors = ExecutorRegistry(
             self.database,
-            workflows,
+            self.workflows,
             serves=[queue.name for queue in served],
-            speaks_for=self._files if self._speaks else (),
+            worlds=self._files if self._drives_robots else (),
         )
-        self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
+        self._retention = Retention.of(self.database, self.workflows, settings)
+
+    def _wire_robots(self) -> None:
+        """What is known of the robots, and what operators tell them directly."""
+        settings = self.settings
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
-        self.hearing = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
+        self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
         self.questions = Questions(patience_s=settings.answer_patience_s)
-        self._own_worker = worker is None
-        self._worker = worker or PlanningWorker(
-            make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
+        self.worlds = WorldService(self.core, worlds=self._files, clocks=self.clocks)
+        self.robots = RobotDirectory(
+            self.database, worlds=self._files, board=self.board, contact=self.contact
         )
-        self._wire_desks()
-        self._retention = Retention.of(self.database, self._core.workflows, settings)
-        self.shelf = RecordingStore.of(settings)
+        paces = {name: world.pace for name, world in self._worlds.items()}
+        self.teleoperation = Teleoperation(self.robots, paces)
+        self.tunings = TuningService(self.core, worlds=self._files)
+
+    def _wire_planning(self) -> None:
+        """From a goal to an approved plan."""
+        core = self.core
+        settings = self.settings
+        limits = PlanningLimits.of(settings)
+        self._requests = PlanningRequests(core, clocks=self.clocks)
+        margin = Margin(
+            relative=settings.margin_relative,
+            absolute_s=settings.margin_s,
+            answers_s={name: file.answer_s for name, file in self._files.items()},
+        )
+        self.plans = PlanApproval(core, margin=margin, requests=self._requests)
+        problems = ProblemBuilder(
+            core,
+            worlds=self._files,
+            clocks=self.clocks,
+            points=self.board.points,
+            resting=self.board.resting,
+        )
+        proposals = Proposals(core, clocks=self.clocks)
+        self._waiting_goals = WaitingGoals(core)
+        self.board.rested.append(self._waiting_goals.rested)
+        self._goal_planning = GoalPlanningJob(
+            core,
+            problems=problems,
+            proposals=proposals,
+            waiting=self._waiting_goals,
+            worker=self._worker,
+            limits=limits,
+            approval=self.plans,
+        )
+        self._recovery = RecoveryJob(
+            core,
+            problems=problems,
+            proposals=proposals,
+            worker=self._worker,
+            limits=limits,
+            clocks=self.clocks,
+            requests=self._requests,
+            approval=self.plans,
+        )
+        self.alternatives = Alternatives(core)
+        self._alternatives_job = AlternativesJob(
+            core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
+        )
+        self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
+        self.export = PlanExport(core, problems=problems)
+        self.goals = GoalService(
+            core,
+            world=self.worlds.world,
+            clocks=self.clocks,
+            limits=limits,
+            open_goals=settings.open_goals,
+            requests=self._requests,
+        )
+
+    def _wire_missions(self) -> None:
+        """From an approved plan to the mission's end."""
+        core = self.core
+        self.missions = MissionService(core)
+        self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
+        self.reports = MissionReports(core, waiting=self._waiting_goals)
+        repertoires = {
+            name: {robot.name: robot.repertoire for robot in file.robots}
+            for name, file in self._files.items()
+        }
+        dispatcher = ScriptDispatcher(
+            core, library=load_library(core.knowledge_base), repertoires=repertoires
+        )
+        self._mission_life = MissionLife(
+            core,
+            dispatcher=dispatcher,
+            times={name: WorldTime.of(world) for name, world in self._worlds.items()},
+            patience_s=self.settings.answer_patience_s,
+            recovery=RecoverySteps(self.events, requests=self._requests),
+            waiting=self._waiting_goals,
+            silent_in_s=self.contact.silent_in_s,
+        )
+
+    def _wire_recordings(self) -> None:
+        self.recordings = RecordingStore.of(self.settings)
         self._recorder = Recorder(
-            self._core,
-            shelf=self.shelf,
+            self.core,
+            recordings=self.recordings,
             board=self.board,
             clocks=self.clocks,
-            shown=as_the_api_has_it(self.worlds, self.plans),
-            presence=self.presence,
+            bodies=recorded_bodies(self.worlds, self.plans),
+            executors=self.executors,
         )
-        self._agents = [self._agents_of(world) for world in worlds]
+
+    def _agents_of(self, world: RunningWorld) -> AgentModels:
+        name = world.file.name
+        drives_world = partial(self.executors.holds_lease, name)
+        between = partial(self._waiting_goals.look, name)
+        if world.fleet is not None:
+            run = FleetRun(
+                self.core, world.file, world.fleet, waiting=self._waiting_goals, speaks=drives_world
+            )
+            between = partial(_call_all, (run.look, between))
+        return AgentModels(
+            robots={robot.name: world.file.link_of(robot) for robot in world.file.robots},
+            link=world.link,
+            clock=world.clock,
+            database=self.database,
+            reports=self.reports,
+            board=self.board,
+            questions=self.questions,
+            teleoperation=self.teleoperation,
+            tunings=self.tunings,
+            readmit=partial(self.lost_robots.restore_in_contact, name),
+            world=name,
+            has_lease=drives_world,
+            each_turn=between,
+        )
 
     @cached_property
     def api(self) -> FastAPI:
@@ -148,65 +277,70 @@ class Service:
             clocks=self.clocks,
             board=self.board,
             goals=self.goals,
-            alternatives=self.choices,
+            alternatives=self.alternatives,
             plans=self.plans,
-            explanations=self.explaining,
-            export=self.exporting,
+            explanations=self.explanations,
+            export=self.export,
             missions=self.missions,
             worlds=self.worlds,
+            robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,
-            lost_robots=self.lost,
+            lost_robots=self.lost_robots,
             teleoperation=self.teleoperation,
-            recordings=self.shelf,
-            executors=self.presence,
+            recordings=self.recordings,
+            executors=self.executors,
         )
         return build_api(services, viewer=self._viewer, static=WEB)
 
     def start(self) -> None:
-        """Begin: the worlds that go on or start afresh, the workflows that were left, the links to the robots."""
-        ready = self._worker.warm_up()
+        """Begin or go on with the worlds, start the workflows, and connect to the robots."""
+        planner_ready = self._worker.warm_up()
         simulated = [name for name, world in self._worlds.items() if world.run is not None]
-        self.presence.register(simulated if self._speaks else ())
-        # Also those that another process speaks for: it may die before it has said anything of them.
-        mine = list(self._worlds.values()) if self._speaks else []
+        self.executors.register(simulated if self._drives_robots else ())
+        # Also worlds that another process drives: it may die before it has recorded anything of them.
+        driven = list(self._worlds.values()) if self._drives_robots else []
         with self.database.write() as session:
-            for world in mine:
-                start_world(session, self._core, world)
+            for world in driven:
+                start_world(session, self.core, world)
             if not self.database.shared:
-                end_missions_of_absent_worlds(session, self._core, self._files.keys())
-        self._core.workflows.register(PLAN_GOAL, self._planning.run)
-        self._core.workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
-        self._core.workflows.register(PLAN_WAITING, partial(self._waiting.run, plan=self._planning.run))
-        self._core.workflows.register(MISSION_LIFE, self._life.run)
-        self._core.workflows.register(RECOVER_MISSION, self._recovery.run)
-        self._core.workflows.launch()
-        self.presence.start()
-        self._listening.start()
+                end_missions_of_absent_worlds(session, self.core, self._files.keys())
+        self._start_workflows()
+        self.executors.start()
+        self._notifications.start()
         for world in self._worlds.values():
             world.listen(self.board)
-        for agents in self._agents:
+        for agents in self._agent_models:
             agents.start()
         with self.database.write() as session:
-            for world in mine:
-                self._waiting.release(session, world.file.name)
+            for world in driven:
+                self._waiting_goals.release(session, world.file.name)
         self._retention.start()
         self._recorder.start()
-        ready.result(timeout=300)
+        planner_ready.result(timeout=PLANNER_READY_S)
         for world in self._worlds.values():
             world.let_go()
+
+    def _start_workflows(self) -> None:
+        workflows = self.core.workflows
+        workflows.register(PLAN_GOAL, self._goal_planning.run)
+        workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
+        workflows.register(PLAN_WAITING, partial(self._waiting_goals.run, plan=self._goal_planning.run))
+        workflows.register(MISSION_LIFE, self._mission_life.run)
+        workflows.register(RECOVER_MISSION, self._recovery.run)
+        workflows.launch()
 
     def close(self) -> None:
         self.stopping.set()
         self._retention.close()
         self._recorder.close()
-        for agents in self._agents:
+        for agents in self._agent_models:
             agents.close()
-        self._listening.close()
-        self.presence.stop()
-        self._core.workflows.close()
-        self.presence.close()
-        if self._own_worker:
+        self._notifications.close()
+        self.executors.stop()
+        self.core.workflows.close()
+        self.executors.close()
+        if self._owns_worker:
             self._worker.close()
         self.database.close()
         if self._lock is not None:
@@ -223,110 +357,7 @@ class Service:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _wire_desks(self) -> None:
-        core, settings = self._core, self.settings
-        limits = PlanningLimits.of(settings)
-        self.worlds = WorldService(
-            core, worlds=self._files, clocks=self.clocks, board=self.board, hearing=self.hearing
-        )
-        self.teleoperation = Teleoperation(self.worlds, {n: w.pace for n, w in self._worlds.items()})
-        self.tunings = TuningService(core, worlds=self._files)
-        self.missions = MissionService(core)
-        requests = PlanningRequests(core, clocks=self.clocks)
-        self.plans = PlanApproval(
-            core,
-            margin=Margin(
-                relative=settings.margin_relative,
-                absolute_s=settings.margin_s,
-                answers_s={name: file.answer_s for name, file in self._files.items()},
-            ),
-            requests=requests,
-        )
-        self._wire_planning(limits, requests)
-        self.goals = GoalService(
-            core,
-            world=self.worlds.world,
-            clocks=self.clocks,
-            limits=limits,
-            open_goals=settings.open_goals,
-            requests=requests,
-        )
-        self.lost = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting)
-        self._reports = MissionReports(core, waiting=self._waiting)
-        repertoires = {n: {r.name: r.repertoire for r in w.robots} for n, w in self._files.items()}
-        self._life = MissionLife(
-            core,
-            dispatcher=ScriptDispatcher(
-                core, library=load_library(core.knowledge_base), repertoires=repertoires
-            ),
-            times={n: WorldTime.of(w) for n, w in self._worlds.items()},
-            patience_s=settings.answer_patience_s,
-            recovery=RecoverySteps(self.events, requests=requests),
-            waiting=self._waiting,
-            silent_in_s=self.hearing.silent_in_s,
-        )
 
-    def _wire_planning(self, limits: PlanningLimits, requests: PlanningRequests) -> None:
-        core, worker = self._core, self._worker
-        problems = ProblemBuilder(
-            core, worlds=self._files, clocks=self.clocks, points=self.board.points, resting=self.board.resting
-        )
-        proposals = Proposals(core, clocks=self.clocks)
-        self._waiting = WaitingGoals(core)
-        self.board.rested.append(self._waiting.rested)
-        self._planning = GoalPlanningJob(
-            core,
-            problems=problems,
-            proposals=proposals,
-            waiting=self._waiting,
-            worker=worker,
-            limits=limits,
-            approval=self.plans,
-        )
-        self._recovery = RecoveryJob(
-            core,
-            problems=problems,
-            proposals=proposals,
-            worker=worker,
-            limits=limits,
-            clocks=self.clocks,
-            requests=requests,
-            approval=self.plans,
-        )
-        self.choices = Alternatives(core)
-        self._alternatives_job = AlternativesJob(
-            core, problems=problems, proposals=proposals, worker=worker, limits=limits
-        )
-        self.explaining = Explanations(core, problems=problems, worker=worker, limits=limits)
-        self.exporting = PlanExport(core, problems=problems)
-
-    def _agents_of(self, world: RunningWorld) -> AgentModels:
-        return AgentModels(
-            robots={robot.name: world.file.link_of(robot) for robot in world.file.robots},
-            link=world.link,
-            clock=world.clock,
-            database=self.database,
-            reports=self._reports,
-            board=self.board,
-            questions=self.questions,
-            teleoperation=self.teleoperation,
-            tunings=self.tunings,
-            welcome=partial(self.lost.restore_in_contact, world.file.name),
-            world=world.file.name,
-            speaks=partial(self.presence.speaks_for, world.file.name),
-            between=self._seeing_to(world),
-        )
-
-    def _seeing_to(self, world: RunningWorld) -> Callable[[], None]:
-        """What a world's agent models see to between messages: who drives it, and who of it may be recruited again."""
-        rested = partial(self._waiting.look, world.file.name)
-        if world.fleet is None:
-            return rested
-        speaks = partial(self.presence.speaks_for, world.file.name)
-        meeting = FleetRun(self._core, world.file, world.fleet, waiting=self._waiting, speaks=speaks)
-
-        def see() -> None:
-            meeting.look()
-            rested()
-
-        return see
+def _call_all(functions: Sequence[Callable[[], None]]) -> None:
+    for function in functions:
+        function()

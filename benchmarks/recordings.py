@@ -15,7 +15,7 @@ from time import process_time
 
 from app.agents import RobotBoard
 from app.recordings import RecordingStore
-from app.recordings.track import Track
+from app.recordings.mission_recording import MissionRecording
 from benchmarks.stack import Whole
 from robots.clock import ManualClock
 from robots.wire import Telemetry
@@ -59,11 +59,12 @@ def heard(world: WorldFile, seconds: int) -> list[Said]:
 def cost(robots: Sequence[str], ticks: Sequence[Said], missions: int) -> Cost:
     board = RobotBoard(((name, WORLD) for name in robots), clocks={WORLD: ManualClock()})
     with TemporaryDirectory() as folder:
-        shelf = RecordingStore(Path(folder), budget_bytes=10**12)
+        store = RecordingStore(Path(folder), budget_bytes=10**12)
         teams = [frozenset(robots[TEAM * number : TEAM * (number + 1)]) for number in range(missions)]
         ids = [f"mission-{number}" for number in range(missions)]
-        tracks = [
-            Track(id_, shelf.begin(id_), WORLD, robots=team) for id_, team in zip(ids, teams, strict=True)
+        recordings = [
+            MissionRecording(id_, store.new_part(id_), WORLD, robots=team)
+            for id_, team in zip(ids, teams, strict=True)
         ]
         spent_s = 0.0
         for said in ticks:
@@ -71,12 +72,12 @@ def cost(robots: Sequence[str], ticks: Sequence[Said], missions: int) -> Cost:
                 board.heard(name, telemetry)
             begun = process_time()
             views = board.views()
-            for track in tracks:
-                track.hear(views)
+            for recording in recordings:
+                recording.write_robots(views)
             spent_s += process_time() - begun
-        for track in tracks:
-            track.writer.close()
-        size_kib = sum(one.size_bytes for one in shelf.recordings()) / 1024
+        for recording in recordings:
+            recording.writer.close()
+        size_kib = sum(one.size_bytes for one in store.recordings()) / 1024
     a_minute = MINUTE_S / (len(ticks) / 10)
     return Cost(robots=len(robots), missions=missions, kib=size_kib * a_minute, cpu_s=spent_s * a_minute)
 

@@ -1,4 +1,4 @@
-"""The application: routes, streams, problems, the console and the door in front of all of it."""
+"""The FastAPI application: routes, streams, problems, the console's files and authentication."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,27 +10,26 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
-from starlette.types import ASGIApp
 
 from app.agents import Questions, RobotBoard
+from app.agents.robot_directory import RobotDirectory
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
 from app.api import problems
-from app.api.auth import Door, TokenCheck
+from app.api.auth import TokenCheck, TokenMiddleware
 from app.api.bodies import GoalBody, plan_body
-from app.api.driving import driving_router
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
+from app.api.executors import executors_router
 from app.api.goals import goals_router, plans_router
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
 from app.api.openapi import Api
-from app.api.page_view_routes import views_router
-from app.api.page_views import PageViews
+from app.api.page_views import PageViews, views_router
 from app.api.recordings import MCAP, recordings_router
-from app.api.replicas import replicas_router
 from app.api.robots import robots_router
 from app.api.streams import streams_router
+from app.api.teleoperation import teleoperation_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.api.worlds import worlds_router
 from app.missions.lost_robots import LostRobots
@@ -48,15 +47,16 @@ from app.workflows.leases import ExecutorRegistry
 from robots.clock import Clock
 
 MAX_BODY_BYTES = 1_000_000
-WORTH_PACKING_BYTES, PACKED_AT = 2000, 4
+MIN_COMPRESSED_BYTES = 2000
+COMPRESSION_LEVEL = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Services:
-    """What the routes call, as the composition root wires it.
+    """The services that the routes call.
 
     :param token: the administrator's token.
-    :param stopping: set when the process is about to end; open streams then end by themselves.
+    :param stopping: set when the process is about to end; open streams then end.
     """
 
     token: str
@@ -72,6 +72,7 @@ class Services:
     export: PlanExport
     missions: MissionService
     worlds: WorldService
+    robots: RobotDirectory
     questions: Questions
     tunings: TuningService
     lost_robots: LostRobots
@@ -95,8 +96,8 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(plans_router(service.plans, service.explanations, service.export))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
-    api.include_router(robots_router(service.worlds, service.questions, service.tunings, service.lost_robots))
-    api.include_router(driving_router(service.teleoperation))
+    api.include_router(robots_router(service.robots, service.questions, service.tunings, service.lost_robots))
+    api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(
             events=service.events,
@@ -104,29 +105,25 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             clocks=service.clocks,
             stopping=service.stopping,
             snapshot=lambda: _snapshot(service),
-            most=service.settings.open_streams,
+            max_open=service.settings.open_streams,
         )
     )
     api.include_router(recordings_router(service.recordings, static))
-    api.include_router(replicas_router(service.executors))
+    api.include_router(executors_router(service.executors))
     api.include_router(view_router(viewer))
-    api.include_router(viewer_router(viewer, check.admits, most=service.settings.open_streams))
-    api.include_router(views_router(PageViews(), most=service.settings.open_streams))
+    api.include_router(viewer_router(viewer, check.admits, max_open=service.settings.open_streams))
+    api.include_router(views_router(PageViews(), max_open=service.settings.open_streams))
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
-    # Operators are far away, over links that are slow. Recordings are packed already, streams go out as they come.
+    # For operators on slow links. Recordings are compressed already; streams are sent without delay.
     api.add_middleware(
         GZipMiddleware,
-        minimum_size=WORTH_PACKING_BYTES,
-        compresslevel=PACKED_AT,
+        minimum_size=MIN_COMPRESSED_BYTES,
+        compresslevel=COMPRESSION_LEVEL,
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, MCAP),
     )
-    api.add_middleware(_door(check))
+    api.add_middleware(TokenMiddleware, check=check)
     return api
-
-
-def _door(check: TokenCheck) -> Callable[[ASGIApp], Door]:
-    return lambda app: Door(app, check)
 
 
 def _add_health(api: FastAPI, service: Services) -> None:
@@ -137,27 +134,27 @@ def _add_health(api: FastAPI, service: Services) -> None:
 
     @api.get("/readyz", tags=["health"], responses=problems.declared(503))
     def readyz() -> JSONResponse:
-        """The record can be read and no world's link is broken."""
+        """The database answers and every world's robots can be reached."""
         try:
             plans = any(PLANNING.name in one.serves for one in service.executors.executors() if one.alive)
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
-        broken = [world for world in sorted(service.clocks) if _out_of_reach(service, world)]
+        broken = [world for world in sorted(service.clocks) if _is_unreachable(service, world)]
         if broken:
             detail = f"no link to the robots of {', '.join(broken)}"
             return problems.problem(503, "world-unreachable", detail, worlds=broken)
         if not plans:
-            # Goals are taken, and planned as soon as somebody does.
+            # Goals are accepted, and planned once a process plans.
             return JSONResponse({"status": "ready", "detail": "no process plans: start `macta worker`"})
         return JSONResponse({"status": "ready"})
 
 
-def _out_of_reach(service: Services, world: str) -> bool:
+def _is_unreachable(service: Services, world: str) -> bool:
     return any(view.broken for view in service.board.views(world).values())
 
 
 def _snapshot(service: Services) -> list[tuple[str, str, dict[str, Any]]]:
-    """The newest hundred of everything, oldest first, for a client that begins."""
+    """The newest hundred goals, open plans and missions, oldest first, for a client that begins."""
     goals, _ = service.goals.newest(limit=100)
     plans, _ = service.plans.newest(limit=100, state="proposed")
     missions, _ = service.missions.newest(limit=100)

@@ -1,6 +1,6 @@
-"""The door: nothing is reachable without the token but the health of the service.
+"""Authentication: only the health routes are reachable without the token.
 
-A program sends `Authorization: Bearer TOKEN`; the console's browser gets a cookie by opening `/?token=TOKEN` once.
+A program sends `Authorization: Bearer TOKEN`; a browser gets a session cookie by opening `/?token=TOKEN` once.
 """
 
 import hmac
@@ -27,7 +27,7 @@ SECURITY_HEADERS = {
 
 
 class TokenCheck:
-    """Knows the token, and whether a connection shows it."""
+    """Checks the token or session cookie of a connection."""
 
     def __init__(self, token: str) -> None:
         self._token = token.encode()
@@ -50,11 +50,12 @@ class TokenCheck:
         return answer
 
 
-class Door:
-    """ASGI middleware: turns away whoever the token check does not admit, whatever the path."""
+class TokenMiddleware:
+    """ASGI middleware that refuses connections that the token check does not admit, on every path."""
 
     def __init__(self, app: ASGIApp, check: TokenCheck) -> None:
-        self._app, self._check = app, check
+        self._app = app
+        self._check = check
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -68,9 +69,9 @@ class Door:
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008, "reason": "a token is needed"})
         else:
-            await self._turn_away(Request(scope))(scope, receive, send)
+            await self._refuse(Request(scope))(scope, receive, send)
 
-    def _turn_away(self, request: Request) -> Response:
+    def _refuse(self, request: Request) -> Response:
         token = request.query_params.get("token")
         if (
             request.url.path == "/"
@@ -89,7 +90,7 @@ class Door:
 
 
 def own_origin(connection: HTTPConnection) -> bool:
-    """A cookie counts only for our own pages: another site must not act in the operator's name."""
+    """True if the request is safe or of our own origin: the cookie must not let another site act for the operator."""
     if connection.scope["type"] == "http" and connection.scope["method"] in SAFE_METHODS:
         return True
     origin = connection.headers.get("origin")

@@ -1,4 +1,4 @@
-"""The bodies of requests and answers, beside the plan body."""
+"""The bodies of requests and answers; the plan body is in `app.domain.plan_document`."""
 
 from typing import Any, Generic, Literal, Self, TypeVar
 
@@ -19,9 +19,9 @@ class Request(BaseModel):
 
 
 class SubmitGoal(Request):
-    """A goal as a sentence or structured; exactly one of the two."""
+    """A goal, either as a sentence or structured."""
 
-    world: str | None = Field(default=None, description="may be left out where only one world runs")
+    world: str | None = Field(default=None, description="optional if only one world runs")
     text: str | None = Field(default=None, min_length=1, max_length=1000, examples=["move sample_1 to bay_7"])
     goal: list[SymbolicFact] | None = Field(default=None, min_length=1, max_length=100)
     priority: int = Field(default=0, ge=-100, le=100)
@@ -29,12 +29,12 @@ class SubmitGoal(Request):
     auto_approve: bool = False
     recovery: Policy | None = Field(
         default=None,
-        description="when the mission fails: approve repaired plans at once (auto), have them decided on (ask), or end "
-        "(never); left out: auto with auto_approve, else ask",
+        description="when the mission fails: approve repaired plans (auto), propose them (ask), or end (never); "
+        "default: auto with auto_approve, else ask",
     )
     time_limit_s: float | None = Field(default=None, gt=0, description="for the planning, wall clock")
     effort_s: float | None = Field(
-        default=None, ge=0, description="to improve the first plan; left out: by the problem's size"
+        default=None, ge=0, description="seconds to improve the first plan; default: by the problem's size"
     )
     objective: Objective = Objective.MAKESPAN
 
@@ -46,9 +46,9 @@ class SubmitGoal(Request):
 
 
 class CheckGoal(Request):
-    """A sentence, as far as it is typed."""
+    """A sentence, also an incomplete one."""
 
-    world: str | None = Field(default=None, description="may be left out where only one world runs")
+    world: str | None = Field(default=None, description="optional if only one world runs")
     text: str = Field(max_length=1000, examples=["move sample_1 to"])
 
 
@@ -61,7 +61,7 @@ class Decision(Request):
 
 
 class FactChange(SymbolicFact):
-    """A fact an operator says is true, or not."""
+    """A fact that is true or (`value` false) not."""
 
     value: bool = True
 
@@ -77,7 +77,7 @@ class Page(BaseModel, Generic[Item]):
 
 
 class PlanningProgress(BaseModel):
-    """How far the planning of a goal is: the best plan so far and the proven bound, if any yet."""
+    """Progress of planning: the best makespan so far and the proven lower bound."""
 
     engine: str
     elapsed_s: float
@@ -86,11 +86,11 @@ class PlanningProgress(BaseModel):
 
 
 class SeekAlternatives(Request):
-    count: int = Field(default=4, ge=1, le=20, description="at most so many plans to choose from")
+    count: int = Field(default=4, ge=1, le=20, description="the most plans to find")
 
 
 class AlternativesSearch(BaseModel):
-    """How the search for alternatives to the proposed plan stands."""
+    """State of the search for alternatives to the proposed plan."""
 
     state: Search
     count: int
@@ -112,7 +112,7 @@ class GoalBody(BaseModel):
     recovery: Policy
     planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
     alternatives: AlternativesSearch | None = Field(
-        default=None, description="while plans are open to decision, once alternatives were asked for"
+        default=None, description="while plans are open, once alternatives were requested"
     )
     plan_id: str | None
     mission_id: str | None
@@ -126,7 +126,7 @@ class GoalBody(BaseModel):
 
 
 class CheckedIssue(BaseModel):
-    """What is missing, not understood, or in the way; as the problem that stating the goal would end in."""
+    """What is missing, not understood or impossible; as the problem that submitting the goal would be answered with."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -137,13 +137,13 @@ class CheckedIssue(BaseModel):
 
 
 class CheckedGoal(BaseModel):
-    """What a sentence would be taken for as things are."""
+    """How a sentence is understood in the present world."""
 
     model_config = ConfigDict(from_attributes=True)
 
     goals: list[SymbolicFact] = Field(description="empty if it is not understood")
-    issue: CheckedIssue | None = Field(description="none if the goal would be taken")
-    completions: list[str] = Field(description="whole sentences that it may become, the likeliest first")
+    issue: CheckedIssue | None = Field(description="null if the goal would be accepted")
+    completions: list[str] = Field(description="complete sentences, the likeliest first")
 
 
 def plan_body(row: PlanRow) -> PlanBody:
@@ -162,7 +162,7 @@ def plan_body(row: PlanRow) -> PlanBody:
 
 
 class PlanChoice(BaseModel):
-    """A plan beside the others of its goal: what it is best at and its figures."""
+    """A plan among the others of its goal: what it is best at, and its figures."""
 
     id: str
     state: str
@@ -201,7 +201,7 @@ class PoseBody(BaseModel):
 
 
 class LostBody(BaseModel):
-    """That a robot was declared lost; one that was `silent` then counts again once it is heard."""
+    """The declaration that a robot is lost; a `silent` one is used again once it is heard."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -219,7 +219,7 @@ class RobotBody(BaseModel):
     connection: str
     last_heard_s: float | None = Field(description="seconds ago, wall clock")
     heard_at_s: float | None = Field(description="when it was last heard, world's clock")
-    silent: bool = Field(description="it has not been heard for longer than its radio explains")
+    silent: bool = Field(description="not heard for longer than its radio model explains")
     next_contact_s: float = Field(
         description="world seconds until contact is expected, as far as is known beforehand; 0 while it is"
     )
@@ -233,7 +233,7 @@ class RobotBody(BaseModel):
     packet_state: str | None = None
     mission_id: str | None = None
     script_id: str | None = None
-    lost: LostBody | None = Field(default=None, description="it was given up: missions do without it")
+    lost: LostBody | None = Field(default=None, description="set if the robot was declared lost")
 
 
 class WorldItem(BaseModel):
@@ -260,7 +260,7 @@ class DurationBody(BaseModel):
 
 
 class BelievedBody(SymbolicFact):
-    """A fact that was believed, with who said so and when (world's clock)."""
+    """A fact that was believed, with its source and time (world's clock)."""
 
     source: str
     at_s: float
@@ -276,17 +276,17 @@ class FactBody(SymbolicFact):
 
 
 class UnknownBody(BaseModel):
-    """Something of which it is not known where it is, or how it stands."""
+    """A sample or robot whose place or state is unknown."""
 
     name: str
     kind: Literal["sample", "robot"]
     reason: str
     since_s: float | None = Field(description="world's clock")
-    last_believed: BelievedBody | None = Field(description="where it was believed to be, and who said so")
+    last_believed: BelievedBody | None = Field(description="its last believed place and the source")
 
 
 class FactsBody(Page[FactBody]):
     version: int
     dropped: list[SymbolicFact] = Field(
-        default=[], description="after a correction: what was believed and cannot hold beside it"
+        default=[], description="after a correction: the facts that contradicted it"
     )

@@ -1,4 +1,4 @@
-"""Goals and plans: state a goal, read what came of it, decide on a plan."""
+"""Routes of goals and plans."""
 
 from enum import Enum
 from typing import Annotated
@@ -18,8 +18,9 @@ from app.api.bodies import (
 )
 from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.states import GoalState, PlanState
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -31,22 +32,22 @@ from planner.interchange.pddl import Form
 Limit = Annotated[int, Query(ge=1, le=1000)]
 IdempotencyKey = Annotated[str | None, Header(max_length=200)]
 ACTOR = "administrator"
-"""The one operator there is while there is one token."""
+"""The operator of all requests: there is only one token."""
 TAGS: list[str | Enum] = ["goals and plans"]
 
 
 class Decided(PlanBody):
-    """The plan after the decision, with the mission that came of it."""
+    """The plan after the decision; `mission_id` if it was approved."""
 
     mission_id: str | None = None
 
 
-def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
+def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/goals", status_code=202, responses=declared(404, 409, 429))
     def submit_goal(body: SubmitGoal, idempotency_key: IdempotencyKey = None) -> GoalBody:
-        """State a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
+        """Submit a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
         wish = PlanningWish(time_limit_s=body.time_limit_s, effort_s=body.effort_s, objective=body.objective)
         given = body.model_dump(exclude={"time_limit_s", "effort_s", "objective"})
         request = GoalRequest(**{**given, "goal": body.goal, "planning": wish})
@@ -54,7 +55,7 @@ def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
 
     @router.post("/goals:check", responses=declared(404))
     def check_goal(body: CheckGoal) -> CheckedGoal:
-        """What a sentence would be taken for, what it lacks, and how it could go on. Nothing is recorded."""
+        """How a sentence is understood, what it lacks, and how it can be completed. Nothing is recorded."""
         return CheckedGoal.model_validate(goals.check(body.world, body.text), from_attributes=True)
 
     @router.get("/goals")
@@ -66,34 +67,34 @@ def goals_router(goals: GoalService, choices: Alternatives) -> APIRouter:
 
     @router.get("/goals/{goal_id}")
     def get_goal(goal_id: str) -> GoalBody:
-        """A goal and what came of it; while it is being planned, `planning` says how far that is."""
+        """A goal and its state; `planning` shows the progress while it is planned."""
         return GoalBody.of(goals.get(goal_id))
 
     @router.post("/goals/{goal_id}:stop", status_code=202, responses=declared(409))
     def stop_planning(goal_id: str) -> GoalBody:
-        """End the planning and take the best plan so far. 409 if it has not begun."""
+        """Stop planning and take the best plan so far. 409 if planning has not begun."""
         return GoalBody.of(goals.stop(goal_id, actor=ACTOR))
 
     @router.post("/goals/{goal_id}:cancel", status_code=202, responses=declared(409))
     def cancel_goal(goal_id: str, body: Decision | None = None) -> GoalBody:
-        """Withdraw a goal before it is carried out; its planning ends. 409 once a mission runs for it."""
+        """Withdraw a goal; its planning ends. 409 once a mission runs for it."""
         return GoalBody.of(goals.cancel(goal_id, actor=ACTOR, comment=body.comment if body else ""))
 
     @router.post("/goals/{goal_id}:alternatives", status_code=202, responses=declared(409))
     def seek_alternatives(goal_id: str, body: SeekAlternatives | None = None) -> GoalBody:
-        """Have other plans found than the proposed one; follow `alternatives`. 409 if none waits for a decision."""
+        """Find alternatives to the proposed plan; follow `alternatives`. 409 if no plan waits for a decision."""
         count = (body or SeekAlternatives()).count
-        return GoalBody.of(choices.search(goal_id, count, actor=ACTOR))
+        return GoalBody.of(alternatives.search(goal_id, count, actor=ACTOR))
 
     @router.get("/goals/{goal_id}/plans")
     def compare_plans(goal_id: str) -> Page[PlanChoice]:
-        """The goal's open plans side by side, shortest first. Approving one of them supersedes the others."""
-        return Page(items=[PlanChoice.of(row) for row in choices.plans(goal_id)])
+        """The goal's open plans with their figures, shortest first. Approving one supersedes the others."""
+        return Page(items=[PlanChoice.of(row) for row in alternatives.plans(goal_id)])
 
     return router
 
 
-def plans_router(plans: PlanApproval, explaining: Explanations, exporting: PlanExport) -> APIRouter:
+def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanExport) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/plans")
@@ -113,29 +114,29 @@ def plans_router(plans: PlanApproval, explaining: Explanations, exporting: PlanE
 
     @router.get("/plans/{plan_id}/explanation", responses=declared(409))
     def explain_plan(plan_id: str) -> ExplanationBody:
-        """Why the plan is as it is; while it is open to decision, what it costs to do without each robot."""
-        return explaining.explanation(plan_id)
+        """The reasons for the plan; for an open plan also what it costs to do without each robot."""
+        return explanations.explanation(plan_id)
 
     @router.get("/plans/{plan_id}/actions/{action_id}/explanation", responses=declared(409))
     def explain_action(plan_id: str, action_id: str) -> ActionExplanationBody:
-        """Why one action is there, by this robot, in this place of the order."""
-        return explaining.of_action(plan_id, action_id)
+        """The reasons for one action, its robots and its place in the order."""
+        return explanations.of_action(plan_id, action_id)
 
     @router.get("/plans/{plan_id}/pddl", responses=declared(409))
     def plan_as_pddl(plan_id: str, form: Form = Form.TEMPORAL) -> PddlBody:
         """The problem of the plan's goal as PDDL: temporal (2.1, durative actions), or classical with action costs."""
-        return exporting.pddl(plan_id, form)
+        return export.pddl(plan_id, form)
 
     @router.post("/plans/{plan_id}:approve", status_code=202, responses=declared(409))
     def approve_plan(plan_id: str, body: Decision | None = None) -> Decided:
-        """Set the robots to work. 409 if the world has changed under the plan; a fresh one is then made."""
+        """Approve the plan and start its mission. 409 if the world has changed since; the plan is then repaired."""
         comment = body.comment if body else ""
         row, mission_id = plans.approve(plan_id, actor=ACTOR, comment=comment)
         return Decided(**plan_body(row).model_dump(), mission_id=mission_id)
 
     @router.post("/plans/{plan_id}:reject", status_code=202, responses=declared(409))
     def reject_plan(plan_id: str, body: Decision | None = None) -> Decided:
-        """Turn the plan down; with the last open plan its goal is withdrawn."""
+        """Reject the plan; with the last open plan its goal is withdrawn."""
         row = plans.reject(plan_id, actor=ACTOR, comment=body.comment if body else "")
         return Decided(**plan_body(row).model_dump())
 

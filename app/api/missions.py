@@ -1,4 +1,4 @@
-"""Missions: watch them, cancel, pause and resume them, read the scripts that the robots were given."""
+"""Routes of missions and their scripts."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR, Limit
 from app.api.mission_bodies import MissionBody, ScriptBody
 from app.api.problems import declared
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
 from app.store import ScriptRow
 from robots.wire import BehaviourScript
@@ -33,13 +33,13 @@ def missions_router(missions: MissionService) -> APIRouter:
 
     @router.get("/missions/{mission_id}/scripts")
     def get_scripts(mission_id: str) -> Page[ScriptBody]:
-        """What each robot was given."""
+        """The script of each robot."""
         _, scripts = missions.get(mission_id)
         return Page(items=[_script(row) for row in scripts])
 
     @router.put("/missions/{mission_id}/recovery", responses=declared(409))
     def set_recovery(mission_id: str, body: SetRecovery) -> MissionBody:
-        """What becomes of failures from now on: auto, ask or never."""
+        """Set how failures are recovered from now on: auto, ask or never."""
         return MissionBody.of(*missions.set_recovery(mission_id, body.policy, ACTOR))
 
     def order(verb: str, carry_out: Callable[[str, str, str], Mission]) -> None:

@@ -27,7 +27,9 @@ class Api(FastAPI):
 def _complete(document: dict[str, Any]) -> None:
     schemas = document["components"]["schemas"]
     del schemas["HTTPValidationError"], schemas["ValidationError"]
-    schemas[Problem.__name__] = Problem.model_json_schema(ref_template=REF)
+    problem = Problem.model_json_schema(ref_template=REF)
+    schemas |= problem.pop("$defs")
+    schemas[Problem.__name__] = problem
     for name, schema in event_schemas().items():
         schemas.setdefault(name, schema)
     for path, operations in document["paths"].items():

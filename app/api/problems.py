@@ -1,4 +1,4 @@
-"""Errors as problem details (RFC 9457): the one place where domain errors meet HTTP."""
+"""Errors as problem details (RFC 9457)."""
 
 import logging
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
 from app.domain.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
-from app.store import is_away, is_unwritable
+from app.store import is_unavailable, is_unwritable
 
 STATUS: dict[type[MactaError], int] = {
     Invalid: 422,
@@ -118,23 +118,21 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
 
 
 async def _database(request: Request, error: Exception) -> JSONResponse:
-    """The record is away, or another transaction came between: trying again helps."""
-    if not isinstance(error, DBAPIError) or not is_away(error):
+    """The database is unavailable or another transaction conflicted; a later request may succeed."""
+    if not isinstance(error, DBAPIError) or not is_unavailable(error):
         return await _internal(request, error)
-    code, detail = "database-away", "the database does not answer; try again in a moment"
     if is_unwritable(error):
-        code, detail = (
-            "record-not-writable",
-            f"the record cannot be written: {error.orig}; nothing was changed",
-        )
+        detail = f"the database cannot be written: {error.orig}; nothing was changed"
         logging.getLogger(__name__).error("%s", detail)
-    answer = problem(503, code, detail)
+        answer = problem(503, "record-not-writable", detail)
+    else:
+        answer = problem(503, "database-away", "the database does not answer; try again in a moment")
     answer.headers["retry-after"] = str(RETRY_AFTER_S)
     return answer
 
 
 async def _internal(request: Request, error: Exception) -> JSONResponse:
-    """A defect of ours. What went wrong is for the log: its text may hold what a client must not see."""
+    """An unexpected error. Its text is only logged: it may hold what a client must not see."""
     where = f"{request.method} {request.url.path}"
     logging.getLogger(__name__).error("%s failed", where, exc_info=error)
     return problem(500, "internal", f"{where}: the service failed; its log says why")

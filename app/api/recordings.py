@@ -1,4 +1,4 @@
-"""Recordings of missions: what there is, the file itself, and what a page needs to replay it."""
+"""Recordings of missions: the list, the MCAP file, and the data and page of a replay."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -13,8 +13,8 @@ from app.api.bodies import GoalBody, Page, plan_body
 from app.api.mission_bodies import MissionBody
 from app.planning.approval import PlanApproval
 from app.recordings import RecordingStore, replay_of
-from app.recordings.page import replay_page
-from app.recordings.recorder import Shown
+from app.recordings.recorder import RecordedBodies
+from app.recordings.replay_page import replay_page
 
 MCAP = "application/x-mcap"
 
@@ -51,30 +51,30 @@ class ReplayBody(BaseModel):
     events: list[dict[str, Any]] = Field(description="from the statement of its goal on")
 
 
-def recordings_router(shelf: RecordingStore, static: Path) -> APIRouter:
+def recordings_router(store: RecordingStore, static: Path) -> APIRouter:
     """:param static: the folder of the console's files, which a replay as one file is made of."""
     router = APIRouter(prefix="/v1", tags=["recordings"])
 
     @router.get("/recordings")
     def list_recordings() -> Page[RecordingBody]:
-        """The recordings that are kept, the newest first. MACTA_RECORDINGS_MB says how much they may take."""
-        return Page(items=[RecordingBody.model_validate(one) for one in shelf.recordings()])
+        """The recordings that are kept, the newest first. MACTA_RECORDINGS_MB limits their size."""
+        return Page(items=[RecordingBody.model_validate(one) for one in store.recordings()])
 
     @router.get("/missions/{mission_id}/recording", response_class=FileResponse)
     def get_recording(mission_id: str) -> FileResponse:
-        """The mission's recording as one MCAP file, so far as it goes. Log times are the world's clock."""
-        return FileResponse(shelf.whole(mission_id), media_type=MCAP, filename=f"{mission_id}.mcap")
+        """The mission's recording so far as one MCAP file. Log times are the world's clock."""
+        return FileResponse(store.merged_file(mission_id), media_type=MCAP, filename=f"{mission_id}.mcap")
 
     @router.get("/missions/{mission_id}/replay")
     def get_replay(mission_id: str) -> ReplayBody:
         """The mission's recording in the form that a page replays."""
-        return ReplayBody.model_validate(replay_of(shelf.entries(mission_id)), from_attributes=True)
+        return ReplayBody.model_validate(replay_of(store.entries(mission_id)), from_attributes=True)
 
     @router.get("/missions/{mission_id}/replay.html", response_class=HTMLResponse)
     def get_replay_page(mission_id: str) -> HTMLResponse:
-        """The mission's recording as one HTML file that plays by itself."""
-        page = replay_page(static, asdict(replay_of(shelf.entries(mission_id))), title=f"Macta: {mission_id}")
-        # To be kept: as a page of the service its policy would not let it run.
+        """The mission's recording as one standalone HTML file."""
+        page = replay_page(static, asdict(replay_of(store.entries(mission_id))), title=f"Macta: {mission_id}")
+        # A download: as a page of the service its content policy would not let it run.
         return HTMLResponse(
             page, headers={"content-disposition": f'attachment; filename="{mission_id}.html"'}
         )
@@ -82,8 +82,8 @@ def recordings_router(shelf: RecordingStore, static: Path) -> APIRouter:
     return router
 
 
-def as_the_api_has_it(worlds: WorldService, plans: PlanApproval) -> Shown:
-    """What is recorded is what the API would have answered at that moment."""
+def recorded_bodies(worlds: WorldService, plans: PlanApproval) -> RecordedBodies:
+    """Bodies for recordings, as the API answers them at that moment."""
 
     def facts(name: str) -> list[dict[str, Any]]:
         return [{"predicate": predicate, "args": args} for (predicate, args), _ in worlds.facts(name)[0]]
@@ -98,7 +98,7 @@ def as_the_api_has_it(worlds: WorldService, plans: PlanApproval) -> Shown:
             "facts": facts(name),
         }
 
-    return Shown(
+    return RecordedBodies(
         goal=lambda row: GoalBody.of(row).model_dump(mode="json"),
         mission=lambda row, scripts: MissionBody.of(row, list(scripts)).model_dump(mode="json"),
         plan=lambda plan_id: plan_body(plans.get(plan_id)).model_dump(mode="json"),

@@ -1,4 +1,4 @@
-"""Robots: what is known of them, a look into their synthesis, and the tuning of their packets."""
+"""Routes of robots: their state, traces of their behaviour synthesis, and the tuning of their packets."""
 
 from typing import Any
 
@@ -8,23 +8,23 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents import Questions
+from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.agents.tuning import TunedRobot, TuningService
-from app.agents.world_service import RobotReport, WorldService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
+from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
 from app.api.problems import declared
-from app.api.versions import IfMatch, version_of
 from app.api.worlds import TAGS
 from app.missions.lost_robots import LostRobots
 from robots.wire import TRACED_S, PacketTunings, TraceReport
 
 WAITING_FOR_ROBOTS = 16
-"""Requests that wait for a robot's answer at a time; any more take turns, so that others are answered meanwhile."""
+"""Requests that may wait for robots' answers at the same time; further ones queue and do not block other routes."""
 EXAMPLE = {"NAVIGATE": {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4}}}
 
 
 class SetTuning(Request):
-    """The parameters to override, by packet, pattern and parameter; those left out are as the robot was set out."""
+    """The parameters to override, by packet, pattern and parameter; the others are as the world file sets them."""
 
     tuning: PacketTunings = Field(examples=[EXAMPLE])
     comment: str = Field(default="", max_length=2000)
@@ -47,59 +47,59 @@ class TuningBody(BaseModel):
 
 
 def robots_router(
-    worlds: WorldService, questions: Questions, tunings: TuningService, lost: LostRobots
+    robots: RobotDirectory, questions: Questions, tunings: TuningService, lost: LostRobots
 ) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
 
     @router.get("/robots", responses=declared(404))
     def list_robots(world: str | None = None) -> Page[RobotBody]:
-        return Page(items=[_robot(report) for report in worlds.robots(world)])
+        return Page(items=[_robot(report) for report in robots.robots(world)])
 
     @router.get("/robots/{name}")
     def get_robot(name: str) -> RobotBody:
-        return _robot(worlds.robot(name))
+        return _robot(robots.robot(name))
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
     def declare_lost(name: str, body: Decision | None = None) -> RobotBody:
-        """Give the robot up: its missions are recovered without it. It is told to stop when it is heard again.
+        """Declare the robot lost: its missions are recovered without it. It is told to stop when it is heard again.
 
-        One that was silent counts again once it is heard and has said what became of its script.
+        A robot that was silent is used again once it is heard and has reported the end of its script.
         """
-        world = worlds.robot(name).view.world
+        world = robots.robot(name).view.world
         lost.declare_lost(world, name, actor=ACTOR, comment=body.comment if body else "")
-        return _robot(worlds.robot(name))
+        return _robot(robots.robot(name))
 
     @router.post("/robots/{name}:declare_found", status_code=202, responses=declared(409))
     def declare_found(name: str, body: Decision | None = None) -> RobotBody:
-        """Count on a lost robot again. 409 if it is not lost, or owes an answer about its script."""
-        world = worlds.robot(name).view.world
+        """Use a lost robot again. 409 if it is not lost or has not reported the end of its script."""
+        world = robots.robot(name).view.world
         lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
-        return _robot(worlds.robot(name))
+        return _robot(robots.robot(name))
 
     @router.get("/robots/{name}/trace", responses=declared(409, 429, 504))
     async def get_trace(name: str, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
-        """What the robot's synthesis did in the last seconds, as the robot tells it now (504 if it is silent).
+        """The robot's behaviour synthesis in the last seconds, queried from the robot (504 if it does not answer).
 
-        Times are the world's clock. A tick's (r, u) stand in the order of its stretch's `patterns` and `dofs`.
+        Times are the world's clock. A tick's (r, u) are in the order of its stretch's `patterns` and `dofs`.
         """
 
         def ask() -> TraceReport:
-            return questions.trace(worlds.robot(name).view.name, seconds)
+            return questions.trace(robots.robot(name).view.name, seconds)
 
         return await to_thread.run_sync(ask, limiter=waiting)
 
     @router.get("/robots/{name}/tuning")
     def get_tuning(name: str, response: Response) -> TuningBody:
-        """Every parameter of the robot's packets, with what overrides it."""
+        """Every parameter of the robot's packets, with its overrides."""
         return _tuning(tunings.get(name), response)
 
     @router.put("/robots/{name}/tuning", responses=declared(412))
     def set_tuning(name: str, body: SetTuning, response: Response, if_match: IfMatch = None) -> TuningBody:
-        """Override parameters of the robot's packets from its next packet on, in place of what was set before.
+        """Override parameters of the robot's packets from its next packet on; replaces the earlier overrides.
 
-        With `If-Match`, only if nobody changed it meanwhile (412). The robot is told until it has answered, and again
-        when its world is started afresh.
+        With `If-Match`, only if they were not changed since (412). Delivery is repeated until the robot answers, and
+        again when its world starts anew.
         """
         tuned = tunings.put(
             name,

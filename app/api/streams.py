@@ -16,30 +16,26 @@ from app.agents import RobotBoard
 from app.api.event_schema import RESET
 from app.api.problems import declared
 from app.domain.errors import Busy, NotFound
-from app.store import EventRow, is_away
-from app.store.event_log import EventLog
+from app.store import EventRow, is_unavailable
+from app.store.event_log import EventLog, envelope
 from robots.clock import Clock
 from robots.wire import Telemetry
 
 WAIT_S = 1.0
-"""Longest block of a waiting stream, so that a closed connection is noticed."""
+"""The longest a stream waits before it looks whether its client has left."""
 TELEMETRY_INTERVAL_S = 0.1
 AT_REST_INTERVAL_S = 1.0
-"""Between two words of robots that tell the same as before: only so that their silence would be noticed."""
-PASSING = frozenset({"at_s", "battery", "sensing_j", "sensing_saved_j"})
-"""What robots tell that changes with time alone."""
+"""Interval while the robots' telemetry does not change, so that clients notice a robot's silence."""
+CHANGING_FIELDS = frozenset({"at_s", "battery", "sensing_j", "sensing_saved_j"})
+"""Telemetry that changes with time alone."""
 GREATEST_SEQ = 2**63 - 1
-"""Of the record's integers."""
+"""The greatest integer of the database."""
 
 Snapshot = Callable[[], list[tuple[str, str, dict[str, Any]]]]
 
 
-def envelope(row: EventRow) -> dict[str, Any]:
-    return {"seq": row.seq, "time": row.time, "type": row.type, "subject": row.subject, "data": row.data}
-
-
-class Count:
-    """How many blocks are entered; all in the one thread of the event loop."""
+class OpenCount:
+    """Counts the open `with` blocks; for the event loop's thread only."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -53,13 +49,13 @@ class Count:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Streams:
-    """What the streams tell, each until its client leaves or the service ends.
+    """The streams; each ends when its client leaves or the service ends.
 
     :param stopping: once set, streams end.
     :param snapshot: the current state as (type, subject, data), sent first to a client that does not resume.
-    :param most: so many streams may be open at a time.
-    :param waiting: the threads of waiting streams. Never those that other requests are answered in: a few
-        dozen open pages would take them all.
+    :param max_open: streams that may be open at a time.
+    :param waiting: the threads of waiting streams; apart from those of other requests, which a few dozen open
+        streams would use up.
     """
 
     events: EventLog
@@ -68,21 +64,23 @@ class Streams:
     stopping: threading.Event
     snapshot: Snapshot
     waiting: anyio.CapacityLimiter
-    most: int
-    open: Count = field(default_factory=Count)
+    max_open: int
+    open: OpenCount = field(default_factory=OpenCount)
+    monotonic_s: Callable[[], float] = time.monotonic
 
     async def changes(
         self, request: Request, seen: int | None, seq: int, *, state: bool
     ) -> AsyncIterator[ServerSentEvent]:
-        """Every change after event `seen`; the current state first where nothing or too much was seen.
+        """Every event after event `seen`.
 
-        So also where changes after it are not kept any more, and a word of that before.
+        Begins with the current state if `seen` is None, greater than the newest event, or followed by events that are
+        not kept any more; in the last case a `stream.reset` comes first.
 
         :param seq: the newest event.
-        :param state: whether a client that begins is told the current state.
+        :param state: False: a client without `seen` begins with the next event.
         """
         generation = self.events.generation
-        # An event above the newest is of another record, say one begun afresh: nothing follows it here.
+        # An event above the newest is of another database, such as one deleted since: nothing follows it here.
         forgotten = seen is not None and await to_thread.run_sync(self.events.has_forgotten, seen)
         if forgotten:
             yield ServerSentEvent(data=_reset(seen))
@@ -102,30 +100,33 @@ class Streams:
                 generation = await self._wait(self.events.wait, generation)
 
     async def _since(self, seq: int) -> Sequence[EventRow]:
-        """The events after `seq`; none while the database is away, a stream that is open goes on when it is back."""
+        """The events after `seq`; none while the database is unavailable, so that the stream goes on afterwards."""
         try:
             return await to_thread.run_sync(self.events.since, seq)
         except DBAPIError as error:
-            if not is_away(error):
+            if not is_unavailable(error):
                 raise
             await anyio.sleep(WAIT_S)
             return ()
 
     async def telemetry(self, request: Request, world: str) -> AsyncIterator[ServerSentEvent]:
-        generation, told, told_at = -1, None, 0.0
+        generation = -1
+        sent = None
+        sent_at_s = 0.0
         while await self._open(request):
-            begun = time.monotonic()
+            begun_s = self.monotonic_s()
             generation = await self._wait(self.board.wait, generation)
-            said = _said(self.board, world)
-            if told is None or begun - told_at >= AT_REST_INTERVAL_S or not _at_rest(told, said):
-                told, told_at = said, begun
-                yield ServerSentEvent(data=_telemetry(world, self.clocks[world].now_s(), said))
-            pause_s = TELEMETRY_INTERVAL_S - (time.monotonic() - begun)
+            newest = _telemetry_of(self.board, world)
+            if sent is None or begun_s - sent_at_s >= AT_REST_INTERVAL_S or not _is_unchanged(sent, newest):
+                sent = newest
+                sent_at_s = begun_s
+                yield ServerSentEvent(data=_telemetry(world, self.clocks[world].now_s(), newest))
+            pause_s = TELEMETRY_INTERVAL_S - (self.monotonic_s() - begun_s)
             if pause_s > 0:
                 await anyio.sleep(pause_s)
 
     async def _state(self, seq: int) -> list[ServerSentEvent]:
-        """The current state. Its last item alone carries the id: who saw only part of it begins again."""
+        """The current state. Only its last item carries the id: a client that missed some of it begins again."""
         items = [
             {"seq": seq, "time": None, "type": type_, "subject": subject, "data": data}
             for type_, subject, data in await to_thread.run_sync(self.snapshot)
@@ -138,9 +139,9 @@ class Streams:
 
     def refuse_too_many(self) -> None:
         """:raises Busy: if as many streams are open as may be."""
-        if self.open.count >= self.most:
+        if self.open.count >= self.max_open:
             raise Busy(
-                f"{self.open.count} streams are open, as many as may be (MACTA_OPEN_STREAMS); close some",
+                f"{self.open.count} streams are open, the limit (MACTA_OPEN_STREAMS); close some",
                 code="too-many-streams",
             )
 
@@ -158,9 +159,9 @@ def streams_router(
     clocks: Mapping[str, Clock],
     stopping: threading.Event,
     snapshot: Snapshot,
-    most: int,
+    max_open: int,
 ) -> APIRouter:
-    """The routes of `Streams`, which says what the parameters are."""
+    """The routes; the parameters are those of `Streams`."""
     router = APIRouter(prefix="/v1", tags=["streams"])
     streams = Streams(
         events=events,
@@ -168,16 +169,16 @@ def streams_router(
         clocks=clocks,
         stopping=stopping,
         snapshot=snapshot,
-        waiting=anyio.CapacityLimiter(most),
-        most=most,
+        waiting=anyio.CapacityLimiter(max_open),
+        max_open=max_open,
     )
 
-    room = [Depends(streams.refuse_too_many)]
+    limited = [Depends(streams.refuse_too_many)]
 
-    @router.get("/events", response_class=EventSourceResponse, dependencies=room, responses=declared(429))
+    @router.get("/events", response_class=EventSourceResponse, dependencies=limited, responses=declared(429))
     async def stream_events(
         request: Request,
-        # Read before the stream begins: while the database is away that is told as a problem.
+        # Read before the stream begins, so that an unavailable database is answered as a problem.
         newest: Annotated[int, Depends(events.last)],
         last_event_id: Annotated[int | None, Header(ge=0, le=GREATEST_SEQ)] = None,
         after: Annotated[int | None, Query(ge=0, le=GREATEST_SEQ, description="like Last-Event-ID")] = None,
@@ -197,7 +198,7 @@ def streams_router(
 
 def _add_telemetry(router: APIRouter, streams: Streams) -> None:
     def known_world(world: str) -> str:
-        # Before the stream begins: after that it is too late for a problem.
+        # Before the stream begins; later it could not be answered as a problem.
         if world not in streams.clocks:
             raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(streams.clocks))
         return world
@@ -211,9 +212,9 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
     async def stream_telemetry(
         request: Request, world: Annotated[str, Depends(known_world)]
     ) -> AsyncIterator[ServerSentEvent]:
-        """What the world's robots say of themselves; the newest of each.
+        """The newest telemetry of each of the world's robots.
 
-        Ten times a second; once a second while nothing but time, batteries and energy used has changed.
+        Ten times a second; once a second while only times, batteries and used energy change.
         """
         with streams.open:
             async for event in streams.telemetry(request, world):
@@ -221,19 +222,19 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
 
 
 def _reset(seen: int | None) -> dict[str, Any]:
-    """What a client missed is not to be had any more; the current state follows."""
+    """The event that tells a client that events it missed are not kept any more."""
     return {"seq": seen, "time": None, "type": RESET, "subject": "events", "data": {"seen": seen}}
 
 
-def _said(board: RobotBoard, world: str) -> Mapping[str, Telemetry]:
+def _telemetry_of(board: RobotBoard, world: str) -> Mapping[str, Telemetry]:
     return {name: view.telemetry for name, view in board.views(world).items() if view.telemetry is not None}
 
 
-def _at_rest(before: Mapping[str, Telemetry], now: Mapping[str, Telemetry]) -> bool:
-    """True if the same robots say the same, but for what changes with time alone."""
+def _is_unchanged(before: Mapping[str, Telemetry], now: Mapping[str, Telemetry]) -> bool:
+    """True if the same robots have the same telemetry but for what changes with time alone."""
     if before.keys() != now.keys():
         return False
-    lasting = Telemetry.model_fields.keys() - PASSING
+    lasting = Telemetry.model_fields.keys() - CHANGING_FIELDS
     return all(
         was is now[name] or all(getattr(was, field) == getattr(now[name], field) for field in lasting)
         for name, was in before.items()

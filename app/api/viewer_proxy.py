@@ -1,7 +1,7 @@
 """The authenticated relay of `/viewer/` to the viser server, which listens on loopback only.
 
-HTTP and WebSocket pass through unchanged, but for two things: a page of another origin may not open the
-socket, and viser's request for a public share tunnel never reaches it, so no click publishes the store.
+HTTP and WebSocket messages pass unchanged, with two exceptions: pages of another origin cannot open the socket, and
+viser's request for a public share tunnel is dropped.
 """
 
 import asyncio
@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
 from app.api.auth import own_origin
-from app.api.streams import Count
+from app.api.streams import OpenCount
 
 Upstream = Callable[[], str | None]
 """The viser server's address, `http://127.0.0.1:PORT`, or None while there is none."""
@@ -28,7 +28,7 @@ Authenticate = Callable[[HTTPConnection], bool]
 
 
 ViewId = Annotated[str, Path(pattern=r"^[A-Za-z0-9_-]{8,64}$")]
-"""By which a page and its frame with the view know of each other."""
+"""The id that a page and its embedded 3D view share."""
 
 
 class ViewBody(BaseModel):
@@ -40,8 +40,9 @@ SHARE_REQUESTS = frozenset({"ShareUrlRequest", "ShareUrlDisconnect"})
 PASSED_ON = ("content-type", "content-encoding", "cache-control", "etag")
 MAX_FRAME_BYTES = 64 * 2**20
 CONNECT_TIMEOUT_S = 5.0
-POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
-# viser's page is one file with its scripts inside and a WebAssembly worker; it may call nobody else.
+POLICY_VIOLATION = 1008
+TRY_AGAIN_LATER = 1013
+# viser's page is one file with inline scripts and a WebAssembly worker; it must not call other hosts.
 CONTENT_POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:; "
     "connect-src 'self' blob: data:; frame-ancestors 'self'"
@@ -49,19 +50,19 @@ CONTENT_POLICY = (
 
 
 def view_router(upstream: Upstream) -> APIRouter:
-    """The route by which a page learns that it may open the view."""
+    """The route that tells a page whether the 3D view is there."""
     router = APIRouter(prefix="/v1", tags=["health"])
 
     @router.get("/view")
     async def view() -> ViewBody:
-        """Whether the view of the world in three dimensions, at `/viewer/`, can be opened."""
+        """Whether the 3D view at `/viewer/` accepts connections."""
         return ViewBody(running=await _listens(upstream()))
 
     return router
 
 
 async def _listens(address: str | None) -> bool:
-    """Whether somebody takes connections there: a process that has just begun does not yet."""
+    """True if the address accepts connections; a process that has just started does not yet."""
     if address is None:
         return False
     at = httpx2.URL(address)
@@ -74,9 +75,10 @@ async def _listens(address: str | None) -> bool:
     return True
 
 
-def viewer_router(upstream: Upstream, authenticate: Authenticate, *, most: int) -> APIRouter:
-    """Routes that relay `/viewer/*` to `upstream` for those whom `authenticate` lets in, `most` views at a time."""
-    router, open_ = APIRouter(include_in_schema=False), Count()
+def viewer_router(upstream: Upstream, authenticate: Authenticate, *, max_open: int) -> APIRouter:
+    """Routes that relay `/viewer/*` for clients that `authenticate` admits; `max_open` limits the sockets."""
+    router = APIRouter(include_in_schema=False)
+    open_ = OpenCount()
 
     @router.get("/viewer/{view}/")
     async def page_of(request: Request, view: ViewId) -> Response:
@@ -94,7 +96,7 @@ def viewer_router(upstream: Upstream, authenticate: Authenticate, *, most: int) 
             return _problem(503, "The view of the world is not running")
         return await _fetch(f"{address}/{path}", request.headers.get("accept-encoding", "identity"))
 
-    # The page asks for its socket at its own address without the last slash: so the view hears whose it is.
+    # The page opens its socket at its own address without the last slash, so the path tells which page it is.
     @router.websocket("/viewer/{view}")
     async def socket_of(browser: WebSocket, view: ViewId) -> None:
         await socket(browser, view)
@@ -106,7 +108,7 @@ def viewer_router(upstream: Upstream, authenticate: Authenticate, *, most: int) 
             await browser.close(POLICY_VIOLATION)
             return
         address = upstream()
-        if address is None or open_.count >= most:
+        if address is None or open_.count >= max_open:
             await browser.close(TRY_AGAIN_LATER)
             return
         with open_:
@@ -126,7 +128,7 @@ def is_share_request(frame: bytes) -> bool:
 
 async def _fetch(url: str, accept_encoding: str) -> Response:
     try:
-        # Straight to loopback: a proxy set in the environment has no business here.
+        # No proxy from the environment: the server is on loopback.
         async with (
             httpx2.AsyncClient(trust_env=False, timeout=CONNECT_TIMEOUT_S) as client,
             client.stream("GET", url, headers={"accept-encoding": accept_encoding}) as answer,

@@ -1,4 +1,4 @@
-"""Worlds and their facts."""
+"""Routes of worlds and their facts."""
 
 from collections.abc import Collection, Mapping, Sequence
 from enum import Enum
@@ -18,11 +18,11 @@ from app.api.bodies import (
     WorldBody,
     WorldItem,
 )
+from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
 from app.api.problems import declared
-from app.api.versions import IfMatch, version_of
 from app.domain.durations import Kind, Learned
-from app.store.unknown import Unknown
+from app.store.unknowns import Unknown
 from planner import Fact
 from robots.wire import SymbolicFact
 
@@ -44,18 +44,18 @@ def worlds_router(worlds: WorldService) -> APIRouter:
 
     @router.get("/worlds/{world_id}/facts")
     def get_facts(world_id: str, response: Response) -> FactsBody:
-        """Every fact that holds, with who said so and when (world's clock)."""
+        """Every believed fact with its source and time (world's clock)."""
         return _facts(worlds, world_id, response)
 
     @router.get("/worlds/{world_id}/unknown")
     def get_unknown(world_id: str) -> Page[UnknownBody]:
-        """What is not known: samples without a place, robots that are lost or do not answer."""
+        """What is unknown: samples without a place, robots that are lost or do not answer."""
         samples = {sample.name for sample in worlds.world(world_id).samples}
         return Page(items=[_unknown(worlds, one, samples) for one in worlds.unknown(world_id)])
 
     @router.get("/worlds/{world_id}/durations")
     def get_durations(world_id: str) -> Page[DurationBody]:
-        """What robots' reports taught of how long actions take; plans are made with it."""
+        """Durations learned from robots' reports; plans use them."""
         return Page(items=[_duration(*known) for known in worlds.durations(world_id).items()])
 
     @router.put("/worlds/{world_id}/facts", responses=declared(409, 412))
@@ -65,10 +65,10 @@ def worlds_router(worlds: WorldService) -> APIRouter:
         response: Response,
         if_match: IfMatch = None,
     ) -> FactsBody:
-        """Correct the world model. With `If-Match`, only if nobody changed it meanwhile (412).
+        """Correct the world model. With `If-Match`, only if it was not changed since (412).
 
-        The answer's `dropped` are the facts that were believed and cannot hold beside the correction. A sample that is
-        laid in a location with several berths lies in a free one (409 if none is).
+        `dropped` in the answer are the facts that contradict the correction. A sample in a location with several berths
+        is placed in a free one (409 if there is none).
         """
         dropped = worlds.correct(
             world_id,

@@ -1,7 +1,6 @@
-"""`macta demo`: the main job in a terminal. Ends well only if the goal became true in the simulated world itself."""
+"""`macta demo`: plans a goal, approves the plan and shows the mission; checks the simulation's ground truth."""
 
 import tempfile
-import time
 from pathlib import Path
 
 from rich.console import Console
@@ -11,14 +10,15 @@ from rich.table import Column
 
 from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
+from app.cli.goal_input import parse_goals
+from app.cli.ground_truth import holds
+from app.cli.render import show_plan, show_repairs, show_startup
 from app.cli.settings import settings_of
-from app.cli.show import show_plan, show_repairs, tell_of_start
-from app.cli.truth import holds
-from app.cli.understanding import understood
 from app.composition import RunningWorld, Service
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
-from app.domain.states import GoalState, MissionState
 from app.domain.world_model import initial_facts
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
@@ -28,82 +28,85 @@ from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim import SimulationProcess, Truth
 
-LOOK_S = 0.1
+REFRESH_S = 0.1
+"""The longest interval between two updates of the display."""
 OPERATOR = "demo"
 
 
 def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
-    """Run one goal from sentence to truth; 0 if it became true, 1 if not.
+    """Run one goal; 0 if it became true in the simulation, else 1.
 
-    :raises Invalid: if the goal is not understood or not possible, or a setting is wrong, before anything is started.
+    :raises Invalid: if the goal is not understood or not possible, or a setting is wrong, before anything starts.
     """
     console = Console(highlight=False)
-    pace = "flat out" if speed is None else f"at {speed:g}× real time"
+    pace = "as fast as possible" if speed is None else f"at {speed:g}× real time"
     title = escape(world.title or world.name)
     console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
-    understood(world, initial_facts(world, knowledge_base), [text], knowledge_base)
-    tell_of_start(console)
+    parse_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
+    show_startup(console)
     with tempfile.TemporaryDirectory(prefix="macta-demo-") as folder:
         settings = settings_of({"data": Path(folder), "database_url": None})
-        return _carried_out(console, settings, world, text, speed, seed)
+        return _run(console, settings, world, text, speed, seed)
 
 
-def _carried_out(
+def _run(
     console: Console, settings: Settings, world: WorldFile, text: str, speed: float | None, seed: int
 ) -> int:
-    """Plan the goal, approve the plan and watch the mission in a world of its own."""
+    """Plan the goal, approve the plan and show the mission in a new simulated world."""
     with SimulationProcess.start(world, seed=seed, speed=speed) as simulation:
         running = RunningWorld(
             file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
         )
         with Service(settings, [running]) as service:
             request = GoalRequest(world=world.name, text=text, recovery=Policy.AUTO)
-            goal = _planned(service, service.goals.submit(request, actor=OPERATOR))
+            goal = _wait_until_planned(service, service.goals.submit(request, actor=OPERATOR))
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
                 console.print(f"[bold red]No plan[/]: {escape(goal.reason)}")
                 return 1
             show_plan(console, plan_body(service.plans.get(goal.plan_id)))
             _, mission_id = service.plans.approve(goal.plan_id, actor=OPERATOR, comment="the demo approves")
             console.print(f"Approved: mission {mission_id}.\n")
-            mission = _watched(console, service, mission_id)
-            return _told(console, mission, goal, world, simulation.truth())
+            mission = _show_progress(console, service, mission_id)
+            return _show_result(console, mission, goal, world, simulation.truth())
 
 
-def _planned(service: Service, goal: GoalRow) -> GoalRow:
-    """Wait until the goal is planned, or is known not to be."""
+def _wait_until_planned(service: Service, goal: GoalRow) -> GoalRow:
+    """Wait until planning has ended."""
+    generation = service.events.generation
     while goal.state in goal_lifecycle.TO_BE_PLANNED:
-        time.sleep(LOOK_S)
+        generation = service.events.wait(generation, REFRESH_S)
         goal = service.goals.get(goal.id)
     return goal
 
 
-def _watched(console: Console, service: Service, mission_id: str) -> MissionBody:
+def _show_progress(console: Console, service: Service, mission_id: str) -> MissionBody:
     """Show every robot's progress until the mission has ended."""
     columns = (
         TextColumn("{task.fields[robot]}", style="cyan"),
         BarColumn(bar_width=24),
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-        TextColumn("{task.description}", markup=False, table_column=Column()),  # folds; the others do not
+        TextColumn("{task.description}", markup=False, table_column=Column()),  # wraps; the others do not
     )
     tasks: dict[str, TaskID] = {}
     revision = 1
+    generation = service.events.generation
     with Progress(*columns, console=console) as progress:
         overall = progress.add_task("", total=1, robot="mission")
         while True:
             mission = MissionBody.of(*service.missions.get(mission_id))
             if mission.revision != revision:
                 revision = mission.revision
-                _tell_of_repair(console, service, mission)
+                _show_recovery(console, service, mission)
             _update(service, progress, tasks, mission, overall)
             if MissionState(mission.state).ended or mission.state == MissionState.UNKNOWN:
                 return mission
-            time.sleep(LOOK_S)
+            generation = service.events.wait(generation, REFRESH_S)
 
 
-def _tell_of_repair(console: Console, service: Service, mission: MissionBody) -> None:
-    """Why the mission goes on by another plan, and what is different in it."""
+def _show_recovery(console: Console, service: Service, mission: MissionBody) -> None:
+    """Show why the mission goes on with another plan, and how the plan differs."""
     attempt = mission.recovery.attempts[-1]
     console.print(f"[bold]Recovered[/] ({attempt.measure}): {escape(attempt.reason)}")
     repairs = plan_body(service.plans.get(mission.plan_id)).repairs
@@ -135,8 +138,10 @@ def _update(
     progress.update(overall, total=mission.original_estimate_s, completed=done_s, description=told)
 
 
-def _told(console: Console, mission: MissionBody, goal: GoalRow, world: WorldFile, truth: Truth) -> int:
-    """Say what became true, by the robots' reports and in the simulated world itself."""
+def _show_result(
+    console: Console, mission: MissionBody, goal: GoalRow, world: WorldFile, truth: Truth
+) -> int:
+    """Show which goals became true in the simulation and how the mission ended; the exit code."""
     wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
     missed = [fact for fact in wanted if not holds(fact, world, truth)]
     console.print()
@@ -144,7 +149,8 @@ def _told(console: Console, mission: MissionBody, goal: GoalRow, world: WorldFil
         mark = "[bold red]not true[/]" if fact in missed else "[bold green]true[/]"
         console.print(f"{fact}: {mark} in the simulated world")
     if mission.ended_at_s is not None and mission.started_at_s is not None:
-        took_s, estimate_s = mission.ended_at_s - mission.started_at_s, mission.original_estimate_s
+        took_s = mission.ended_at_s - mission.started_at_s
+        estimate_s = mission.original_estimate_s
         change = f" ({took_s / estimate_s - 1:+.0%})" if estimate_s else ""
         console.print(f"Mission {mission.state}: took {took_s:.0f} s, estimated {estimate_s:.0f} s{change}.")
     else:

@@ -32,7 +32,7 @@ def interference(seeds: int, *, as_json: bool, plots: Path) -> None:
         table = run_table(
             seeds,
             workers=os.cpu_count() or 1,
-            told=lambda done, of: progress.update(task, completed=done, total=of),
+            on_progress=lambda done, of: progress.update(task, completed=done, total=of),
         )
     if as_json:
         json.dump({"rows": [_row_body(row) for row in table.rows]}, sys.stdout, indent=2)
@@ -75,13 +75,14 @@ def _show(rows: Sequence[Row], seeds: int) -> None:
     console = Console(highlight=False)
     console.print(table)
     cells = [cell for row in rows for cell in (row.parallel, row.sequential)]
-    arrived, trials = sum(cell.arrived for cell in cells), sum(cell.trials for cell in cells)
+    arrived = sum(cell.arrived for cell in cells)
+    trials = sum(cell.trials for cell in cells)
     worst = max(row.parallel.time_s.mean / row.sequential.time_s.mean for row in rows)
     console.print(
-        "Times: so often a thing is put in the way. J: of the sensors, used and saved by those that are off."
+        "Times: obstacles put in the way. J: energy used by sensors, and saved by sensors that are off."
     )
-    console.print(f"{arrived} of {trials} ways ended at the door.")
-    console.print(f"Parallel takes at most {worst:.2f} of sequential's time.")
+    console.print(f"{arrived} of {trials} trials ended at the door.")
+    console.print(f"Parallel sensing takes at most {worst:.2f} of the time of sequential sensing.")
 
 
 def _cells(cell: Cell) -> list[str]:

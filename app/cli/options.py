@@ -1,4 +1,4 @@
-"""What the commands share: options, world files, and how they end."""
+"""Shared by the commands: options, world files, errors and exit codes."""
 
 import gc
 import os
@@ -20,38 +20,35 @@ from robots.world import WorldFile, WorldFileError, load_world
 from sim import SimulationError
 
 World = Annotated[
-    str, typer.Option(help="A world that ships with Macta, or a world file.", metavar="NAME|FILE")
+    str, typer.Option(help="Name of a world that ships with Macta, or a world file.", metavar="NAME|FILE")
 ]
 Worlds = Annotated[
     list[str] | None,
     typer.Option(
         "--world",
-        help="A world that ships with Macta, or a world file; may be given several times.",
+        help="Name of a world that ships with Macta, or a world file; repeatable.",
         metavar="NAME|FILE",
         show_default="sample_store",
     ),
 ]
-Speed = Annotated[
-    float | None, typer.Option(min=0.01, help="World seconds a second; left out: see the command.")
-]
+Speed = Annotated[float | None, typer.Option(min=0.01, help="World seconds per wall-clock second.")]
 
 Broker = Annotated[
     str | None,
-    typer.Option(help="MQTT broker that robots are reached over.", metavar="mqtt[s]://HOST[:PORT]"),
+    typer.Option(help="MQTT broker between the service and the robots.", metavar="mqtt[s]://HOST[:PORT]"),
 ]
 
 
 def fail(message: str) -> NoReturn:
-    """Say what is wrong on standard error and end with 2."""
+    """Print an error on standard error and exit with 2."""
     Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {escape(message)}")
     raise typer.Exit(2)
 
 
 def leave(code: int) -> NoReturn:
-    """End the process now that everything is closed.
+    """Exit at once after everything is closed.
 
-    A workflow that sleeps holds a thread until its time is up. What it waits for is in the record, so the process
-    need not wait with it.
+    A sleeping workflow holds a thread until its time is up. Its state is in the database, so nothing is lost.
     """
     sys.stdout.flush()
     sys.stderr.flush()
@@ -59,12 +56,12 @@ def leave(code: int) -> NoReturn:
 
 
 @contextmanager
-def carefully() -> Iterator[None]:
-    """What can be expected to go wrong is a line on standard error; an interruption ends at once."""
+def reported_errors() -> Iterator[None]:
+    """Report expected errors as one line on standard error; an interruption exits with 130."""
     try:
         yield
     except (KeyboardInterrupt, typer.Abort) as interruption:
-        # NOTE: what the interrupted calls still hold, semaphores among it, is let go; else they count as leaked.
+        # NOTE: releases what the interrupted calls still hold; semaphores would otherwise be reported as leaked.
         traceback.clear_frames(interruption.__traceback__)
         gc.collect()
         Console(stderr=True).print("macta: interrupted")
@@ -74,15 +71,15 @@ def carefully() -> Iterator[None]:
     except (SimulationError, KnowledgeBaseError) as error:
         fail(str(error))
     except Exception as error:
-        from app.store import why_away
+        from app.store import unavailable_reason
 
-        if (why := why_away(error)) is None:
+        if (why := unavailable_reason(error)) is None:
             raise
         fail(f"the database cannot be used: {why}; MACTA_DATABASE_URL says which it is")
 
 
 def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:
-    """The world, its file valid and its extra facts of the vocabulary; ends the command otherwise."""
+    """The world; exits if its file is invalid or its facts are not of the vocabulary."""
     try:
         world = load_world(name, check_tuning=lambda tuning: load_repertoire().tuned(tuning))
         initial_facts(world, knowledge_base or load_knowledge_base())
@@ -94,7 +91,7 @@ def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> World
 
 
 def named_worlds(names: Sequence[str] | None) -> Sequence[WorldFile]:
-    """The worlds of one service, each valid; ends the command if two, or two of their robots, have one name."""
+    """The worlds of one service; exits if one is invalid, or two worlds or robots have the same name."""
     worlds = [named_world(name) for name in names or ("sample_store",)]
     known: dict[str, str] = {}
     for world in worlds:
@@ -102,7 +99,7 @@ def named_worlds(names: Sequence[str] | None) -> Sequence[WorldFile]:
             if thing in known:
                 fail(
                     f"--world: {thing} is in {known[thing]} and in {world.name}; "
-                    "one service tells worlds and robots apart by their names"
+                    "the names of worlds and robots must be unique in a service"
                 )
             known[thing] = world.name
     return worlds

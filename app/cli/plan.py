@@ -2,34 +2,109 @@
 
 import json
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 
-from app.cli.beside import Wanted
-from app.cli.live import LivePlanning
-from app.cli.pddl import read_files, write_files
-from app.cli.show import show_plan
-from app.cli.understanding import understood
+from app.cli.goal_input import parse_goals
+from app.cli.progress_line import ProgressLine
+from app.cli.render import show_alternatives, show_explanation, show_plan
 from app.domain.errors import Invalid
+from app.domain.explanation_document import ExplanationBody
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import initial_facts
-from app.sweep.mission import posed
+from app.trials.offline_mission import goal_problem
 from planner import (
     KnowledgeBase,
+    Observer,
     PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
     warm_up,
 )
+from planner.alternatives import alternatives
 from planner.engines.registry import engine_named
-from planner.errors import UnknownEngine
+from planner.errors import UnknownEngine, Unsupported
+from planner.explanation import explain
+from planner.interchange.foreign import ReadProblem, import_problem
+from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 from robots.world import WorldFile
 
-NOTHING_MORE = Wanted()
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanExtras:
+    """What is shown with a plan; None where it was not asked for."""
+
+    alternatives: tuple[PlanBody, ...] | None = None
+    explanation: ExplanationBody | None = None
+
+    def document(self, plan: PlanBody) -> dict[str, Any]:
+        """The JSON document: the plan body, or an object with `plan` and the extras."""
+        if self.alternatives is None and self.explanation is None:
+            return plan.model_dump(mode="json")
+        document: dict[str, Any] = {"plan": plan.model_dump(mode="json")}
+        if self.alternatives is not None:
+            document["alternatives"] = [one.model_dump(mode="json") for one in self.alternatives]
+        if self.explanation is not None:
+            document["explanation"] = self.explanation.model_dump(mode="json")
+        return document
+
+    def show(self, console: Console, plan: PlanBody) -> None:
+        if self.alternatives is not None:
+            show_alternatives(console, self.alternatives)
+        if self.explanation is not None:
+            show_explanation(console, plan, self.explanation)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExtrasRequest:
+    """What to show with a plan.
+
+    :param alternatives: the most alternatives to find; 0 for none.
+    """
+
+    alternatives: int = 0
+    explanation: bool = False
+
+    def find(
+        self,
+        engine: PlanningEngine,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        request: PlanningRequest,
+        observer: Observer,
+        result: PlanningResult,
+    ) -> PlanExtras:
+        """Find the extras of a solution; none if the result has no plan."""
+        if result.plan_net is None:
+            return PlanExtras()
+        others = None
+        explained = None
+        if self.alternatives:
+            found = alternatives(
+                engine,
+                knowledge_base,
+                problem,
+                request,
+                observer,
+                k=self.alternatives,
+                proposed=result,
+            )
+            others = tuple(
+                PlanBody.of_result(one.result, knowledge_base, label=one.label, comparison=one.words)
+                for one in found
+            )
+        if self.explanation:
+            why = explain(result.plan_net, problem, knowledge_base, engine, request, observer)
+            explained = ExplanationBody.of(why, knowledge_base)
+        return PlanExtras(alternatives=others, explanation=explained)
+
+
+NO_EXTRAS = ExtrasRequest()
 
 
 def plan(
@@ -40,13 +115,13 @@ def plan(
     *,
     engine_name: str,
     as_json: bool,
-    wanted: Wanted = NOTHING_MORE,
+    extras: ExtrasRequest = NO_EXTRAS,
     deadline_s: float | None = None,
     pddl: Path | None = None,
 ) -> int:
     """Print the plan-net; 0 if there is one, 1 if not. Ctrl-C takes the best one so far.
 
-    :param wanted: what to show beside the plan.
+    :param extras: what to show with the plan.
     :param deadline_s: by when every goal is to be true, from the plan's start.
     :param pddl: a folder to write the problem to as PDDL before it is planned.
     :raises Invalid: if the sentences state no goal that makes sense (as JSON that is printed, too), or the
@@ -69,8 +144,8 @@ def plan(
     if deadline_s is not None:
         problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
     if pddl is not None:
-        write_files(pddl, knowledge_base, problem)
-    return _answer(engine, problem, request, knowledge_base, as_json=as_json, wanted=wanted, world=world.name)
+        _write_pddl(pddl, knowledge_base, problem)
+    return _plan(engine, problem, request, knowledge_base, as_json=as_json, extras=extras, world=world.name)
 
 
 def plan_pddl(
@@ -81,40 +156,40 @@ def plan_pddl(
     *,
     engine_name: str,
     as_json: bool,
-    wanted: Wanted = NOTHING_MORE,
+    extras: ExtrasRequest = NO_EXTRAS,
 ) -> int:
     """As `plan`, for a problem that PDDL files state.
 
     :raises Invalid: if a file is missing, no PDDL, or has features we cannot plan with.
     """
-    read = read_files(domain, problem, agents)
+    read = _read_pddl(domain, problem, agents)
     engine = _engine(engine_name, read.knowledge_base)
-    return _answer(
+    return _plan(
         engine,
         read.problem,
         request,
         read.knowledge_base,
         as_json=as_json,
-        wanted=wanted,
+        extras=extras,
         world=problem.stem,
     )
 
 
-def _answer(
+def _plan(
     engine: PlanningEngine,
     problem: PlanningProblem,
     request: PlanningRequest,
     knowledge_base: KnowledgeBase,
     *,
     as_json: bool,
-    wanted: Wanted,
+    extras: ExtrasRequest,
     world: str,
 ) -> int:
     errors = Console(stderr=True, highlight=False)
-    with LivePlanning(errors, is_shown=errors.is_terminal and not as_json) as live:
+    with ProgressLine(errors, is_shown=errors.is_terminal and not as_json) as progress:
         warm_up(engine)
-        result = engine.plan(problem, request, live)
-        beside = wanted.find(engine, knowledge_base, problem, request, live, result)
+        result = engine.plan(problem, request, progress)
+        found = extras.find(engine, knowledge_base, problem, request, progress, result)
     if result.plan_net is None:
         if as_json:
             _print(_without_plan(result))
@@ -123,12 +198,39 @@ def _answer(
         return 1
     body = PlanBody.of_result(result, knowledge_base, world=world)
     if as_json:
-        _print(beside.document(body))
+        _print(found.document(body))
     else:
         console = Console(highlight=False)
         show_plan(console, body)
-        beside.show(console, body)
+        found.show(console, body)
     return 0
+
+
+def _write_pddl(folder: Path, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
+    """Write `domain.pddl` and `problem.pddl`, temporal, and both with action costs in the folder `classical`.
+
+    :raises Invalid: if they cannot be written.
+    """
+    for form, place in ((Form.TEMPORAL, folder), (Form.CLASSICAL, folder / "classical")):
+        words = Vocabulary(knowledge_base, form)
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            (place / "domain.pddl").write_text(domain_text(words))
+            (place / "problem.pddl").write_text(problem_text(words, problem))
+        except OSError as error:
+            raise Invalid(f"--pddl: {place} cannot be written: {error.strerror}") from error
+
+
+def _read_pddl(domain: Path, problem: Path, agents: list[str]) -> ReadProblem:
+    """:raises Invalid: if a file cannot be read, is not PDDL, or has features we cannot plan with."""
+    try:
+        return import_problem(domain.read_text(), problem.read_text(), agents=agents)
+    except OSError as error:
+        raise Invalid(f"{error.filename} cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise Invalid(f"{domain} or {problem} is not text: {error.reason}") from error
+    except Unsupported as error:
+        raise Invalid(f"{domain}, {problem}: {error}") from error
 
 
 def _engine(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
@@ -153,4 +255,4 @@ def _without_plan(result: PlanningResult) -> dict[str, object]:
 
 def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBase) -> PlanningProblem:
     facts = initial_facts(world, knowledge_base)
-    return posed(world, facts, understood(world, facts, sentences, knowledge_base), knowledge_base)
+    return goal_problem(world, facts, parse_goals(world, facts, sentences, knowledge_base), knowledge_base)

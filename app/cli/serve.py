@@ -1,4 +1,4 @@
-"""`macta serve`: the service, its simulated world and the view of it, in one go."""
+"""`macta serve`: the service with its simulated worlds and the 3D view."""
 
 import errno
 import gc
@@ -17,23 +17,22 @@ import uvicorn
 from rich.console import Console
 from rich.markup import escape
 
-from app.cli.long_running import each, log_warnings, tell_why_afresh
-from app.cli.over_broker import over
+from app.cli.long_running import enter_all, log_warnings, report_new_run, world_over_broker
+from app.cli.render import show_startup
 from app.cli.settings import settings_of
-from app.cli.show import tell_of_start
 from app.composition import RunningWorld, Service
 from app.domain.errors import Invalid
 from app.missions.world_start import recorded_run
 from app.settings import Settings
 from robots.world import WorldFile
-from sim import Keep, LastingWorld
+from sim import SnapshotSettings, SupervisedWorld
 
 GRACE_S = 3
-"""Seconds that open event streams may hold up the end."""
+"""How long open event streams may delay the shutdown."""
 
 
 class Viewer:
-    """The viser process: a client of the API like any other, restarted never, ended with the service."""
+    """The process of the 3D view, a client of the API; ends with the service."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -49,7 +48,7 @@ class Viewer:
             self._port = free.getsockname()[1]
         command = [
             sys.executable,
-            "-P",  # a folder "web" where the service is started must not hide ours
+            "-P",  # a folder "web" in the working directory must not shadow the package
             "-m",
             "web.viewer",
             "--api",
@@ -79,7 +78,7 @@ class Viewer:
 
 
 class Server(uvicorn.Server):
-    """Ends in order on SIGINT and SIGTERM: open streams first, and the signal is not raised again afterwards."""
+    """Shuts down on SIGINT and SIGTERM: open streams end first, and the signal is not raised again."""
 
     def __init__(self, config: uvicorn.Config, stopping: threading.Event) -> None:
         super().__init__(config)
@@ -94,21 +93,23 @@ class Server(uvicorn.Server):
 def serve(
     worlds: Sequence[WorldFile], speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
 ) -> None:
-    """Run until interrupted or terminated.
+    """Run until SIGINT or SIGTERM.
 
     :param worlds: one or more.
-    :param afresh: build the worlds anew, though they might go on.
-    :raises Invalid: if a setting is wrong or the address is not to be had, before anything is started.
+    :param afresh: start the worlds anew instead of from their snapshots.
+    :raises Invalid: if a setting is wrong or the address is taken, before anything starts.
     """
     settings = settings_of(given)
     broker = settings.broker()
     log_warnings()
     with listen(settings) as listener:
-        tell_of_start(Console(stderr=True))
+        show_startup(Console(stderr=True))
         viewer = Viewer()
         with (
-            each(
-                _embedded(world, settings, speed, seed, afresh) if broker is None else over(broker, world)
+            enter_all(
+                _embedded(world, settings, speed, seed, afresh)
+                if broker is None
+                else world_over_broker(broker, world)
                 for world in worlds
             ) as running,
             Service(settings, running, viewer=viewer.address) as service,
@@ -125,7 +126,7 @@ def serve(
                 target=_announce, args=(server, listener, service, viewer, worlds), daemon=True
             )
             announce.start()
-            gc.freeze()  # what the service is made of need not be looked through again: a pause of 0.1 s each time
+            gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
             try:
                 server.run(sockets=[listener])
             finally:
@@ -136,27 +137,29 @@ def serve(
 def _embedded(
     world: WorldFile, settings: Settings, speed: float, seed: int, afresh: bool
 ) -> Iterator[RunningWorld]:
-    """The world simulated by a process of this service's, as it was kept in the data folder."""
-    keep = Keep(folder=settings.data / "worlds", run=recorded_run(settings, world.name), afresh=afresh)
-    with LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation:
+    """The world, simulated by a child process from its snapshot in the data folder."""
+    snapshots = SnapshotSettings(
+        folder=settings.data / "worlds", run=recorded_run(settings, world.name), start_new=afresh
+    )
+    with SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation:
         running = RunningWorld(
             file=world,
             link=simulation,
             clock=simulation,
             rate=speed,
             run=simulation.run,
-            why_afresh=simulation.why_afresh,
+            why_afresh=simulation.not_resumed_because,
             let_go=lambda: simulation.pause(False),
         )
-        _tell_of_world(running)
+        _report_world(running)
         simulation.pause()
         yield running
 
 
-def _tell_of_world(world: RunningWorld) -> None:
-    """Whether it goes on, on standard error."""
+def _report_world(world: RunningWorld) -> None:
+    """Say on standard error whether the world goes on from its snapshot."""
     if world.why_afresh:
-        tell_why_afresh(world.file.name, world.why_afresh)
+        report_new_run(world.file.name, world.why_afresh)
     elif world.clock.now_s() > 0:
         Console(stderr=True).print(f"[dim]World {world.file.name} goes on at {world.clock.now_s():.0f} s.[/]")
 
@@ -166,10 +169,11 @@ def listen(settings: Settings) -> socket.socket:
 
     :raises Invalid: if it cannot be bound there.
     """
-    host, port = settings.host, settings.port
+    host = settings.host
+    port = settings.port
     listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    # asyncio does so only for sockets of its own making; else an answer's body waits 40 ms for its head's receipt.
+    # asyncio sets it only on sockets that it makes; without it a response body waits 40 ms for an acknowledgement.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     try:
         listener.bind((host, port))
@@ -191,7 +195,7 @@ def _announce(
     viewer: Viewer,
     worlds: Sequence[WorldFile],
 ) -> None:
-    """Once requests are answered: start the view and say where everything is."""
+    """Once the server answers: start the 3D view and print the addresses."""
     waiting = threading.Event()
     while not server.started:
         if server.should_exit or waiting.wait(0.02):
@@ -201,7 +205,7 @@ def _announce(
     shown = f"[{host}]" if ":" in host else host
     reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
     viewer.start(api=f"http://{reachable}:{port}", token=service.token)
-    # NOTE: plain print: a terminal's width must not break the address.
+    # NOTE: plain print: rich would break the address at the terminal's width.
     print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
     names = ", ".join(world.name for world in worlds)
     Console(stderr=True).print(

@@ -1,4 +1,4 @@
-"""Settings as a command needs them: valid, and with a folder that can keep the record, or a line that says why not."""
+"""Reads a command's settings and makes the data folder; errors name the option or variable."""
 
 import os
 from collections.abc import Mapping
@@ -12,9 +12,9 @@ from app.settings import Settings
 
 
 def settings_of(given: Mapping[str, Any], *, keeps_folder: bool = True) -> Settings:
-    """The settings: the command's options first, then the environment.
+    """The settings; options of the command override the environment.
 
-    :param keeps_folder: the command keeps something in the data folder, which is then made.
+    :param keeps_folder: make the data folder.
     :raises Invalid: naming the option or the variable, and what is wrong with it.
     """
     try:
@@ -36,8 +36,8 @@ def _make_folder(folder: Path, source: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     except FileExistsError as error:
-        raise Invalid(f"{source}: {folder} is a file, the record needs a folder") from error
+        raise Invalid(f"{source}: {folder} is a file, not a folder") from error
     except OSError as error:
-        raise Invalid(f"{source}: the record cannot be kept in {folder}: {error.strerror}") from error
+        raise Invalid(f"{source}: the data folder {folder} cannot be made: {error.strerror}") from error
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise Invalid(f"{source}: the record cannot be kept in {folder}: it is not writable")
+        raise Invalid(f"{source}: the data folder {folder} is not writable")

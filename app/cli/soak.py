@@ -1,4 +1,4 @@
-"""`macta soak`: a long trial of the service under random goals and faults, judged by the simulated world's truth."""
+"""`macta soak`: a long test of the service under random goals and faults against the simulation's ground truth."""
 
 import random
 import secrets
@@ -14,23 +14,25 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from app.cli.truth import holds, truth_of
-from app.soak import Faults, Installation, Quiet, Trial
-from app.soak.trial import Real
+from app.cli.ground_truth import holds, snapshot_truth
+from app.trials.service_faults import ServiceFaults
+from app.trials.service_process import Installation
+from app.trials.soak import RoundResult, SoakTrial, TrueState
 from robots.world import WorldFile, world_yaml
 from sim.error import SimulationError
 
 STORM_S = (30.0, 90.0)
-"""How long goals and faults go on between two quiet points; wall clock."""
-OUT_S, EVERY_S = (20.0, 60.0), (200.0, 400.0)
-"""How long each robot is out of contact, and how often; the world's clock."""
+"""How long goals and faults go on between two checks (wall clock)."""
+OUTAGE_S = (20.0, 60.0)
+OUTAGE_INTERVAL_S = (200.0, 400.0)
+"""How long each robot is out of contact, and how often (world's clock)."""
 PUSH_M = 0.15
 SHOWN = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wish:
-    """What to try, and how. `minutes` counts to the last round's beginning of its quiet."""
+class SoakRequest:
+    """What to test. `minutes` is the time until the last check."""
 
     world: WorldFile
     minutes: float
@@ -39,44 +41,46 @@ class Wish:
     database_url: str | None = None
 
 
-def soak(wish: Wish) -> int:
-    """Run the trial; 0 if all held, else 1, and the folder with what was said and recorded is kept."""
+def soak(request: SoakRequest) -> int:
+    """Run the test; 0 if every check passed, else 1, and the folder with logs and database is kept."""
     console = Console(highlight=False, soft_wrap=True)
     folder = Path(tempfile.mkdtemp(prefix="macta-soak-"))
-    world = with_outages(wish.world, random.Random(wish.seed))
+    world = with_outages(request.world, random.Random(request.seed))
     (folder / "world.yaml").write_text(world_yaml(world))
     installation = Installation(
         data=folder / "data",
         world=str(folder / "world.yaml"),
         token=secrets.token_urlsafe(32),
-        speed=wish.speed,
-        environment={} if wish.database_url is None else {"MACTA_DATABASE_URL": wish.database_url},
+        speed=request.speed,
+        environment={} if request.database_url is None else {"MACTA_DATABASE_URL": request.database_url},
     )
     console.print(
-        f"[bold]Macta[/]: {world.name} at {wish.speed:g}× for {wish.minutes:g} min, seed {wish.seed}; in {folder}"
+        f"[bold]Macta[/]: {world.name} at {request.speed:g}× for {request.minutes:g} min, "
+        f"seed {request.seed}; in {folder}"
     )
-    trial = Trial(
+    trial = SoakTrial(
         installation=installation,
         world=world,
-        seed=wish.seed,
-        real=lambda: real(installation.data, world),
-        faults=Faults(installation, wish.seed, lambda rng: push_one(installation.data, world, rng)),
+        seed=request.seed,
+        true_state=lambda: true_state(installation.data, world),
+        faults=ServiceFaults(installation, request.seed, lambda rng: push_one(installation.data, world, rng)),
     )
-    _run(trial, wish, console)
+    _run(trial, request, console)
     _show(trial, console)
     if not trial.wrong:
         shutil.rmtree(folder)
         return 0
-    console.print(f"[bold red]Not all held[/] (seed {wish.seed}); what was said and recorded is in {folder}")
+    console.print(f"[bold red]Checks failed[/] (seed {request.seed}); logs and database are in {folder}")
     return 1
 
 
 def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
-    """The world with radios that fall silent, each robot's at times of its own."""
+    """The world with radio outages, at different times for each robot."""
 
     def outage() -> Mapping[str, float]:
-        start_s, out_s = rng.uniform(10.0, 200.0), rng.uniform(*OUT_S)
-        return {"start_s": start_s, "end_s": start_s + out_s, "every_s": rng.uniform(*EVERY_S)}
+        start_s = rng.uniform(10.0, 200.0)
+        out_s = rng.uniform(*OUTAGE_S)
+        return {"start_s": start_s, "end_s": start_s + out_s, "every_s": rng.uniform(*OUTAGE_INTERVAL_S)}
 
     told = world.model_dump(mode="json", exclude_defaults=True)
     for robot in told["robots"]:
@@ -84,17 +88,17 @@ def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
     return WorldFile.model_validate(told)
 
 
-def real(data: Path, world: WorldFile) -> Real:
-    """The world as it was kept last."""
-    truth = truth_of(data, world)
-    return Real(
+def true_state(data: Path, world: WorldFile) -> TrueState:
+    """The ground truth of the world's last snapshot."""
+    truth = snapshot_truth(data, world)
+    return TrueState(
         is_true=lambda fact: holds(fact, world, truth),
         lies={name: sample.ref for name, sample in truth.samples.items()},
     )
 
 
 def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
-    """While nobody simulates the world, somebody pushes a rover in what is kept of it; nothing if there is no room."""
+    """Push a robot in the snapshot of a world that is not running; returns the fault, empty if there was no room."""
     # NOTE: imported here, for they load the physics.
     from sim.process.snapshot_file import SnapshotFile
     from sim.trials.mishaps import push
@@ -104,7 +108,8 @@ def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     try:
         with SnapshotFile(data / "worlds" / f"{world.name}.json") as file:
             simulation = Simulation(world, make_agent=behavioural_agent, snapshot=file.read(world))
-            ahead_m, left_m = (rng.uniform(-PUSH_M, PUSH_M) for _ in "xy")
+            ahead_m = rng.uniform(-PUSH_M, PUSH_M)
+            left_m = rng.uniform(-PUSH_M, PUSH_M)
             push(simulation, rng.choice(world.robots).name, ahead_m=ahead_m, left_m=left_m)
             file.write(simulation.snapshot())
             simulation.close()
@@ -113,32 +118,32 @@ def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     return "rover pushed"
 
 
-def _run(trial: Trial, wish: Wish, console: Console) -> None:
-    rng = random.Random(wish.seed)
+def _run(trial: SoakTrial, request: SoakRequest, console: Console) -> None:
+    rng = random.Random(request.seed)
     with trial.under_way():
-        while trial.elapsed_s < 60.0 * wish.minutes and not trial.wrong:
-            left_s = max(60.0 * wish.minutes - trial.elapsed_s, 1.0)
+        while trial.elapsed_s < 60.0 * request.minutes and not trial.wrong:
+            left_s = max(60.0 * request.minutes - trial.elapsed_s, 1.0)
             with console.status("goals and faults …") if console.is_terminal else nullcontext():
-                quiet = trial.round(min(rng.uniform(*STORM_S), left_s))
-            console.print(_line(trial, quiet))
+                result = trial.round(min(rng.uniform(*STORM_S), left_s))
+            console.print(_line(trial, result))
 
 
-def _line(trial: Trial, quiet: Quiet) -> str:
+def _line(trial: SoakTrial, result: RoundResult) -> str:
     faults = sum(trial.faults.done.values())
     return (
-        f"{quiet.at_s:6.0f} s: {quiet.goals} goals, {faults} faults, life {quiet.life}, {quiet.memory_mb:.0f} MiB: "
-        + ("all held" if not quiet.wrong else f"[red]{len(quiet.wrong)} did not hold[/]")
+        f"{result.at_s:6.0f} s: {result.goals} goals, {faults} faults, process {result.process}, {result.memory_mb:.0f} MiB: "
+        + ("all checks passed" if not result.wrong else f"[red]{len(result.wrong)} checks failed[/]")
     )
 
 
-def _show(trial: Trial, console: Console) -> None:
+def _show(trial: SoakTrial, console: Console) -> None:
     outcomes: dict[str, int] = {}
-    for goal in trial.watch.goals.values():
+    for goal in trial.observer.goals.values():
         name = f"goals {goal['state']}: {goal['outcome']}"
         outcomes[name] = outcomes.get(name, 0) + 1
     counts = {**trial.operator.done, **trial.faults.done, **outcomes}
     table = Table(box=SIMPLE_HEAD)
-    table.add_column("What was done, and what came of it")
+    table.add_column("Actions and outcomes")
     table.add_column("Times", justify="right")
     for name, count in counts.items():
         table.add_row(escape(name), str(count))

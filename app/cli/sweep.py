@@ -11,63 +11,66 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from app.cli.rehearse import carry_out
-from app.cli.understanding import understood
+from app.cli.goal_input import parse_goals
+from app.cli.simulated_mission import simulate_mission
 from app.domain.errors import Invalid
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
-from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import NoMission, goal_problem, plan_mission
+from app.trials.random_goals import drawn_goals
+from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
 from planner.engines.registry import portfolio
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-from sim.trials.parallel import side_by_side
+from sim.trials.parallel import run_parallel
 
 TIME_LIMIT_S = 30.0
 SHOWN_SEEDS = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plot:
-    """What to sweep over: `sentences` as given, or else so many `goals` drawn anew for each seed."""
+class SweepRequest:
+    """The goals of a sweep: the given `sentences`, or `goals` drawn for each seed."""
 
     world: WorldFile
     sentences: tuple[str, ...]
     goals: int
 
 
-def sweep(plot: Plot, seeds: range, *, jobs: int, as_json: bool) -> None:
-    """Carry the goals out once for every seed, and tell what became of them.
+def sweep(request: SweepRequest, seeds: range, *, jobs: int, as_json: bool) -> None:
+    """Simulate a mission for every seed and print the outcomes.
 
     :raises Invalid: if the goals are not understood, or the world cannot take so many, before anything is started.
     """
-    _wanted(plot, seeds[0], load_knowledge_base())
-    rows = side_by_side(partial(row_of, plot), seeds, workers=jobs)
+    _wanted(request, seeds[0], load_knowledge_base())
+    rows = run_parallel(partial(row_of, request), seeds, workers=jobs)
     if as_json:
         errors = Console(stderr=True)
         with Progress(console=errors, transient=True) as progress:
             done = list(progress.track(rows, total=len(seeds), description="seeds"))
-        json.dump(_document(plot, done), sys.stdout, indent=2)
+        json.dump(_document(request, done), sys.stdout, indent=2)
         sys.stdout.write("\n")
         return
     console = Console(highlight=False, soft_wrap=True)
-    _show_tally(console, Tally.of(list(_shown(console, rows))))
+    _show_tally(console, SweepSummary.of(list(_shown(console, rows))))
 
 
-def row_of(plot: Plot, seed: int) -> Row:
-    """One seed from goals to truth."""
+def row_of(request: SweepRequest, seed: int) -> SeedResult:
+    """Plan and simulate one seed."""
     base, engine = _planning()
     goal = "none"
     try:
-        wanted = _wanted(plot, seed, base)
+        wanted = _wanted(request, seed, base)
         goal = _words(wanted)
-        problem = posed(plot.world, initial_facts(plot.world, base), wanted, base)
-        mission = prepare(plot.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
+        problem = goal_problem(request.world, initial_facts(request.world, base), wanted, base)
+        mission = plan_mission(
+            request.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S)
+        )
     except (Invalid, NoMission) as refusal:
-        return Row(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
-    ended = carry_out(mission, seed=seed)
-    return Row(
+        return SeedResult(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
+    ended = simulate_mission(mission, seed=seed)
+    return SeedResult(
         seed=seed,
         goal=goal,
         outcome=ended.outcome,
@@ -80,17 +83,17 @@ def row_of(plot: Plot, seed: int) -> Row:
 
 @cache
 def _planning() -> tuple[KnowledgeBase, PlanningEngine]:
-    """Once a process."""
+    """Made once per process."""
     base = load_knowledge_base()
     return base, portfolio(base)
 
 
-def _wanted(plot: Plot, seed: int, base: KnowledgeBase) -> Sequence[SymbolicFact]:
-    """The seed's goals, each with one place."""
-    facts = initial_facts(plot.world, base)
-    if plot.sentences:
-        return understood(plot.world, facts, list(plot.sentences), base)
-    return berthed(drawn_goals(plot.world, facts, plot.goals, seed, base), plot.world, facts)
+def _wanted(request: SweepRequest, seed: int, base: KnowledgeBase) -> Sequence[SymbolicFact]:
+    """The seed's goals, each with a free berth."""
+    facts = initial_facts(request.world, base)
+    if request.sentences:
+        return parse_goals(request.world, facts, list(request.sentences), base)
+    return assign_berths(drawn_goals(request.world, facts, request.goals, seed, base), request.world, facts)
 
 
 def _words(goals: Sequence[SymbolicFact]) -> str:
@@ -99,17 +102,17 @@ def _words(goals: Sequence[SymbolicFact]) -> str:
     )
 
 
-def _document(plot: Plot, rows: Sequence[Row]) -> dict[str, Any]:
-    tally = Tally.of(rows)
+def _document(request: SweepRequest, rows: Sequence[SeedResult]) -> dict[str, Any]:
+    tally = SweepSummary.of(rows)
     return {
-        "world": plot.world.name,
+        "world": request.world.name,
         "rows": [asdict(row) | {"ratio": row.ratio} for row in rows],
         "summary": asdict(tally) | {"rate": tally.rate},
     }
 
 
-def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
-    """The rows, each printed as it comes."""
+def _shown(console: Console, rows: Iterator[SeedResult]) -> Iterator[SeedResult]:
+    """Print each row as it arrives, and pass it on."""
     console.print(f"[bold]{'seed':>5}  {'outcome':<10} {'time s':>7} {'/ estimated':>12}  goal[/]")
     for row in rows:
         took = "" if row.took_s is None else f"{row.took_s:.1f}"
@@ -123,10 +126,10 @@ def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
         yield row
 
 
-def _show_tally(console: Console, tally: Tally) -> None:
+def _show_tally(console: Console, tally: SweepSummary) -> None:
     console.print()
     if tally.interval is None:
-        console.print(f"Nothing was tried: none of {tally.seeds} seeds had a plan.")
+        console.print(f"No mission was run: none of {tally.seeds} seeds had a plan.")
     else:
         low, high = tally.interval
         share = f"{tally.came_true} of {tally.tried} came true"

@@ -1,14 +1,13 @@
-"""`macta worker`: plans for the service's processes on the same database. Ends in order when told to."""
+"""`macta worker`: plans goals for the services on the same database."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from app.cli.long_running import each, log_warnings, told_to_end
-from app.cli.over_broker import over
+from app.cli.long_running import end_signal, enter_all, log_warnings, world_over_broker
+from app.cli.render import show_startup
 from app.cli.settings import settings_of
-from app.cli.show import tell_of_start
 from app.composition import Service
 from app.domain.errors import Invalid
 from app.settings import Settings
@@ -17,37 +16,37 @@ from robots.world import WorldFile
 
 
 def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
-    """Run until interrupted or terminated.
+    """Run until SIGINT or SIGTERM.
 
-    :raises Invalid: if there is nobody to plan for, or no way to hear of the world's robots.
+    :raises Invalid: if the database is not shared, or no broker is set.
     """
     settings = settings_of(given, keeps_folder=False)
     broker = settings.broker()
-    _refuse_alone(settings)
+    _refuse_unshared(settings)
     if broker is None:
-        raise Invalid("--broker: say where the broker is that robots are heard over, as mqtt://HOST[:PORT]")
+        raise Invalid("--broker: set the address of the robots' broker, mqtt://HOST[:PORT]")
     log_warnings()
-    tell_of_start(Console(stderr=True))
+    show_startup(Console(stderr=True))
     serves = (PLANNING, WAITING)
     with (
-        told_to_end() as ending,
-        each(over(broker, world) for world in worlds) as running,
+        end_signal() as ending,
+        enter_all(world_over_broker(broker, world) for world in worlds) as running,
         Service(settings, running, serves=serves),
     ):
         names = ", ".join(world.name for world in worlds)
-        # NOTE: plain print: a terminal's width must not break the line.
+        # NOTE: plain print: rich would break the line at the terminal's width.
         print(
-            f"The planning worker of {names} is ready: {settings.planning_processes} goals side by side",
+            f"The planning worker of {names} is ready: {settings.planning_processes} goals in parallel",
             flush=True,
         )
         ending.wait()
 
 
-def _refuse_alone(settings: Settings) -> None:
+def _refuse_unshared(settings: Settings) -> None:
     if not settings.database_is_shared:
         raise Invalid(
-            "MACTA_DATABASE_URL: a worker plans for others, on a PostgreSQL that it shares with them; "
-            "alone, `macta serve` plans by itself"
+            "MACTA_DATABASE_URL: a worker needs a PostgreSQL database that it shares with services; "
+            "without one, `macta serve` plans by itself"
         )
     if settings.planning_processes == 0:
-        raise Invalid("MACTA_PLANNING_PROCESSES: a worker with none would plan nothing")
+        raise Invalid("MACTA_PLANNING_PROCESSES: a worker needs at least one")

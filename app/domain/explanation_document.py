@@ -23,7 +23,10 @@ class ActionExplanationBody(ExplanationPart):
     chain: tuple[CausalLinkBody, ...] = Field(description="the links by which it serves one of them")
     because: tuple[str, ...] = Field(description="the chain in words")
     robots: dict[str, str] = Field(description="for each of its robots why not another")
-    order: tuple[str, ...] = Field(description="what it comes after and before, and why")
+    order: tuple[str, ...] = Field(description="what it comes after, then what it comes before, and why")
+    after: tuple[str, ...] = Field(
+        default=(), description="the actions it comes after; the first sentences of `order` say why, one each"
+    )
 
     @classmethod
     def of(cls, explained: ActionExplanation, knowledge_base: KnowledgeBase) -> Self:
@@ -39,6 +42,7 @@ class ActionExplanationBody(ExplanationPart):
             because=explained.because,
             robots=dict(explained.robots),
             order=explained.order,
+            after=explained.after,
         )
 
 

@@ -7,24 +7,32 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict
-from app.domain.events import GoalCommitted, GoalWithdrawn, MissionPending, PlanClosed, PlanDecided
+from app.domain.events import (
+    GoalCommitted,
+    GoalWithdrawn,
+    MissionPending,
+    MissionRevised,
+    PlanClosed,
+    PlanDecided,
+)
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import plan as plan_lifecycle
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.states import MissionState, PlanState
-from app.domain.world_model import broken, taken_by
-from app.domain.world_model.timeliness import Dated, in_place_of
+from app.domain.world_model import broken_support, taken_by
+from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
 from app.planning.proposals import close_plans, open_plans, plan_row
 from app.planning.requests import PlanningRequests
-from app.planning.revision import revise, turn_down
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
-from app.store.lost_robots import lost_in
-from app.store.paging import page
+from app.store.records import lost_robot_reasons, page
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet
@@ -99,10 +107,8 @@ class PlanApproval:
 
         None if the plan is stale: then it expires, and a repaired one is planned in its place.
         """
-        if goal.mission_id is not None:
-            session.get_one(
-                MissionRow, goal.mission_id, with_for_update=True
-            )  # before the world, as everywhere
+        if goal.mission_id is not None:  # locked before the world, as everywhere
+            session.get_one(MissionRow, goal.mission_id, with_for_update=True)
         # If two processes approve plans for the same robots at once, the second sees the first one's mission.
         self._facts.lock(session, plan.world)
         stale = "; ".join(self._staleness.of(session, plan, goal))
@@ -127,14 +133,23 @@ class PlanApproval:
         close_plans(
             session, self._events, goal, PlanState.SUPERSEDED, f"plan {plan.id} was approved", keep=plan.id
         )
-        body = PlanBody.model_validate(plan.body)
         net = self._plan_nets.of(session, plan.id)
         margin_s = self._margin.of(net, learned_durations(session, plan.world), plan.world)
-        if goal.mission_id is not None:
-            mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
-            revise(session, self._events, self._workflows, mission, plan, goal, margin_s=margin_s)
-            return mission.id
-        mission_id = new_id("mission")
+        mission_id = goal.mission_id or new_id("mission")
+        is_repair = goal.mission_id is not None
+        goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission_id)
+        self._events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission_id))
+        if is_repair:
+            self._revise(session, mission_id, plan, margin_s)
+        else:
+            self._start(session, mission_id, plan, goal, margin_s)
+        return mission_id
+
+    def _start(
+        self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, margin_s: float
+    ) -> None:
+        """Record the mission that carries out the plan, and start its workflow."""
+        body = PlanBody.model_validate(plan.body)
         mission = MissionRow(
             id=mission_id,
             workflow=mission_id,
@@ -150,8 +165,6 @@ class PlanApproval:
             tries_left=TRIES,
         )
         session.add(mission)
-        goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission.id)
-        self._events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
         self._events.append(
             session,
             MissionPending(
@@ -163,7 +176,28 @@ class PlanApproval:
             ),
         )
         self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission.id)
-        return mission.id
+
+    def _revise(self, session: Session, mission_id: str, plan: PlanRow, margin_s: float) -> None:
+        """Have the mission carry out its repaired plan: what is done stays done, its robots get new scripts.
+
+        A paused mission's robots get them when it is resumed.
+        """
+        mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+        mission.plan_id = plan.id
+        mission.margin_s = margin_s
+        mission.revision += 1
+        recovery.approve(mission, plan.id)
+        mission_lifecycle.dispatch(mission)
+        self._events.append(
+            session,
+            MissionRevised(
+                subject=mission.id,
+                plan=plan.id,
+                revision=mission.revision,
+                state=MissionState(mission.state),
+            ),
+        )
+        self._workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
         """Reject a plan; its goal is withdrawn with its last open plan. Rejecting again changes nothing.
@@ -178,18 +212,27 @@ class PlanApproval:
             self._decide(session, plan, PlanState.REJECTED, actor, comment)
             session.flush()
             if goal.mission_id is not None:
-                mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
-                turn_down(session, self._workflows, mission, plan, goal, comment)
+                self._reject_repair(session, goal.mission_id, plan, goal, comment)
                 return plan
-            if left := open_plans(session, goal.id):
-                if goal.plan_id != left[0].id:
-                    goal.plan_id = left[0].id
+            if others := open_plans(session, goal.id):
+                if goal.plan_id != others[0].id:
+                    goal.plan_id = others[0].id
                     goal.alternatives = None  # a search under way compares with the rejected plan
                 return plan
             reason = f"plan rejected: {comment}" if comment else "plan rejected"
             goal_lifecycle.withdraw(goal, outcome="plan_rejected", reason=reason)
             self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return plan
+
+    def _reject_repair(
+        self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, comment: str
+    ) -> None:
+        """The operator does not want the mission recovered this way: it ends."""
+        mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+        goal.plan_id = mission.plan_id
+        remark = f": {comment}" if comment else ""
+        recovery.reject(mission, plan.id, f"the repair was rejected{remark}")
+        self._workflows.wake(session, mission.workflow, f"rejected:{plan.id}")
 
     def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
         plan_lifecycle.decide(plan, state, actor=actor, comment=comment, at=utc_now())
@@ -229,7 +272,7 @@ class _Staleness:
     def of(self, session: Session, plan: PlanRow, goal: GoalRow) -> list[str]:
         """Each condition of the plan that no longer holds, with what holds instead, in words; empty if all hold."""
         net = self._plan_nets.of(session, plan.id)
-        false = broken(net, self._facts.facts(session, plan.world))
+        false = broken_support(net, self._facts.facts(session, plan.world))
         believed = self._facts.believed(session, plan.world) if false else ()
         return [
             *(self._change(fact, believed) for fact in false),
@@ -237,10 +280,10 @@ class _Staleness:
             *self._taken(session, net, goal),
         ]
 
-    def _change(self, fact: Fact, believed: Sequence[Dated]) -> str:
+    def _change(self, fact: Fact, believed: Sequence[DatedFact]) -> str:
         now = [
             f"{self._words(one.fact)}, {one.source} at {one.at_s:.0f} s"
-            for one in in_place_of(fact, believed)
+            for one in beliefs_contradicting(fact, believed)
         ]
         return f"{self._words(fact)} is no longer true" + (f": now {' and '.join(now)}" if now else "")
 
@@ -248,7 +291,7 @@ class _Staleness:
         return str(symbolic(fact, self._knowledge_base))
 
     def _lost(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
-        lost = lost_in(session, world)
+        lost = lost_robot_reasons(session, world)
         return (f"{robot} was declared lost" for robot in net.robots if robot in lost)
 
     def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:

@@ -15,15 +15,15 @@ from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
-from app.domain.states import GoalState, PlanState
 from app.domain.world_model import Facts
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow
-from app.store.goal_record import goal_to_change
-from app.store.paging import page
+from app.store.records import lock_goal, page
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -165,7 +165,7 @@ class GoalService:
         :raises Conflict: if planning has not begun.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.state in (GoalState.SUBMITTED, GoalState.WAITING):
                 raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
             if goal.state == GoalState.PLANNING and not goal.stop_requested:
@@ -179,7 +179,7 @@ class GoalService:
         :raises Conflict: if a mission carries it out, or it has ended otherwise.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.outcome == CANCELLED:
                 return goal
             _refuse_begun(goal)

@@ -99,11 +99,12 @@ class PlanningJob(ABC, Generic[Row, Task]):
     def run(self, subject_id: str) -> None:
         """The workflow."""
         or_give_up(
-            lambda: step(self.step_name, lambda: self._plan(subject_id)),
+            lambda: step(self.step_name, lambda: self.plan_once(subject_id)),
             partial(self._give_up, subject_id),
         )
 
-    def _plan(self, subject_id: str) -> None:
+    def plan_once(self, subject_id: str) -> None:
+        """The workflow's step: plan for the subject and record the result, if a plan is wanted then and still after."""
         with self._database.write() as session:
             subject = self.load(session, subject_id, lock=True)
             task = self.begin(session, subject)
@@ -135,7 +136,9 @@ class PlanningJob(ABC, Generic[Row, Task]):
     def _result(self, task: Task, watch: Watch) -> WorkResult[Solutions]:
         problem = task.problem
         if problem.refusal:
-            result = WorkResult[Solutions](status=PlanningStatus.UNSOLVABLE, reason=problem.refusal)
+            result: WorkResult[Solutions] = WorkResult(
+                status=PlanningStatus.UNSOLVABLE, reason=problem.refusal
+            )
         else:
             result = self._worker.do(task.work, task.time_limit_s, watch)
         if result.answer is not None or not problem.waits_for:

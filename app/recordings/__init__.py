@@ -1,4 +1,4 @@
-"""Recordings of missions: what was decided, told and done, and where robots were; MCAP files that can be replayed."""
+"""Recordings of missions: decisions, reports, events and robots' poses, as MCAP files that can be replayed."""
 
 from app.recordings.recorder import Recorder
 from app.recordings.recording_store import Recording, RecordingStore

@@ -28,21 +28,29 @@ from robots.wire import Telemetry
 
 FRAME = "world"
 CHUNK_BYTES = 32 * 1024
-"""What is lost at most, uncompressed, when the process is killed."""
+"""The most that is lost, uncompressed, when the process is killed."""
 NANO = 1_000_000_000
 ROBOTS = "/robots/"
-EVENTS, GOAL, MISSION, PLAN = "/events", "/goal", "/mission", "/plan"
-SCRIPT, WORLD, SAMPLES = "/script", "/world", "/samples"
-TRANSFORMS, POSES = "/tf", "/poses/"
-ASIDE = {"x_m", "y_m", "heading_rad", "holding", "packet_tag"}
-"""What is kept of a robot that has no part in the mission."""
+EVENTS = "/events"
+GOAL = "/goal"
+MISSION = "/mission"
+PLAN = "/plan"
+SCRIPT = "/script"
+WORLD = "/world"
+SAMPLES = "/samples"
+TRANSFORMS = "/tf"
+POSES = "/poses/"
+BRIEF_FIELDS = {"x_m", "y_m", "heading_rad", "holding", "packet_tag"}
+"""Telemetry that is kept of robots outside the mission."""
 
 
 class _Appended:
-    """A file that is open only while it is written to: thousands of missions may be under way."""
+    """A file that is open only during writes: thousands of missions may be recorded at once."""
 
     def __init__(self, path: Path, wrote: Callable[[int], None]) -> None:
-        self._path, self._wrote, self._written = path, wrote, 0
+        self._path = path
+        self._wrote = wrote
+        self._written = 0
 
     def write(self, data: bytes) -> int:
         with self._path.open("ab") as stream:
@@ -60,8 +68,18 @@ class _Appended:
 class McapWriter:
     """One file that is being written."""
 
-    def __init__(self, path: Path, *, wrote: Callable[[int], None] = lambda size_bytes: None) -> None:
-        """:param wrote: told of the bytes that were written, each time some are."""
+    def __init__(
+        self,
+        path: Path,
+        *,
+        wrote: Callable[[int], None] = lambda size_bytes: None,
+        wall_ns: Callable[[], int] = time.time_ns,
+    ) -> None:
+        """
+        :param wrote: called with the number of bytes after each write.
+        :param wall_ns: the wall clock, nanoseconds since the epoch.
+        """
+        self._wall_ns = wall_ns
         self.path = path
         path.touch(exist_ok=False)
         self._writer = Writer(cast(IO[bytes], _Appended(path, wrote)), chunk_size=CHUNK_BYTES)
@@ -75,36 +93,36 @@ class McapWriter:
         self.close()
 
     def close(self) -> None:
-        """Finish the file: it has its index then, and any reader can jump about in it."""
+        """Finish the file with its index, so that readers can seek in it."""
         self._writer.finish()  # type: ignore[no-untyped-call]
 
-    def robots(self, said: Mapping[str, Telemetry], *, whole: Collection[str]) -> None:
-        """Where robots believe to be, and what they told with it.
+    def write_robots(self, telemetry: Mapping[str, Telemetry], *, whole: Collection[str]) -> None:
+        """Write telemetry and transforms.
 
-        :param whole: those of whom everything is kept that they told.
+        :param whole: robots whose whole telemetry is kept; of the others only pose, load and packet.
         """
-        for name, told in said.items():
+        for name, told in telemetry.items():
             if name in whole:
                 self._protobuf(POSES + name, _pose(told), told.at_s)
-            kept = told.model_dump_json(exclude={"kind"}, include=None if name in whole else ASIDE)
+            kept = told.model_dump_json(exclude={"kind"}, include=None if name in whole else BRIEF_FIELDS)
             self._json(ROBOTS + name, kept, told.at_s)
-        if said:
-            latest = max(told.at_s for told in said.values())
-            transforms = [_transform(name, told) for name, told in said.items()]
+        if telemetry:
+            latest = max(told.at_s for told in telemetry.values())
+            transforms = [_transform(name, told) for name, told in telemetry.items()]
             self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), latest)
 
-    def samples(
-        self, lying: Mapping[str, str], places: Mapping[str, tuple[float, float]], at_s: float
+    def write_samples(
+        self, held_in: Mapping[str, str], places: Mapping[str, tuple[float, float]], at_s: float
     ) -> None:
-        """Where samples lie: in a place, or before the robot that holds them."""
+        """Write each sample's transform: in its place, or in the gripper of the robot that holds it."""
         transforms = []
-        for name, where in lying.items():
+        for name, where in held_in.items():
             frame, (x_m, y_m) = (FRAME, places[where]) if where in places else (where, (GRIPPER_REACH_M, 0.0))
             transforms.append(_placed(name, frame, x_m, y_m, 0.0, at_s))
         self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), at_s)
 
-    def tell(self, topic: str, body: Any, at_s: float) -> None:
-        """Something as the API has it."""
+    def write_json(self, topic: str, body: Any, at_s: float) -> None:
+        """Write a body of the API."""
         self._json(topic, json.dumps(body, separators=(",", ":")), at_s)
 
     def _json(self, topic: str, body: str, at_s: float) -> None:
@@ -129,7 +147,7 @@ class McapWriter:
         self._add(channel, message.SerializeToString(), at_s)
 
     def _add(self, channel: int, data: bytes, at_s: float) -> None:
-        self._writer.add_message(channel, log_time=int(at_s * NANO), data=data, publish_time=time.time_ns())
+        self._writer.add_message(channel, log_time=int(at_s * NANO), data=data, publish_time=self._wall_ns())
 
 
 def _transform(name: str, told: Telemetry) -> FrameTransform:
@@ -138,15 +156,19 @@ def _transform(name: str, told: Telemetry) -> FrameTransform:
 
 def _placed(name: str, frame: str, x_m: float, y_m: float, heading_rad: float, at_s: float) -> FrameTransform:
     transform = FrameTransform(parent_frame_id=frame, child_frame_id=name, timestamp=_stamp(at_s))
-    transform.translation.x, transform.translation.y = x_m, y_m
-    transform.rotation.z, transform.rotation.w = sin(heading_rad / 2), cos(heading_rad / 2)
+    transform.translation.x = x_m
+    transform.translation.y = y_m
+    transform.rotation.z = sin(heading_rad / 2)
+    transform.rotation.w = cos(heading_rad / 2)
     return transform
 
 
 def _pose(told: Telemetry) -> PoseInFrame:
     pose = PoseInFrame(frame_id=FRAME, timestamp=_stamp(told.at_s))
-    pose.pose.position.x, pose.pose.position.y = told.x_m, told.y_m
-    pose.pose.orientation.z, pose.pose.orientation.w = sin(told.heading_rad / 2), cos(told.heading_rad / 2)
+    pose.pose.position.x = told.x_m
+    pose.pose.position.y = told.y_m
+    pose.pose.orientation.z = sin(told.heading_rad / 2)
+    pose.pose.orientation.w = cos(told.heading_rad / 2)
     return pose
 
 

@@ -1,4 +1,4 @@
-"""Records every mission under way, from its beginning to its end; begins another part after a restart."""
+"""Records every mission from its beginning to its end; after a restart in another part."""
 
 import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -8,30 +8,36 @@ from typing import Any
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.states import ENDED
-from app.recordings.concordance import Concordance
+from app.domain.events import FactsChanged
+from app.domain.lifecycles.mission import ENDED
+from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
+from app.recordings.mission_reader import MissionReader, MissionRecord, names_in
+from app.recordings.mission_recording import MissionRecording
 from app.recordings.recording_store import RecordingStore
 from app.recordings.replay import last_event
-from app.recordings.story import Chapter, Story, names_in, told
-from app.recordings.track import Track
-from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_away
+from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_unavailable
+from app.store.event_log import envelope
 from app.workflows.background import Background
 from app.workflows.leases import ExecutorRegistry
 from robots.clock import Clock
 
-LOOK_S = 0.5
+INTERVAL_S = 0.5
 PAUSE_S = 0.1
-LONGEST_EVENTS = 500
-FULL_S = 60.0
-"""How long a disk that takes no more is left alone."""
+MAX_EVENTS = 500
+DISK_FULL_PAUSE_S = 60.0
+"""Pause after a write has failed, such as on a full disk."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shown:
-    """How the API shows what is recorded; given by the composition root, for the API is not ours to import."""
+class RecordedBodies:
+    """Functions that give what is recorded in the form of the API; recordings stand below the API and cannot import it.
+
+    :param samples: the believed place or robot of each sample of a world.
+    :param places: x and y in metres of each place of a world.
+    """
 
     goal: Callable[[GoalRow], dict[str, Any]]
     mission: Callable[[MissionRow, Sequence[ScriptRow]], dict[str, Any]]
@@ -42,32 +48,35 @@ class Shown:
 
 
 class Recorder:
-    """Writes what is told of missions onto tapes, in a thread of its own."""
+    """Writes recordings in a thread of its own."""
 
     def __init__(
         self,
         core: Core,
         *,
-        shelf: RecordingStore,
+        recordings: RecordingStore,
         board: RobotBoard,
         clocks: Mapping[str, Clock],
-        shown: Shown,
-        presence: ExecutorRegistry,
+        bodies: RecordedBodies,
+        executors: ExecutorRegistry,
     ) -> None:
-        """:param presence: says for which worlds this process speaks; others record the rest."""
-        self._events, self._story = core.events, Story(core.database)
-        self._board, self._shelf = board, shelf
-        self._concordance = Concordance(clocks)
-        self._shown, self._speaks = shown, presence.speaks_for
-        self._tracks: dict[str, Track] = {}
-        self._seen = 0
-        self._looked_at = -1
+        """:param executors: says which worlds this process drives; other processes record the others."""
+        self._events = core.events
+        self._missions = MissionReader(core.database)
+        self._board = board
+        self._recordings = recordings
+        self._clock_map = ClockMap(clocks)
+        self._bodies = bodies
+        self._drives = executors.holds_lease
+        self._open: dict[str, MissionRecording] = {}
+        self._last_seq = 0
+        self._generation = -1
         self._background = Background("recorder", self._run)
 
     def start(self) -> None:
-        if self._shelf.takes_nothing:
+        if self._recordings.is_disabled:
             return
-        self._seen = self._events.last()
+        self._last_seq = self._events.last()
         self._background.start()
 
     def close(self) -> None:
@@ -75,126 +84,132 @@ class Recorder:
         self._board.wake()
         if not self._background.end():
             return
-        self._let_go()
+        self._close_all()
 
-    def _let_go(self) -> None:
-        while self._tracks:
+    def _close_all(self) -> None:
+        while self._open:
             with suppress(OSError):
-                self._tracks.popitem()[1].writer.close()
+                self._open.popitem()[1].writer.close()
 
     def _run(self) -> None:
-        generation, begun = 0, False
+        generation = 0
+        begun = False
         while not self._background.ending.is_set():
             try:
                 if not begun:
-                    self._under_way()
+                    self._resume()
                     begun = True
-                generation = self._board.wait(generation, LOOK_S)
-                self._concordance.read()
-                self._look()
-                self._hear()
-                self._end()
-                if self._shelf.is_to_be_tidied:
-                    self._shelf.make_room(spare=frozenset(self._tracks))
+                generation = self._board.wait(generation, INTERVAL_S)
+                self._clock_map.read()
+                self._record_events()
+                self._record_robots()
+                self._close_ended()
+                if self._recordings.is_measurement_due:
+                    self._recordings.delete_oldest(keep=frozenset(self._open))
             except OSError as error:
-                logger.warning("nothing is recorded for %.0f s: %s", FULL_S, error)
-                self._let_go()
-                self._background.ending.wait(FULL_S)
+                logger.warning("recording paused for %.0f s: %s", DISK_FULL_PAUSE_S, error)
+                self._close_all()
+                self._background.ending.wait(DISK_FULL_PAUSE_S)
             except Exception as error:
-                if is_away(error):
-                    logger.warning("recordings wait for the database")
+                if is_unavailable(error):
+                    logger.warning("recording paused: database unavailable")
                 else:
-                    logger.exception("something could not be recorded")
-                self._background.ending.wait(LOOK_S)
+                    logger.exception("recording failed")
+                self._background.ending.wait(INTERVAL_S)
             self._background.ending.wait(PAUSE_S)
 
-    def _look(self) -> None:
-        """What the record says anew: missions that begin, change and end, and the events of each."""
-        if self._events.generation == self._looked_at:
+    def _record_events(self) -> None:
+        """Record what is new in the database: missions that begin, change and end, and the events of each."""
+        if self._events.generation == self._generation:
             return
-        self._looked_at = self._events.generation
-        rows = self._events.since(self._seen, LONGEST_EVENTS)
-        if len(rows) == LONGEST_EVENTS:
-            self._looked_at = -1
+        self._generation = self._events.generation
+        rows = self._events.since(self._last_seq, MAX_EVENTS)
+        if len(rows) == MAX_EVENTS:
+            self._generation = -1
         if not rows:
             return
         about = [(row, names_in(row)) for row in rows]
-        concerned = set[str]().union(*(names | self._of(names) for _, names in about))
-        for chapter in self._chapters(concerned):
-            self._record(chapter, before=rows[0].seq)
-        self._tell(about)
-        self._seen = rows[-1].seq
+        concerned = set[str]().union(*(names | self._recorded(names) for _, names in about))
+        for record in self._records(concerned):
+            self._record(record, before=rows[0].seq)
+        self._write_events(about)
+        self._last_seq = rows[-1].seq
 
-    def _of(self, names: frozenset[str]) -> set[str]:
-        """The recorded missions that any of the names is about."""
-        return {mission for mission, track in self._tracks.items() if not names.isdisjoint(track.names)}
+    def _recorded(self, names: frozenset[str]) -> set[str]:
+        """The missions being recorded that any of the names belongs to."""
+        return {mission for mission, recording in self._open.items() if not names.isdisjoint(recording.names)}
 
-    def _tell(self, about: Sequence[tuple[EventRow, frozenset[str]]]) -> None:
+    def _write_events(self, about: Sequence[tuple[EventRow, frozenset[str]]]) -> None:
         moved = set()
         for row, names in about:
-            for track in (self._tracks[one] for one in self._of(names)):
-                track.event(told(row), self._concordance.at_s(track.world, row.time))
-            if row.type == "world.facts_changed":
+            for recording in (self._open[one] for one in self._recorded(names)):
+                recording.write_event(envelope(row), self._clock_map.at_s(recording.world, row.time))
+            if row.type == FactsChanged.TYPE:
                 moved.add(row.subject)
-        for world in moved & {track.world for track in self._tracks.values()}:
-            samples = self._shown.samples(world)
-            for track in self._tracks.values():
-                if track.world == world:
-                    track.lie(samples, self._concordance.now_s(world))
+        for world in moved & {recording.world for recording in self._open.values()}:
+            samples = self._bodies.samples(world)
+            for recording in self._open.values():
+                if recording.world == world:
+                    recording.write_samples(samples, self._clock_map.now_s(world))
 
-    def _chapters(self, ids: Collection[str]) -> list[Chapter]:
-        """Of those of the missions that are for us to record; not what was recorded before."""
-        missions = self._story.missions(ids)
-        return self._story.chapters(
-            [one for one in missions if self._speaks(one.world) and self._is_wanted(one)]
+    def _records(self, ids: Collection[str]) -> list[MissionRecord]:
+        """Those of the missions that this process is to record."""
+        missions = self._missions.missions(ids)
+        return self._missions.records(
+            [one for one in missions if self._drives(one.world) and self._is_wanted(one)]
         )
 
     def _is_wanted(self, mission: MissionRow) -> bool:
-        # One that waits costs nothing: it is recorded from when its first robot has begun.
+        # A mission that waits needs no recording: it begins with its first robot.
         begun = mission.started_at_s is not None
-        fresh = mission.state not in ENDED or not self._shelf.has(mission.id)
-        return mission.id in self._tracks or (begun and fresh)
+        fresh = mission.state not in ENDED or not self._recordings.has(mission.id)
+        return mission.id in self._open or (begun and fresh)
 
-    def _under_way(self) -> None:
-        """Go on with what an earlier process recorded."""
-        for chapter in self._chapters(self._story.under_way()):
-            self._record(chapter, before=self._seen + 1)
+    def _resume(self) -> None:
+        """Go on with the recordings of an earlier process."""
+        for record in self._records(self._missions.open_missions()):
+            self._record(record, before=self._last_seq + 1)
 
-    def _record(self, chapter: Chapter, *, before: int) -> None:
-        """:param before: events from this number on are still to be told."""
-        mission = chapter.mission
-        track = self._tracks.get(mission.id) or self._begin(chapter, before)
-        track.robots = frozenset(script.robot for script in chapter.scripts)
-        track.names = frozenset((mission.id, mission.goal_id, mission.world, *chapter.plans, *track.robots))
-        now_s = self._concordance.now_s(mission.world)
-        track.stands(GOAL, self._shown.goal(chapter.goal), now_s)
-        for plan in chapter.plans:
-            if not track.knows(PLAN, plan):
-                track.stands(PLAN, self._shown.plan(plan), now_s)
-        for script in chapter.scripts:
-            track.stands(SCRIPT, script.body, now_s)
-        track.stands(MISSION, self._shown.mission(mission, chapter.scripts), now_s)
+    def _record(self, record: MissionRecord, *, before: int) -> None:
+        """:param before: events from this number on are written later."""
+        mission = record.mission
+        recording = self._open.get(mission.id) or self._begin(record, before)
+        recording.robots = frozenset(script.robot for script in record.scripts)
+        recording.names = frozenset(
+            (mission.id, mission.goal_id, mission.world, *record.plans, *recording.robots)
+        )
+        now_s = self._clock_map.now_s(mission.world)
+        recording.write_state(GOAL, self._bodies.goal(record.goal), now_s)
+        for plan in record.plans:
+            if not recording.has_written(PLAN, plan):
+                recording.write_state(PLAN, self._bodies.plan(plan), now_s)
+        for script in record.scripts:
+            recording.write_state(SCRIPT, script.body, now_s)
+        recording.write_state(MISSION, self._bodies.mission(mission, record.scripts), now_s)
 
-    def _begin(self, chapter: Chapter, before: int) -> Track:
-        """Another part; first on it is what happened since the goal was stated and is on no part yet."""
-        mission, world = chapter.mission, chapter.mission.world
-        earlier = last_event(self._shelf.entries(mission.id)) if self._shelf.has(mission.id) else 0
-        track = Track(mission.id, self._shelf.begin(mission.id), world, self._shown.places(world))
-        self._tracks[mission.id] = track
-        for row in self._story.events(chapter, after=earlier, before=before):
-            track.event(told(row), self._concordance.at_s(world, row.time))
-        now_s = self._concordance.now_s(world)
-        track.writer.tell(WORLD, self._shown.world(world), now_s)
-        track.lie(self._shown.samples(world), now_s)
-        return track
+    def _begin(self, record: MissionRecord, before: int) -> MissionRecording:
+        """Begin another part with the events since the goal was submitted that no earlier part holds."""
+        mission = record.mission
+        world = mission.world
+        earlier = last_event(self._recordings.entries(mission.id)) if self._recordings.has(mission.id) else 0
+        recording = MissionRecording(
+            mission.id, self._recordings.new_part(mission.id), world, self._bodies.places(world)
+        )
+        self._open[mission.id] = recording
+        for row in self._missions.events(record, after=earlier, before=before):
+            recording.write_event(envelope(row), self._clock_map.at_s(world, row.time))
+        now_s = self._clock_map.now_s(world)
+        recording.writer.write_json(WORLD, self._bodies.world(world), now_s)
+        recording.write_samples(self._bodies.samples(world), now_s)
+        return recording
 
-    def _hear(self) -> None:
-        """Where the robots are now."""
-        views = self._board.views() if self._tracks else {}
-        for track in self._tracks.values():
-            track.hear(views)
+    def _record_robots(self) -> None:
+        """Record the robots' telemetry."""
+        views = self._board.views() if self._open else {}
+        for recording in self._open.values():
+            recording.write_robots(views)
 
-    def _end(self) -> None:
-        for mission_id in [one.mission for one in self._tracks.values() if one.is_over]:
-            self._tracks.pop(mission_id).writer.close()
+    def _close_ended(self) -> None:
+        for mission_id in [one.mission for one in self._open.values() if one.is_over]:
+            self._open.pop(mission_id).writer.close()
             logger.info("recorded %s", mission_id)

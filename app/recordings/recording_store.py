@@ -1,4 +1,4 @@
-"""Where recordings lie: a folder a mission, a file a life of the process that made it. The oldest give way."""
+"""Stores recordings: a folder for each mission, a file for each process that recorded it; deletes the oldest."""
 
 import shutil
 import struct
@@ -18,17 +18,17 @@ from app.recordings.mcap_writer import McapWriter
 from app.settings import Settings
 
 Entry = tuple[Schema | None, Channel, Message]
-WHOLE = "whole.mcap"
+MERGED = "whole.mcap"
 CUT_OFF = (McapError, EOFError, struct.error)
-"""What reading past the end of a file comes to that its process could not finish."""
+"""Raised when a file is read past its end that its process could not finish."""
 PART = "part-"
-MEASURED_EACH = 100
-"""So many times while as much is written as they may take altogether, recordings are measured."""
+MEASUREMENTS_PER_BUDGET = 100
+"""The folders are measured each time that this fraction of the budget was written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """A mission's recording: how much it takes and when it was last written to (epoch seconds)."""
+    """A mission's recording; `written_at` is when it was last written to (epoch seconds)."""
 
     mission_id: str
     size_bytes: int
@@ -36,10 +36,11 @@ class Recording:
 
 
 class RecordingStore:
-    """The recordings in a folder, which take no more than so much."""
+    """The recordings in a folder, within a budget of bytes."""
 
     def __init__(self, folder: Path, *, budget_bytes: int) -> None:
-        self._folder, self._budget_bytes = folder, budget_bytes
+        self._folder = folder
+        self._budget_bytes = budget_bytes
         self._unmeasured_bytes = budget_bytes
 
     @classmethod
@@ -48,16 +49,16 @@ class RecordingStore:
         return cls(settings.data / "recordings", budget_bytes=settings.recordings_mb * 1_000_000)
 
     @property
-    def takes_nothing(self) -> bool:
+    def is_disabled(self) -> bool:
         return self._budget_bytes == 0
 
     @property
-    def is_to_be_tidied(self) -> bool:
-        """True once so much has been written that there may be too much; measuring every folder takes its time."""
-        return self._unmeasured_bytes * MEASURED_EACH >= self._budget_bytes
+    def is_measurement_due(self) -> bool:
+        """True once enough was written since the last measurement; measuring every folder takes time."""
+        return self._unmeasured_bytes * MEASUREMENTS_PER_BUDGET >= self._budget_bytes
 
-    def begin(self, mission_id: str) -> McapWriter:
-        """The mission's next part."""
+    def new_part(self, mission_id: str) -> McapWriter:
+        """A writer for the mission's next part."""
         folder = self._folder / mission_id
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         return McapWriter(folder / f"{PART}{len(self._parts(mission_id)):04d}.mcap", wrote=self._wrote)
@@ -74,23 +75,23 @@ class RecordingStore:
         return sorted((one for one in found if one), key=lambda one: one.written_at, reverse=True)
 
     def entries(self, mission_id: str) -> Iterator[Entry]:
-        """Everything that was recorded, in the order it was; an end that was cut off is left out.
+        """All entries in the order they were recorded; a truncated end is left out.
 
         :raises NotFound: if there is no recording of the mission.
         """
         parts = self._parts(mission_id)
         if not parts:
-            why = "none was made, or it has given way to newer ones"
+            why = "none was made, or it was deleted to make room for newer ones"
             raise NotFound(f"no recording of mission {mission_id!r}: {why}", code="no-recording")
         return chain.from_iterable(_entries(part) for part in parts)
 
-    def whole(self, mission_id: str) -> Path:
-        """The recording as one finished file, as far as it goes.
+    def merged_file(self, mission_id: str) -> Path:
+        """All parts merged into one finished file.
 
         :raises NotFound: if there is no recording of the mission.
         """
         entries = self.entries(mission_id)
-        path = self._folder / mission_id / WHOLE
+        path = self._folder / mission_id / MERGED
         fresh = path.with_suffix(".new")
         with fresh.open("wb") as stream:
             writer = Writer(stream)
@@ -100,26 +101,28 @@ class RecordingStore:
             self._wrote(stream.tell())
         return fresh.replace(path)
 
-    def make_room(self, *, spare: frozenset[str] = frozenset()) -> list[str]:
-        """Delete the oldest recordings that are too many, but for those to `spare`; answers whose they were."""
-        gone, taken = [], 0
+    def delete_oldest(self, *, keep: frozenset[str] = frozenset()) -> list[str]:
+        """Delete the oldest recordings beyond the budget, except those to `keep`; returns their missions."""
+        deleted = []
+        size_bytes = 0
         self._unmeasured_bytes = 0
         for recording in self.recordings():
-            taken += recording.size_bytes
-            if taken > self._budget_bytes and recording.mission_id not in spare:
+            size_bytes += recording.size_bytes
+            if size_bytes > self._budget_bytes and recording.mission_id not in keep:
                 shutil.rmtree(self._folder / recording.mission_id, ignore_errors=True)
-                gone.append(recording.mission_id)
-        return gone
+                deleted.append(recording.mission_id)
+        return deleted
 
     def _parts(self, mission_id: str) -> list[Path]:
-        # An id comes from outside: it names a folder of ours, or none.
+        # The id comes from a client: it must not name a path outside the folder.
         if not mission_id or Path(mission_id).name != mission_id:
             return []
         return sorted((self._folder / mission_id).glob(f"{PART}*.mcap"))
 
     def _measured(self, folder: Path) -> Recording | None:
-        sizes, times = [], []
-        with suppress(FileNotFoundError):  # it is being deleted
+        sizes = []
+        times = []
+        with suppress(FileNotFoundError):  # being deleted
             for path in folder.iterdir():
                 known = path.stat()
                 sizes.append(known.st_size)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from app.recordings.mcap_writer import (
-    ASIDE,
+    BRIEF_FIELDS,
     EVENTS,
     GOAL,
     MISSION,
@@ -19,10 +19,10 @@ from app.recordings.mcap_writer import (
 )
 from app.recordings.recording_store import Entry
 
-STEP_S = 0.2
+POSE_INTERVAL_S = 0.2
 """Poses closer in time than this are left out."""
-CLOSELY_S = 1.0
-"""… and so is all else that robots told."""
+TELEMETRY_INTERVAL_S = 1.0
+"""Other telemetry closer in time than this is left out."""
 
 
 @dataclass(slots=True)
@@ -49,9 +49,9 @@ class Replay:
 def replay_of(entries: Iterable[Entry]) -> Replay:
     replay = Replay()
     by_id = {PLAN: replay.plans, SCRIPT: replay.scripts}
-    for topic, body, at_s in _told(entries):
+    for topic, body, at_s in _json_entries(entries):
         if topic.startswith(ROBOTS):
-            _take_robot(replay, topic.removeprefix(ROBOTS), body, at_s)
+            _add_robot(replay, topic.removeprefix(ROBOTS), body, at_s)
         elif topic == EVENTS:
             replay.events.append({"at_s": at_s, **body})
         elif topic == MISSION:
@@ -69,21 +69,23 @@ def replay_of(entries: Iterable[Entry]) -> Replay:
 
 def last_event(entries: Iterable[Entry]) -> int:
     """The number of the newest event in a recording; 0 without one."""
-    return max((body["seq"] for topic, body, _ in _told(entries) if topic == EVENTS), default=0)
+    return max((body["seq"] for topic, body, _ in _json_entries(entries) if topic == EVENTS), default=0)
 
 
-def _told(entries: Iterable[Entry]) -> Iterable[tuple[str, Any, float]]:
+def _json_entries(entries: Iterable[Entry]) -> Iterable[tuple[str, Any, float]]:
     for _, channel, message in entries:
         if channel.message_encoding == "json":
             yield channel.topic, json.loads(message.data), message.log_time / NANO
 
 
-def _take_robot(replay: Replay, name: str, said: dict[str, Any], at_s: float) -> None:
+def _add_robot(replay: Replay, name: str, said: dict[str, Any], at_s: float) -> None:
     rows = replay.robots.setdefault(name, [])
-    if rows and at_s - rows[-1][0] < STEP_S - 0.01:  # a tick more or less
+    if rows and at_s - rows[-1][0] < POSE_INTERVAL_S - 0.01:  # tolerate one tick
         return
     place = [round(said["x_m"], 3), round(said["y_m"], 3), round(said["heading_rad"], 3)]
     rows.append([round(at_s, 2), *place, said["holding"], said["packet_tag"]])
-    closely = replay.telemetry.setdefault(name, []) if said.keys() > ASIDE else None
-    if closely is not None and (not closely or at_s - closely[-1]["at_s"] >= CLOSELY_S - 0.01):
-        closely.append({key: value for key, value in said.items() if key not in ASIDE})
+    telemetry = replay.telemetry.setdefault(name, []) if said.keys() > BRIEF_FIELDS else None
+    if telemetry is not None and (
+        not telemetry or at_s - telemetry[-1]["at_s"] >= TELEMETRY_INTERVAL_S - 0.01
+    ):
+        telemetry.append({key: value for key, value in said.items() if key not in BRIEF_FIELDS})

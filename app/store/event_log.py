@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Sequence
+from typing import Any
 
 from pydantic_core import to_jsonable_python
 from sqlalchemy import select
@@ -9,6 +10,11 @@ from sqlalchemy.orm import Session
 
 from app.domain.events import Event
 from app.store import Database, EventRow, write_last
+
+
+def envelope(row: EventRow) -> dict[str, Any]:
+    """The event as the stream and recordings have it."""
+    return {"seq": row.seq, "time": row.time, "type": row.type, "subject": row.subject, "data": row.data}
 
 
 class EventLog:

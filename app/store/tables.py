@@ -230,10 +230,14 @@ class TuningRow(Base):
     decided_at: Mapped[str | None]
 
     def set(self, tuning: dict[str, Any], *, actor: str, comment: str) -> None:
-        """Another version, to be delivered."""
+        """Make it a new version that is to be delivered."""
         self.version += 1
-        self.tuning, self.delivery, self.detail = tuning, "pending", ""
-        self.comment, self.decided_by, self.decided_at = comment, actor, utc_now()
+        self.tuning = tuning
+        self.delivery = "pending"
+        self.detail = ""
+        self.comment = comment
+        self.decided_by = actor
+        self.decided_at = utc_now()
 
 
 class MessageRow(Base):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from planner.explanation.ordering import Reasons
-from planner.explanation.purpose import purposes, told
+from planner.explanation.purpose import chain_in_words, purposes
 from planner.explanation.recruiting import Rivals, Trial, trials, why_this_robot
 from planner.explanation.timing import Wait, makespan, waits
 from planner.fact import Fact
@@ -18,7 +18,8 @@ class ActionExplanation:
     """Why an action is there, and there: the fields with words hold sentences.
 
     `goals` are those it serves, `chain` the links that lead to one of them, `because` the same in words;
-    `robots` says for each of its robots why not another, `order` what comes before and after it and why.
+    `robots` says for each of its robots why not another, `order` what it comes after
+    and before, and why; `after` are the actions that the first of these sentences are about, one each.
     """
 
     action: str
@@ -27,6 +28,7 @@ class ActionExplanation:
     because: tuple[str, ...]
     robots: Mapping[str, str]
     order: tuple[str, ...]
+    after: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,11 +75,12 @@ def explain(
                 action=action.id,
                 goals=purpose[action.id].goals,
                 chain=purpose[action.id].chain,
-                because=tuple(told(purpose[action.id], names, knowledge_base)),
+                because=tuple(chain_in_words(purpose[action.id], names, knowledge_base)),
                 robots={
                     robot: why_this_robot(action, robot, rivals, tried.get(robot)) for robot in action.agents
                 },
                 order=tuple(order[action.id]),
+                after=tuple(one.before for one in plan_net.orderings if one.after == action.id),
             )
             for action in plan_net.actions
         ),
@@ -95,6 +98,3 @@ def _orders(plan_net: PlanNet, reasons: Reasons) -> Mapping[str, list[str]]:
     for ordering in plan_net.orderings:
         order[ordering.before].append(reasons.before(ordering))
     return order
-
-
-__all__ = ["ActionExplanation", "Explanation", "explain"]

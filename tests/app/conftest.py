@@ -14,6 +14,7 @@ from app.settings import Settings
 from app.store import Database
 from app.store.migrate import migrate
 from robots.world import WorldFile, load_world
+from tests.app.declared import declared_errors
 from tests.app.fake_robots import FakeTeam
 from tests.waiting import in_state, until
 
@@ -65,6 +66,7 @@ def service(
 @pytest.fixture
 def api(service: Service) -> Iterator[TestClient]:
     with TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as client:
+        client.event_hooks = {"response": [declared_errors(service.api)]}
         yield client
 
 

@@ -24,7 +24,7 @@ def test_a_start_that_is_interrupted_leaves_nothing_open(
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(service._core.workflows, "launch", interrupted)
+    monkeypatch.setattr(service.core.workflows, "launch", interrupted)
     with pytest.raises(KeyboardInterrupt), service:
         pass
     lock_folder(tmp_path).close()

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from fastapi.testclient import TestClient
 
-from app.cli.long_running import each
-from app.cli.over_broker import over
+from app.cli.long_running import enter_all, world_over_broker
 from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
@@ -37,7 +36,7 @@ def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Broker]:
 
 @pytest.fixture
 def worlds(broker: Broker) -> Iterator[list[RunningWorld]]:
-    with each(over(broker, load_world(name)) for name in GOALS) as worlds:
+    with enter_all(world_over_broker(broker, load_world(name)) for name in GOALS) as worlds:
         yield list(worlds)
 
 
@@ -93,9 +92,9 @@ def test_a_world_is_known_though_the_process_that_speaks_for_it_has_said_nothing
     database = Database(database_url)
     migrate(database)
     names: list[str] = [world.file.name for world in worlds]
-    ExecutorRegistry(database, Noted("another"), serves=[], speaks_for=names).register()
+    ExecutorRegistry(database, Noted("another"), serves=[], worlds=names).register()
     settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
     with Service(settings, worlds, worker=worker) as service:
-        assert not any(service.presence.speaks_for(name) for name in names)
+        assert not any(service.executors.holds_lease(name) for name in names)
         assert sorted(one.id for one in service.worlds.reports()) == sorted(names)
     database.close()

@@ -7,11 +7,11 @@ by clearance where that does not suffice.
 from functools import cache
 
 import pytest
-
-from app.cli.rehearse import carry_out
-from app.cli.understanding import understood
-from app.sweep import Mission, prepare, written
+from app.sweep import Mission, prepare
 from app.sweep.mission import posed
+
+from app.cli.goal_input import parse_goals
+from app.cli.simulated_mission import simulate_mission
 from benchmarks.errands import with_sample
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
@@ -23,7 +23,7 @@ from tests.app.sample_store import Store
 @cache
 def mission(sentence: str) -> Mission:
     store = Store()
-    goals = understood(store.world, store.facts, [sentence], store.base)
+    goals = parse_goals(store.world, store.facts, [sentence], store.base)
     problem = posed(store.world, store.facts, goals, store.base)
     return prepare(store.world, problem, portfolio(store.base), store.base, PlanningRequest(time_limit_s=60))
 
@@ -41,7 +41,7 @@ def mission(sentence: str) -> Mission:
 )
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_the_operator_asked_for_becomes_true_in_the_world(sentence: str, seed: int) -> None:
-    ended = carry_out(mission(sentence), seed=seed)
+    ended = simulate_mission(mission(sentence), seed=seed)
     assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
     assert ended.came_true, ended.words
 
@@ -49,7 +49,7 @@ def test_what_the_operator_asked_for_becomes_true_in_the_world(sentence: str, se
 @pytest.mark.parametrize("seed", range(5))
 def test_the_estimate_with_the_monitors_margin_holds(seed: int) -> None:
     one = mission("move sample_1 to bay_7")
-    ended = carry_out(one, seed=seed)
+    ended = simulate_mission(one, seed=seed)
     assert ended.truth.time_s <= 1.5 * one.plan_net.makespan_s + 20
 
 
@@ -57,8 +57,8 @@ def test_the_estimate_with_the_monitors_margin_holds(seed: int) -> None:
 def test_two_robots_use_one_interchange_one_after_the_other_by_clearance(seed: int) -> None:
     """yard_2 sees the interchange clear from the start, but is to come after yard_1."""
     store = Store(with_sample(load_world("sample_store"), "sample_2", "door_2", vacant="bay_3"))
-    one = written(store.world, store.one_interchange_twice(), store.base)
+    one = organised_mission(store.world, store.one_interchange_twice(), store.base)
     assert any(packet.after for script in one.scripts for packet in script.packets)
-    ended = carry_out(one, seed=seed)
+    ended = simulate_mission(one, seed=seed)
     assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
     assert ended.came_true, ended.words

@@ -1,11 +1,11 @@
 """Fred and Ginger relocate a rock sample (MACTA §1, §5): from the operator's sentence to the simulated truth."""
 
 import pytest
-
-from app.cli.rehearse import carry_out
-from app.cli.understanding import understood
 from app.sweep import Mission, prepare
 from app.sweep.mission import posed
+
+from app.cli.goal_input import parse_goals
+from app.cli.simulated_mission import simulate_mission
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
 from robots.wire import ScriptState
@@ -15,7 +15,7 @@ from tests.app.laboratory import Laboratory
 @pytest.fixture(scope="module")
 def mission() -> Mission:
     lab = Laboratory()
-    goals = understood(lab.world, lab.facts, ["move rock_sample to lander"], lab.base)
+    goals = parse_goals(lab.world, lab.facts, ["move rock_sample to lander"], lab.base)
     problem = posed(lab.world, lab.facts, goals, lab.base)
     return prepare(lab.world, problem, portfolio(lab.base), lab.base, PlanningRequest(time_limit_s=60))
 
@@ -30,7 +30,7 @@ def test_two_robots_relocate_the_rock_sample_and_nobody_tells_them_what_the_othe
         "ginger": ["TRACK", "DOCK2", "TRANSPORT", "RELEASE2"],
     }
     assert not any(packet.after for script in mission.scripts for packet in script.packets)
-    ended = carry_out(mission, seed=seed)
+    ended = simulate_mission(mission, seed=seed)
     assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
     assert ended.came_true, ended.words
     assert ended.truth.time_s <= 1.5 * mission.plan_net.makespan_s + 20  # the monitor's margin

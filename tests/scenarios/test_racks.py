@@ -5,13 +5,12 @@ from typing import Any
 
 import pytest
 
-from app.cli.rehearse import carry_out
-from app.cli.understanding import understood
+from app.cli.goal_input import parse_goals
+from app.cli.simulated_mission import simulate_mission
 from app.domain.world_model import initial_facts
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import Mission
 from planner import PlanningRequest, load_knowledge_base
-from planner.engines.registry import engine_named
+from planner.engines import engine_named
 from robots.wire import ScriptState
 from robots.world import WorldFile, load_world
 
@@ -35,7 +34,7 @@ def mission(sentence: str, start: str) -> Mission:
     world = racks(FULL if start == "full" else AT_DOORS)
     base = load_knowledge_base()
     facts = initial_facts(world, base)
-    problem = posed(world, facts, understood(world, facts, [sentence], base), base)
+    problem = posed(world, facts, parse_goals(world, facts, [sentence], base), base)
     return prepare(
         world, problem, engine_named("macta", base), base, PlanningRequest(time_limit_s=30, effort_s=0)
     )
@@ -54,6 +53,6 @@ def mission(sentence: str, start: str) -> Mission:
 def test_robots_dock_at_every_berth(start: str, sentence: str, seed: int) -> None:
     one = mission(sentence, start)
     assert len({goal.args[1] for goal in one.goals}) == len(one.goals)
-    ended = carry_out(one, seed=seed)
+    ended = simulate_mission(one, seed=seed)
     assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
     assert ended.came_true, ended.words

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.cli.soak import Wish, soak
+from app.cli.soak import SoakRequest, soak
 from robots.world import load_world
 
 
@@ -10,7 +10,7 @@ from robots.world import load_world
 def test_half_a_minute_of_goals_and_faults_leaves_nothing_undone_and_nothing_untrue(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    ended = soak(Wish(world=load_world("sample_store"), minutes=0.5, seed=4, speed=6.0))
+    ended = soak(SoakRequest(world=load_world("sample_store"), minutes=0.5, seed=4, speed=6.0))
     said = capsys.readouterr().out
     assert ended == 0, said
     assert "goals taken" in said

@@ -14,7 +14,7 @@ from fastapi import Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 
-from app.api.page_view_routes import views_router
+from app.api.page_views import views_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.domain.world_model.layout import layout_of
 from tests.ports import free_port
@@ -188,9 +188,9 @@ def create_app(service: FakeService) -> FastAPI:
 
     app.include_router(view_router(lambda: service.view), dependencies=v1)
     app.include_router(
-        viewer_router(lambda: service.view, lambda asking: asking.cookies.get("macta") == TOKEN, most=8)
+        viewer_router(lambda: service.view, lambda asking: asking.cookies.get("macta") == TOKEN, max_open=8)
     )
-    app.include_router(views_router(service.views, most=8))
+    app.include_router(views_router(service.views, max_open=8))
 
     @app.post("/v1/robots/{name}:teleoperate", dependencies=v1)
     def teleoperate(name: str, body: dict[str, Any]) -> Any:

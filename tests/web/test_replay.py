@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.recordings.page import replay_page
+from app.recordings.replay_page import replay_page
 from tests.web.fake_api import STATIC
 from tests.web.fake_service import FakeService
 

@@ -9,8 +9,8 @@ from fastapi.testclient import TestClient
 from mcap.reader import make_reader
 
 from app.composition import Service
-from app.domain.states import ENDED
-from app.recordings.story import Story
+from app.domain.lifecycles.mission import ENDED
+from app.recordings.mission_reader import MissionReader
 from app.store import MissionRow
 from robots.wire import Telemetry
 from tests.waiting import read_until, until
@@ -62,13 +62,13 @@ def test_a_mission_is_recorded_from_its_goal_to_its_end(
 def test_a_mission_that_ends_while_its_events_are_read_is_recorded_to_its_last(
     api: TestClient, follow: Follow, service: Service, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = Story.missions
+    read = MissionReader.missions
 
-    def missions_that_have_ended_by_now(story: Story, ids: Collection[str]) -> Sequence[MissionRow]:
-        until(lambda: all(one.state in ENDED for one in read(story, ids)))
-        return read(story, ids)
+    def missions_that_have_ended_by_now(reader: MissionReader, ids: Collection[str]) -> Sequence[MissionRow]:
+        until(lambda: all(one.state in ENDED for one in read(reader, ids)))
+        return read(reader, ids)
 
-    monkeypatch.setattr(Story, "missions", missions_that_have_ended_by_now)
+    monkeypatch.setattr(MissionReader, "missions", missions_that_have_ended_by_now)
     service.board.heard("store_2", at(6.0))
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
     mission_id = follow(f"/v1/goals/{goal['id']}", "finished")["mission_id"]

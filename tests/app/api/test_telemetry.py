@@ -44,7 +44,7 @@ async def _sent(board: Telling) -> list[dict[str, Any]]:
         stopping=threading.Event(),
         snapshot=list,
         waiting=anyio.CapacityLimiter(1),
-        most=1,
+        max_open=1,
     )
     events = telling.telemetry(cast(Request, board), "yard")
     return [event.data["robots"]["fred"] async for event in events if event.data is not None]

@@ -51,7 +51,7 @@ def relay() -> Iterator[Relay]:
     view.request_share_url = count  # type: ignore[method-assign]
     app = FastAPI()
     app.include_router(view_router(lambda: relay.upstream))
-    app.include_router(viewer_router(lambda: relay.upstream, authenticate, most=VIEWS))
+    app.include_router(viewer_router(lambda: relay.upstream, authenticate, max_open=VIEWS))
     port = free_port()
     server = uvicorn.Server(
         uvicorn.Config(app, host="127.0.0.1", port=port, log_level="error", lifespan="off")

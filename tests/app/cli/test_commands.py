@@ -112,7 +112,7 @@ def test_a_file_cannot_be_the_folder_of_the_record(tmp_path: Path) -> None:
     file.touch()
     refused = macta("serve", "--port", "0", "--data", str(file))
     assert refused.exit_code == 2
-    assert refused.stderr == f"macta: --data: {file} is a file, the record needs a folder\n"
+    assert refused.stderr == f"macta: --data: {file} is a file, not a folder\n"
 
 
 @pytest.mark.parametrize("host", ["192.0.2.1", "::zz"])

@@ -54,7 +54,7 @@ def test_the_answer_to_a_question_of_before_does_not_count(
     before = engine.asked.get(timeout=60)
     with service.database.write() as session:  # something becomes free, and another process plans the goal
         session.get_one(WorldRow, "sample_store").releases += 1
-        service._core.workflows.start(session, PLANNING, PLAN_GOAL, "another", goal)
+        service.core.workflows.start(session, PLANNING, PLAN_GOAL, "another", goal)
     now = engine.asked.get(timeout=60)
     before.set_result(PlanningResult(status=PlanningStatus.UNSOLVABLE, engine="scripted", planning_s=0.0))
     DBOS.retrieve_workflow(f"{goal}:1").get_result()

@@ -11,7 +11,7 @@ from app.agents.robot_board import RobotView
 from app.domain.errors import NotFound
 from app.recordings import RecordingStore, replay_of
 from app.recordings.mcap_writer import CHUNK_BYTES, EVENTS, MISSION, PLAN, WORLD
-from app.recordings.track import Track
+from app.recordings.mission_recording import MissionRecording
 from robots.wire import Telemetry
 
 MB = 1_000_000
@@ -22,28 +22,28 @@ def said(at_s: float, x_m: float, **more: object) -> Telemetry:
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> RecordingStore:
+def store(tmp_path: Path) -> RecordingStore:
     return RecordingStore(tmp_path, budget_bytes=MB)
 
 
 def record(
-    shelf: RecordingStore, mission_id: str = "mission-1", *, from_s: float = 0.0, count: int = 50
+    store: RecordingStore, mission_id: str = "mission-1", *, from_s: float = 0.0, count: int = 50
 ) -> Path:
-    with shelf.begin(mission_id) as writer:
-        writer.tell(WORLD, {"id": "store", "layout": {}}, from_s)
-        writer.tell(PLAN, {"id": "plan-1"}, from_s)
-        writer.tell(MISSION, {"id": mission_id, "state": "running"}, from_s)
+    with store.new_part(mission_id) as writer:
+        writer.write_json(WORLD, {"id": "store", "layout": {}}, from_s)
+        writer.write_json(PLAN, {"id": "plan-1"}, from_s)
+        writer.write_json(MISSION, {"id": mission_id, "state": "running"}, from_s)
         for tick in range(count):
-            writer.robots(
+            writer.write_robots(
                 {"yard_1": said(from_s + tick / 10, tick / 100, packet_tag="NAVIGATE")}, whole={"yard_1"}
             )
-        writer.tell(EVENTS, {"type": "mission.completed", "subject": mission_id}, from_s + count / 10)
+        writer.write_json(EVENTS, {"type": "mission.completed", "subject": mission_id}, from_s + count / 10)
     return writer.path
 
 
-def test_what_was_recorded_is_replayed(shelf: RecordingStore) -> None:
-    record(shelf)
-    replay = replay_of(shelf.entries("mission-1"))
+def test_what_was_recorded_is_replayed(store: RecordingStore) -> None:
+    record(store)
+    replay = replay_of(store.entries("mission-1"))
     assert replay.world == {"id": "store", "layout": {}}
     assert list(replay.plans) == ["plan-1"]
     assert [one["mission"]["state"] for one in replay.missions] == ["running"]
@@ -54,9 +54,9 @@ def test_what_was_recorded_is_replayed(shelf: RecordingStore) -> None:
     assert len(rows) == 25  # every 0.2 s of what came every 0.1 s
 
 
-def test_any_reader_of_the_foxglove_schemas_finds_the_robots(shelf: RecordingStore) -> None:
-    record(shelf)
-    with shelf.whole("mission-1").open("rb") as stream:
+def test_any_reader_of_the_foxglove_schemas_finds_the_robots(store: RecordingStore) -> None:
+    record(store)
+    with store.merged_file("mission-1").open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         summary = reader.get_summary()
         assert summary is not None
@@ -72,13 +72,15 @@ def test_any_reader_of_the_foxglove_schemas_finds_the_robots(shelf: RecordingSto
     assert (last.rotation.z, last.rotation.w) == pytest.approx((0.9975, 0.0707), abs=1e-3)
 
 
-def test_log_times_never_go_back_and_frames_hang_together(shelf: RecordingStore) -> None:
-    with shelf.begin("mission-1") as writer:
+def test_log_times_never_go_back_and_frames_hang_together(store: RecordingStore) -> None:
+    with store.new_part("mission-1") as writer:
         for tick in range(20):
-            writer.robots({"yard_1": said(tick / 10, 1.0), "store_1": said(tick / 10, 9.0)}, whole={"yard_1"})
+            writer.write_robots(
+                {"yard_1": said(tick / 10, 1.0), "store_1": said(tick / 10, 9.0)}, whole={"yard_1"}
+            )
             holder = "yard_1" if tick < 10 else "bay_1"
-            writer.samples({"sample_1": holder}, {"bay_1": (7.0, 3.0)}, tick / 10)
-    with shelf.whole("mission-1").open("rb") as stream:
+            writer.write_samples({"sample_1": holder}, {"bay_1": (7.0, 3.0)}, tick / 10)
+    with store.merged_file("mission-1").open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         topics = ["/tf", "/poses/yard_1"]
         told = [(one.topic, entry, body) for _, one, entry, body in reader.iter_decoded_messages(topics)]
@@ -96,15 +98,15 @@ def test_log_times_never_go_back_and_frames_hang_together(shelf: RecordingStore)
     assert (samples[-1].parent_frame_id, samples[-1].translation.x) == ("world", 7.0)
 
 
-def test_of_a_robot_that_has_no_part_only_its_moves_are_kept(shelf: RecordingStore) -> None:
-    with shelf.begin("mission-1") as writer:
-        track = Track("mission-1", writer, "store", robots=frozenset({"yard_1"}))
+def test_of_a_robot_that_has_no_part_only_its_moves_are_kept(store: RecordingStore) -> None:
+    with store.new_part("mission-1") as writer:
+        recording = MissionRecording("mission-1", writer, "store", robots=frozenset({"yard_1"}))
         for tick in range(50):
             at_s = tick / 10
             moves = at_s < 2.0
             heard = {"yard_1": said(at_s, 1.0), "store_1": said(at_s, at_s if moves else 2.0), "far": None}
-            track.hear({name: view(name, one) for name, one in heard.items()})
-    replay = replay_of(shelf.entries("mission-1"))
+            recording.write_robots({name: view(name, one) for name, one in heard.items()})
+    replay = replay_of(store.entries("mission-1"))
     assert len(replay.robots["yard_1"]) == 25
     assert [row[0] for row in replay.robots["store_1"]] == [0.0, 1.0, 2.0]
     assert list(replay.telemetry) == ["yard_1"]
@@ -116,18 +118,18 @@ def view(name: str, telemetry: Telemetry | None) -> RobotView:
 
 
 def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_part(
-    shelf: RecordingStore,
+    store: RecordingStore,
 ) -> None:
-    path = record(shelf, count=2000)
-    whole = len(replay_of(shelf.entries("mission-1")).robots["yard_1"])
+    path = record(store, count=2000)
+    whole = len(replay_of(store.entries("mission-1")).robots["yard_1"])
     assert whole == 1000
     os.truncate(path, path.stat().st_size // 2)
-    kept = len(replay_of(shelf.entries("mission-1")).robots["yard_1"])
+    kept = len(replay_of(store.entries("mission-1")).robots["yard_1"])
     assert 0.2 * whole < kept < 0.8 * whole
-    record(shelf, from_s=300.0)
-    replay = replay_of(shelf.entries("mission-1"))
+    record(store, from_s=300.0)
+    replay = replay_of(store.entries("mission-1"))
     assert len(replay.robots["yard_1"]) == kept + 25
-    with shelf.whole("mission-1").open("rb") as stream:
+    with store.merged_file("mission-1").open("rb") as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     assert summary.statistics is not None
@@ -135,29 +137,29 @@ def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_p
 
 
 def test_recordings_are_measured_once_so_much_was_written_that_they_may_be_too_much(
-    shelf: RecordingStore,
+    store: RecordingStore,
 ) -> None:
-    assert shelf.is_to_be_tidied, "what an earlier process left"
-    shelf.make_room()
-    assert not shelf.is_to_be_tidied
-    with shelf.begin("mission-1") as writer:
-        while not shelf.is_to_be_tidied:
-            writer.tell(EVENTS, {"data": os.urandom(1000).hex()}, 0.0)
+    assert store.is_measurement_due, "what an earlier process left"
+    store.delete_oldest()
+    assert not store.is_measurement_due
+    with store.new_part("mission-1") as writer:
+        while not store.is_measurement_due:
+            writer.write_json(EVENTS, {"data": os.urandom(1000).hex()}, 0.0)
         written = writer.path.stat().st_size
     assert MB / 100 <= written < MB / 100 + 3 * CHUNK_BYTES
 
 
-def test_the_oldest_recordings_give_way_but_not_those_that_are_made(shelf: RecordingStore) -> None:
+def test_the_oldest_recordings_give_way_but_not_those_that_are_made(store: RecordingStore) -> None:
     for number in range(4):
-        path = record(shelf, f"mission-{number}", count=5)
+        path = record(store, f"mission-{number}", count=5)
         os.truncate(path, 400_000)
         os.utime(path, (number, number))
-    assert shelf.make_room(spare=frozenset({"mission-0"})) == ["mission-1"]
-    assert [one.mission_id for one in shelf.recordings()] == ["mission-3", "mission-2", "mission-0"]
+    assert store.delete_oldest(keep=frozenset({"mission-0"})) == ["mission-1"]
+    assert [one.mission_id for one in store.recordings()] == ["mission-3", "mission-2", "mission-0"]
 
 
 @pytest.mark.parametrize("name", ["mission-9", "..", "../..", "", "a/b"])
-def test_there_is_no_recording_of_what_was_not_recorded(shelf: RecordingStore, name: str) -> None:
-    record(shelf)
+def test_there_is_no_recording_of_what_was_not_recorded(store: RecordingStore, name: str) -> None:
+    record(store)
     with pytest.raises(NotFound, match="no recording"):
-        list(shelf.entries(name))
+        list(store.entries(name))

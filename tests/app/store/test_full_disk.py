@@ -31,7 +31,7 @@ class Disk:
 
 @pytest.fixture
 def disk(service: Service) -> Iterator[Disk]:
-    workflows = service._core.workflows
+    workflows = service.core.workflows
     disk = Disk(service.database.engine, workflows._dbos._sys_db.engine, workflows._connected._sys_db.engine)
     yield disk
     disk.why = ""

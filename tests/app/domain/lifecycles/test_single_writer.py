@@ -1,4 +1,4 @@
-"""The state columns of missions, scripts and recoveries are assigned by their life cycles alone."""
+"""The state columns of goals, plans, missions, scripts and recoveries are assigned by their life cycles alone."""
 
 import ast
 from collections.abc import Iterator
@@ -7,6 +7,8 @@ from pathlib import Path
 import app
 
 OWNED = {
+    "goal": {"state", "reason", "outcome", "mission_id"},
+    "plan": {"state", "reason", "comment", "decided_by", "decided_at"},
     "mission": {"state", "resume_to", "is_overdue", "ended_at_s", "recovery_step", "attempts", "tries_left"},
     "script": {
         *{"delivery", "state", "stopping", "abandoned", "control", "control_number", "question"},

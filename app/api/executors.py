@@ -1,0 +1,34 @@
+"""The processes that share the database."""
+
+from collections.abc import Sequence
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+
+from app.api.bodies import Page
+from app.workflows.leases import ExecutorRegistry
+
+
+class ExecutorBody(BaseModel):
+    """A process: `serves` are the queues it works on, `worlds` those whose robots it drives."""
+
+    id: str
+    serves: Sequence[str]
+    worlds: Sequence[str]
+    host: str
+    pid: int
+    started_at: str
+    seen_s: float
+    alive: bool
+
+
+def executors_router(registry: ExecutorRegistry) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=["health"])
+
+    @router.get("/executors")
+    def list_executors() -> Page[ExecutorBody]:
+        """The service's processes on this database, the oldest first; dead ones are listed for a minute."""
+        items = [ExecutorBody.model_validate(one, from_attributes=True) for one in registry.executors()]
+        return Page(items=items)
+
+    return router

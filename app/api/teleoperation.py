@@ -1,0 +1,74 @@
+"""Teleoperation: short-lived set-points for a robot, and releasing it."""
+
+from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.agents.teleoperation import Drive, Teleoperation
+from app.api.bodies import Request
+from app.api.goals import ACTOR
+from app.api.problems import declared
+from app.api.worlds import TAGS
+
+SESSION = Field(
+    min_length=1,
+    max_length=64,
+    pattern=r"^[\w.:-]+$",
+    description="of the client's own making, a new one each time it takes control; tells two operators apart",
+)
+
+
+class Release(Request):
+    session: str = SESSION
+
+
+class SetPointRequest(Release):
+    """A set-point in the robot's frame; clipped to the limits of a teleoperated robot."""
+
+    speed_m_s: float = Field(default=0.0, ge=-10, le=10, description="ahead; negative: back")
+    turn_rad_s: float = Field(default=0.0, ge=-10, le=10, description="to the left; negative: to the right")
+
+
+class DriveBody(BaseModel):
+    model_config = ConfigDict(from_attributes=True)
+
+    robot: str
+    driver: str
+    driving: bool = Field(description="the robot says that it goes by this driver's set-points")
+    last_heard_s: float | None = Field(description="seconds ago, wall clock")
+    valid_s: float = Field(
+        description="world seconds after which the robot stands if no other set-point comes"
+    )
+    most_m_s: float
+    most_rad_s: float
+
+
+def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=TAGS)
+
+    @router.post("/robots/{name}:teleoperate", status_code=202, responses=declared(409))
+    def teleoperate(name: str, body: SetPointRequest) -> DriveBody:
+        """Drive the robot at this speed until the next set-point, at most for `valid_s`.
+
+        The first takes control, and one operator at a time has it; send one about five times a second. What is in the
+        robot's way still counts. 409 says why the robot is not to be driven: lost, out of contact, on a mission,
+        another's, or not willing; after that, or after three seconds without a set-point, take control anew.
+        """
+        drive = teleoperation.drive(
+            name, _driver(body.session), speed_m_s=body.speed_m_s, turn_rad_s=body.turn_rad_s
+        )
+        return _body(drive)
+
+    @router.post("/robots/{name}:end_teleoperation", status_code=202, responses=declared(409))
+    def end_teleoperation(name: str, body: Release) -> DriveBody:
+        """Release the robot: it stops at once."""
+        return _body(teleoperation.let_go(name, _driver(body.session)))
+
+    return router
+
+
+def _driver(session: str) -> str:
+    return f"{ACTOR} ({session})"
+
+
+def _body(drive: Drive) -> DriveBody:
+    return DriveBody.model_validate(drive)

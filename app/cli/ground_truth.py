@@ -1,0 +1,42 @@
+"""The simulation's ground truth, for the command line; the service and the robots never read it."""
+
+from math import dist
+from pathlib import Path
+
+from app.domain.world_model.berths import berths_of
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+from sim import Truth
+
+NEAR_M = 1.1
+"""A robot that stands at a place's approach point is near it."""
+
+
+def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
+    """True if a sample is in its place or gripper, or a robot near its place; False for all other facts."""
+    if len(fact.args) != 2:
+        return False
+    thing, ref = fact.args
+    refs = (ref, *berths_of(ref, world))
+    if fact.predicate in ("in", "at") and thing in truth.samples:
+        return truth.samples[thing].ref in refs
+    if fact.predicate in ("near", "at") and thing in truth.robots:
+        pose = truth.robots[thing]
+        points = [place.at for place in world.places if place.name in refs]
+        return any(dist(point, (pose.x_m, pose.y_m)) <= NEAR_M for point in points)
+    return False
+
+
+def snapshot_truth(data: Path, world: WorldFile) -> Truth:
+    """The ground truth of a world by its last snapshot in the data folder."""
+    # NOTE: imported here, for they load the physics.
+    from sim.snapshot import WorldSnapshot
+    from sim.world.agents import behavioural_agent
+    from sim.world.simulation import Simulation
+
+    snapshot = WorldSnapshot.model_validate_json((data / "worlds" / f"{world.name}.json").read_bytes())
+    simulation = Simulation(world, make_agent=behavioural_agent, snapshot=snapshot)
+    try:
+        return simulation.truth()
+    finally:
+        simulation.close()

@@ -1,0 +1,174 @@
+"""Plans, alternatives and explanations as text for a terminal."""
+
+from collections.abc import Sequence
+from math import ceil
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
+
+EQUAL_S = 0.05
+"""Times that differ by no more are the same."""
+LONGEST_PATH = 12
+"""Actions of a critical path that are shown; of a longer one, its two ends."""
+MAX_WAITS = 5
+
+
+def show_startup(console: Console) -> None:
+    """Say why the start may take a while."""
+    console.print("[dim]Starting; the first start compiles the planner, which takes half a minute.[/]")
+
+
+def show_plan(console: Console, plan: PlanBody) -> None:
+    """The actions with their time windows, the causal links, why each robot was chosen, and what it all takes."""
+    console.print(_actions(plan))
+    console.print(_links(plan))
+    for robot, why in sorted(plan.recruitment.items()):
+        work = _work(plan, robot)
+        console.print(f"[bold]{robot}[/]{f' ({work})' if work else ''}: {escape(why)}")
+    if plan.critical_path:
+        console.print(f"Critical path: {_path(plan.critical_path)}")
+    if plan.repairs is not None:
+        show_repairs(console, plan.repairs)
+    for late in plan.late:
+        console.print(f"[bold red]{escape(str(late.goal))}[/] comes {late.late_s:.0f} s after its deadline")
+    figures = (f"[bold]{plan.makespan_s:.0f} s[/]{_gap(plan)}", _effort(plan.distance_m, plan.energy_j))
+    expected = ", ".join(filter(None, figures))
+    console.print(f"Expected to take {expected}; planned by {plan.engine} in {plan.planning_s:.2f} s.\n")
+
+
+def show_repairs(console: Console, repairs: RepairsBody) -> None:
+    """What is different from the plan that this one takes the place of."""
+    summary, *details = repairs.difference.words or ("nothing is different",)
+    console.print(f"Repairs {repairs.plan_id} ({repairs.course}): {escape(summary)}")
+    for line in details:
+        console.print(f"  {escape(line)}")
+
+
+def show_alternatives(console: Console, plans: Sequence[PlanBody]) -> None:
+    """A table of plans to choose from."""
+    table = Table(title="To choose from", title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("Best at")
+    for name in ("Takes, s", "Drives, m", "Uses, J", "To clear"):
+        table.add_column(name, justify="right")
+    table.add_column("Robots", style="cyan")
+    for plan in plans:
+        table.add_row(
+            escape(plan.label),
+            f"{plan.makespan_s:.1f}",
+            f"{plan.distance_m:.1f}",
+            f"{plan.energy_j:.0f}",
+            str(plan.clearances),
+            ", ".join(plan.robots),
+        )
+    console.print(table)
+
+
+def show_explanation(console: Console, plan: PlanBody, explanation: ExplanationBody) -> None:
+    """The reason for each action, the critical path, the longest waits, and the cost of doing without each robot."""
+    console.print("[bold]Why[/]")
+    for action, why in zip(plan.actions, explanation.actions, strict=True):
+        console.print(f"[bold]{action.id}[/] {escape(action.description)}")
+        for words in _reasons(why):
+            console.print(f"    {escape(words)}")
+    console.print("\n[bold]What makes the time[/]")
+    for words in explanation.makespan:
+        console.print(f"  {escape(words)}")
+    for wait in explanation.waits[:MAX_WAITS]:
+        console.print(f"  {escape(wait.words)}")
+    for robot, words in explanation.robots.items():
+        console.print(f"[bold]{robot}[/]: {escape(words)}")
+    console.print()
+
+
+def _reasons(why: ActionExplanationBody) -> list[str]:
+    """What the action is for, why its robots were chosen, and what it comes after."""
+    in_the_end = f"; in the end for {', '.join(map(str, why.goals))}" if len(why.chain) > 1 else ""
+    purpose = [why.because[0] + in_the_end] if why.because else []
+    robots = [f"{robot}: {words}" for robot, words in why.robots.items()]
+    return [*purpose, *robots, *why.order[: len(why.after)]]
+
+
+def _gap(plan: PlanBody) -> str:
+    """How far the makespan may be from the best there is, as far as anything is proven."""
+    bound_s = plan.lower_bound_s or 0.0
+    if bound_s <= 0:
+        return ""
+    if plan.makespan_s <= bound_s + EQUAL_S:
+        return " (no plan is quicker)"
+    over = ceil(100 * (plan.makespan_s - bound_s) / bound_s)
+    return f" (at most {over} % over the quickest possible, {bound_s:.0f} s)"
+
+
+def _work(plan: PlanBody, robot: str) -> str:
+    """What the robot's actions take; those of a team are shared out evenly."""
+    mine = [action for action in plan.actions if robot in action.agents]
+    distance_m = sum(action.distance_m / len(action.agents) for action in mine)
+    return _effort(distance_m, sum(action.energy_j / len(action.agents) for action in mine))
+
+
+def _effort(distance_m: float, energy_j: float) -> str:
+    """Nothing where the knowledge base has no figures."""
+    if not distance_m and not energy_j:
+        return ""
+    energy = f"{energy_j / 1000:.1f} kJ" if energy_j >= 1000 else f"{energy_j:.0f} J"
+    return f"{distance_m:.0f} m, {energy}"
+
+
+def _path(ids: Sequence[str]) -> str:
+    if len(ids) > LONGEST_PATH:
+        half = LONGEST_PATH // 2
+        ids = [*ids[:half], f"({len(ids) - 2 * half} more)", *ids[-half:]]
+    return " → ".join(ids)
+
+
+def _actions(plan: PlanBody) -> Table:
+    table = Table(title="Plan-net", title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("", no_wrap=True)
+    table.add_column("Robot", style="cyan", no_wrap=True)
+    table.add_column("Action")
+    table.add_column("Starts, s", justify="right", no_wrap=True)
+    table.add_column("Lasts", justify="right", no_wrap=True)
+    table.add_column("Slack", justify="right", no_wrap=True)
+    for action in plan.actions:
+        table.add_row(
+            action.id,
+            ", ".join(action.agents),
+            escape(_doing(action)),
+            f"{action.earliest_start_s:.0f} – {action.latest_start_s:.0f}",
+            f"{action.duration_s:.0f}",
+            _slack(action),
+        )
+    return table
+
+
+def _slack(action: ActionBody) -> str:
+    if action.critical:
+        return "[bold]critical[/]"
+    return f"{action.slack_s:.0f}" if action.slack_s >= 1 else f"{action.slack_s:.1f}"
+
+
+def _doing(action: ActionBody) -> str:
+    """The tag and what it is done to, short enough for a line: `TRANSPORT sample_1 door_1 → interchange_2`."""
+    words = action.arguments
+    places = [words[ref] for ref in ("ref1", "ref2") if ref in words]
+    if not places and "object" not in words:
+        acting = {*action.agents, "+".join(action.agents)}
+        return " ".join([action.tag, *(word for word in words.values() if word not in acting)])
+    return " ".join(filter(None, (action.tag, words.get("object", ""), " → ".join(places))))
+
+
+def _links(plan: PlanBody) -> Table:
+    """The causal links between actions and to the goals; what merely held at the start is left out."""
+    table = Table(title="Causal links", title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("From", no_wrap=True)
+    table.add_column("Fact")
+    table.add_column("To", no_wrap=True)
+    for link in plan.causal_links:
+        if link.producer != "initial":
+            table.add_row(link.producer, escape(str(link.fact)), link.consumer)
+    return table

@@ -1,0 +1,79 @@
+"""`macta world`: check and generate world files, print their schema."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli.options import named_world, reported_errors
+from app.domain.errors import Invalid
+from robots.world import StoreShapeError, WorldFile, generate_world, store_shape, world_yaml
+
+commands = typer.Typer(no_args_is_help=True, help="Check and generate world files, print their schema.")
+
+
+@commands.command()
+def validate(
+    file: Annotated[str, typer.Argument(help="Name of a world that ships with Macta, or a world file.")],
+) -> None:
+    """Check a world file; an error names the field and the choices."""
+    with reported_errors():
+        world = named_world(file)
+    berths = [len(row) for row in world.rows.values() if len(row) > 1]
+    in_berths = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
+    locations = f"{len(world.locations)} locations{in_berths}"
+    typer.echo(f"{world.name}: valid; {len(world.robots)} robots, {locations}, {len(world.samples)} samples")
+
+
+Count = Annotated[int | None, typer.Option(min=0, help="Count (default: derived from the other options).")]
+
+
+@commands.command()
+def generate(
+    aisles: Count = None,
+    store_robots: Count = None,
+    yard_robots: Count = None,
+    interchanges: Count = None,
+    doors: Count = None,
+    bays: Count = None,
+    samples: Annotated[int, typer.Option(min=0, help="Count; aisles and robots follow from it.")] = 4,
+    compartments: Annotated[int, typer.Option(min=2, help="Count: the yard and the stores behind it.")] = 2,
+    bay_capacity: Annotated[int, typer.Option(min=1, max=100, help="Samples that fit in each bay.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the samples' places.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="File to write (default: standard output).")] = None,
+) -> None:
+    """Write a world file of a sample store of any size; the same options and seed give the same file."""
+    given = {
+        "aisles": aisles,
+        "store_robots": store_robots,
+        "yard_robots": yard_robots,
+        "interchanges": interchanges,
+        "doors": doors,
+        "bays": bays,
+        "bay_capacity": bay_capacity,
+    }
+    with reported_errors():
+        try:
+            shape = store_shape(samples=samples, compartments=compartments, **given)
+            text = world_yaml(generate_world(shape, seed=seed))
+        except StoreShapeError as error:
+            raise Invalid(f"no such store can be built: {error}") from error
+        _write(text, out)
+
+
+def _write(text: str, out: Path | None) -> None:
+    if out is None:
+        sys.stdout.write(text)
+        return
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise Invalid(f"--out: {out} cannot be written: {error.strerror}") from error
+
+
+@commands.command()
+def schema() -> None:
+    """Print the JSON Schema of world files."""
+    typer.echo(json.dumps(WorldFile.model_json_schema(), indent=2))

@@ -1,0 +1,50 @@
+"""Maps wall-clock times to times of a world's clock: events of the log have only wall-clock times."""
+
+import time
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Callable, Mapping
+from datetime import datetime
+
+from robots.clock import Clock
+
+INTERVAL_S = 1.0
+KEPT_READINGS = 7200
+"""Two hours of readings of each world's clock; earlier times map to the oldest reading."""
+
+
+class ClockMap:
+    """Reads the wall clock and the worlds' clocks together, once a second, and interpolates between readings."""
+
+    def __init__(self, clocks: Mapping[str, Clock], *, wall_s: Callable[[], float] = time.time) -> None:
+        """:param wall_s: the wall clock, epoch seconds."""
+        self._clocks = clocks
+        self._wall_s = wall_s
+        self._readings: dict[str, deque[tuple[float, float]]] = {
+            world: deque(maxlen=KEPT_READINGS) for world in clocks
+        }
+        self._read_at_s = 0.0
+
+    def read(self) -> None:
+        """Take a reading of all clocks if the last one is old enough."""
+        wall_s = self._wall_s()
+        if abs(wall_s - self._read_at_s) < INTERVAL_S:
+            return
+        self._read_at_s = wall_s
+        for world, readings in self._readings.items():
+            readings.append((wall_s, self._clocks[world].now_s()))
+
+    def now_s(self, world: str) -> float:
+        return self._clocks[world].now_s()
+
+    def at_s(self, world: str, wall_time: str) -> float:
+        """The world's clock at a wall-clock time, given as ISO 8601."""
+        wall_s = datetime.fromisoformat(wall_time).timestamp()
+        readings = [*self._readings[world], (self._wall_s(), self.now_s(world))]
+        after = bisect_right(readings, (wall_s,))
+        if after == 0:
+            return readings[0][1]
+        if after == len(readings):
+            return readings[-1][1]
+        (wall_0_s, world_0_s), (wall_1_s, world_1_s) = readings[after - 1], readings[after]
+        return world_0_s + (world_1_s - world_0_s) * (wall_s - wall_0_s) / (wall_1_s - wall_0_s)

@@ -1,0 +1,65 @@
+"""`macta plan` with alternatives and an explanation."""
+
+import json
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from app.cli.main import app
+from app.cli.plan import ExtrasRequest
+from app.domain.plan_document import PlanBody
+from app.domain.world_model import planning_problem
+from planner import FastDownwardEngine, Observer, PlanningRequest, PlanningResult, PlanningStatus
+from tests.app.sample_store import Store
+
+STORE = Store()
+GOAL = ("plan", "--goal", "move sample_1 to bay_7", "--engine", "fast-downward")
+
+
+def test_json_holds_the_plan_and_with_it_what_was_asked_for() -> None:
+    done = CliRunner().invoke(app, [*GOAL, "--json", "--alternatives", "4", "--explain"])
+    assert done.exit_code == 0
+    document = json.loads(done.stdout)
+    assert set(document) == {"plan", "alternatives", "explanation"}
+    labels = [one["label"] for one in document["alternatives"]]
+    assert labels[0].startswith("shortest time")
+    assert "without yard_1" in labels
+    assert [one["action"] for one in document["explanation"]["actions"]] == [
+        action["id"] for action in document["plan"]["actions"]
+    ]
+    assert "yard_2 instead of yard_1" in document["explanation"]["robots"]["yard_1"]
+
+
+def test_a_terminal_shows_a_table_of_plans_and_the_reasons(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    done = CliRunner().invoke(app, [*GOAL, "--alternatives", "2", "--explain"])
+    words = " ".join(done.stdout.split())
+    assert "without yard_1 57.4" in words
+    assert "no other robot reaches bay_7" in words
+    assert "brings about that sample_1 is in bay_7: a goal" in words
+    assert "What makes the time" in words
+
+
+def test_without_a_plan_no_extras_are_sought() -> None:
+    problem = planning_problem(STORE.world, STORE.facts, (STORE.fact("in(sample_1, bay_7)"),))
+    none = PlanningResult(status=PlanningStatus.NOT_FOUND, engine="none", planning_s=0.0)
+    extras = ExtrasRequest(alternatives=3, explanation=True).find(
+        FastDownwardEngine(STORE.base), STORE.base, problem, PlanningRequest(), Observer(), none
+    )
+    assert (extras.alternatives, extras.explanation) == (None, None)
+
+
+def test_what_was_not_asked_for_is_not_shown() -> None:
+    problem = planning_problem(STORE.world, STORE.facts, (STORE.fact("in(sample_1, bay_7)"),))
+    plan_net = STORE.store_sample_1()
+    solved = PlanningResult(status=PlanningStatus.SOLVED, engine="hand", planning_s=0.0, plan_net=plan_net)
+    extras = ExtrasRequest().find(
+        FastDownwardEngine(STORE.base), STORE.base, problem, PlanningRequest(), Observer(), solved
+    )
+    body = PlanBody.of_plan_net(plan_net, STORE.base)
+    assert extras.document(body) == body.model_dump(mode="json")
+    console = Console()
+    with console.capture() as capture:
+        extras.show(console, body)
+    assert capture.get() == ""

@@ -1,0 +1,82 @@
+"""A plan-net in the terminal."""
+
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from app.cli.render import show_plan
+from app.domain.plan_document import DifferenceBody, PlanBody, RepairsBody
+from planner.repair import Course
+from tests.app.sample_store import Store
+
+STORE = Store()
+
+
+def shown(plan: PlanBody) -> str:
+    console = Console(width=100)
+    with console.capture() as capture:
+        show_plan(console, plan)
+    return " ".join(capture.get().split())
+
+
+def test_the_critical_path_and_what_the_plan_takes_are_told() -> None:
+    net = replace(STORE.store_sample_1(), recruitment={"yard_1": "can NAVIGATE"})
+    plan = PlanBody.of_plan_net(net, STORE.base, engine="by hand")
+    text = shown(plan)
+    assert f"Critical path: {' → '.join(net.critical_path)}" in text
+    assert f"{net.makespan_s:.0f} s, {net.distance_m:.0f} m, {net.energy_j:.0f} J" in text
+    drives = sum(action.distance_m for action in net.of_robot("yard_1"))
+    assert f"yard_1 ({drives:.0f} m, " in text
+
+
+def test_a_long_critical_path_is_shortened_in_the_middle() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    text = shown(plan.model_copy(update={"critical_path": tuple(f"a{n}" for n in range(1, 31))}))
+    assert "a5 → a6 → (18 more) → a25 → a26" in text
+
+
+@pytest.mark.parametrize(
+    ("bound_s", "words"),
+    [
+        (50.0, "50 s (no plan is quicker), 5 m"),
+        (40.0, "50 s (at most 25 % over the quickest possible, 40 s), 5 m"),
+        (0.0, "Expected to take 50 s, 5 m"),
+        (None, "Expected to take 50 s, 5 m"),
+    ],
+)
+def test_it_is_told_how_far_a_plan_may_be_from_the_best(bound_s: float | None, words: str) -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    figures = {"makespan_s": 50.0, "distance_m": 5.0, "lower_bound_s": bound_s}
+    assert words in shown(plan.model_copy(update=figures))
+
+
+def test_what_an_action_is_done_to_is_told_whatever_its_arguments_are_called() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    load = plan.actions[0].model_copy(
+        update={"tag": "LOAD", "arguments": {"c": "crate", "by": "van"}, "agents": ("van",)}
+    )
+    none = {"distance_m": 0.0, "energy_j": 0.0}
+    other = plan.model_copy(update={"actions": (load.model_copy(update=none),), **none, "engine": "x"})
+    text = shown(other.model_copy(update={"recruitment": {"van": "can LOAD"}}))
+    assert "van LOAD crate" in text
+    assert "van: can LOAD" in text
+    assert "0 m" not in text
+
+
+def test_a_goal_after_its_deadline_is_told() -> None:
+    net = STORE.store_sample_1()
+    late = PlanBody.of_plan_net(replace(net, late={net.goals[0]: 12.0}), STORE.base)
+    assert "in(sample_1, bay_7) comes 12 s after its deadline" in shown(late)
+
+
+def test_what_a_repaired_plan_differs_in_is_told() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    assert "Repairs" not in shown(plan)
+    words = ("7 of 8 actions kept, ends 7 s later", "new: yard_2 goes to door_1")
+    difference = DifferenceBody(
+        kept={}, reassigned={}, dropped=(), added=("a1",), shifted={}, later_s=7.0, words=words
+    )
+    repairs = RepairsBody(plan_id="plan-1", course=Course.MENDED, difference=difference)
+    text = shown(plan.model_copy(update={"repairs": repairs}))
+    assert f"Repairs plan-1 (mended): {words[0]} {words[1]}" in text
