@@ -19,6 +19,7 @@ from app.domain.errors import Conflict
 from app.domain.recovery_rules import Policy
 from app.store import EventRow, FactRow, GoalRow, MissionRow, PlanRow, ScriptRow
 from app.store.migrate import migrate
+from planner.repair import Course
 from robots.clock import ManualClock
 from robots.wire import (
     Acknowledgement,
@@ -74,6 +75,7 @@ class MissionMachine(RuleBasedStateMachine):
         self.packets: dict[str, dict[str, tuple[float, str]]] = defaultdict(dict)
         self.over: dict[str, str] = {}
         self.reached: dict[str, int] = defaultdict(int)
+        self.stands: dict[str, ScriptState] = defaultdict(lambda: ScriptState.RUNNING)
         self.paused = False
         self.cancelled = False
         self.ended: tuple[str, float | None] | None = None
@@ -113,14 +115,21 @@ class MissionMachine(RuleBasedStateMachine):
 
     # Operators
 
-    @initialize(policy=st.sampled_from(Policy), deadline_s=st.sampled_from([None, 20.0]))
-    def approve_the_plan(self, policy: Policy, deadline_s: float | None) -> None:
+    @initialize(
+        policy=st.sampled_from(Policy),
+        deadline_s=st.sampled_from([None, 20.0]),
+        rounds=st.integers(0, 3),
+        failing=st.sampled_from([*ROBOTS, None]),
+    )
+    def begin(self, policy: Policy, deadline_s: float | None, rounds: int, failing: str | None) -> None:
+        """Approve the plan, and let the mission run for a while."""
         with self.services.database.write() as session:
             goal = session.get_one(GoalRow, "goal-1")
             goal.recovery = policy
             goal.deadline_at_s = deadline_s
         (plan,) = self.open_plans()
         _, self.id = self.services.plans.approve(plan, actor="operator")
+        self.run_for(rounds, steps=1, course=Course.ANEW, failing=failing, arrives=True)
 
     @rule()
     def pause(self) -> None:
@@ -208,16 +217,18 @@ class MissionMachine(RuleBasedStateMachine):
                 self.answer(
                     script, f"{script.control}:{script.control_number}", agrees=agrees, arrives=arrives
                 )
-                if script.control == ControlVerb.CANCEL and agrees and script.id not in self.over:
+                if script.control == ControlVerb.CANCEL and agrees and self.stands[script.id] not in OVER:
                     self.end(script, ScriptState.CANCELLED, arrives=arrives)
 
     @rule(robot=st.sampled_from(ROBOTS), arrives=st.booleans())
     def answer_the_question(self, robot: str, arrives: bool) -> None:
         for script in self.scripts:
             if script.robot == robot and script.question is not None:
-                state = ScriptState(self.over.get(script.id, "running"))
                 status = StatusReport(
-                    script_id=script.id, state=state, at_s=self.clock.now_s(), order=script.orders
+                    script_id=script.id,
+                    state=self.stands[script.id],
+                    at_s=self.clock.now_s(),
+                    order=script.orders,
                 )
                 self.say(script, status, script.question, arrives=arrives)
 
@@ -228,7 +239,7 @@ class MissionMachine(RuleBasedStateMachine):
         """The robot begins its next packet, or ends it, or with the last one its script."""
         for _ in range(steps):
             script = self.script(robot)
-            if script is None or script.delivery != "acknowledged" or script.id in self.over:
+            if script is None or script.delivery != "acknowledged" or self.stands[script.id] in OVER:
                 return
             self.clock.advance(1.0)
             names = [packet["id"] for packet in script.body["packets"]]
@@ -243,7 +254,7 @@ class MissionMachine(RuleBasedStateMachine):
     @rule(robot=st.sampled_from(ROBOTS), arrives=st.booleans())
     def fail(self, robot: str, arrives: bool) -> None:
         script = self.script(robot)
-        if script is not None and script.delivery == "acknowledged" and script.id not in self.over:
+        if script is not None and script.delivery == "acknowledged" and self.stands[script.id] not in OVER:
             step = min(self.reached[script.id] // 2, len(script.body["packets"]) - 1)
             self.report(script, script.body["packets"][step]["id"], PacketState.FAILED, arrives=arrives)
             self.end(script, ScriptState.FAILED, arrives=arrives)
@@ -269,6 +280,7 @@ class MissionMachine(RuleBasedStateMachine):
         self.say(script, report, arrives=arrives)
 
     def end(self, script: ScriptRow, state: ScriptState, *, arrives: bool) -> None:
+        self.stands[script.id] = state
         category = FailureCategory.ROBOT if state is ScriptState.FAILED else None
         report = ScriptReport(
             script_id=script.id,
@@ -321,9 +333,34 @@ class MissionMachine(RuleBasedStateMachine):
         self.services.life.monitor(self.id)
 
     @precondition(lambda self: self.mission.recovery_step == "planning")
-    @rule(finds_plan=st.sampled_from([True, True, False]))
-    def plan_the_repair(self, finds_plan: bool) -> None:
-        self.services.repair(self.id, finds_plan=finds_plan)
+    @rule(course=st.sampled_from([*Course, None]))
+    def plan_the_repair(self, course: Course | None) -> None:
+        self.services.repair(self.id, course)
+
+    @rule(
+        rounds=st.integers(1, 5),
+        steps=st.integers(1, 3),
+        course=st.sampled_from([Course.KEPT, Course.ANEW]),
+        failing=st.sampled_from([*ROBOTS, None]),
+        arrives=st.sampled_from([True, True, True, False]),
+    )
+    def go_on(self, rounds: int, steps: int, course: Course, failing: str | None, arrives: bool) -> None:
+        """Everybody does as asked for a while, but for a robot that fails."""
+        self.run_for(rounds, steps=steps, course=course, failing=failing, arrives=arrives)
+
+    def run_for(self, rounds: int, *, steps: int, course: Course, failing: str | None, arrives: bool) -> None:
+        for number in range(rounds):
+            self.monitor(after_s=1.0)
+            if self.mission.recovery_step == "planning":
+                self.plan_the_repair(course)
+            for robot in ROBOTS:
+                self.answer_the_script(robot, agrees=True, arrives=arrives)
+                self.answer_the_order(robot, agrees=True, arrives=arrives)
+                self.answer_the_question(robot, arrives=arrives)
+                if robot == failing and number == 0:
+                    self.fail(robot, arrives=arrives)
+                else:
+                    self.work(robot, steps=steps, arrives=arrives)
 
     @rule()
     def restart(self) -> None:
@@ -390,15 +427,18 @@ class MissionMachine(RuleBasedStateMachine):
 
     @invariant()
     def the_last_event_has_the_missions_state(self) -> None:
-        query = select(EventRow.data).where(EventRow.subject == self.id).order_by(EventRow.seq.desc())
+        of_mission = (EventRow.subject == self.id, EventRow.type.startswith("mission."))
+        query = select(EventRow.data).where(*of_mission).order_by(EventRow.seq.desc())
         told = self.services.read(lambda session: session.scalars(query).all())
         assert next(data["state"] for data in told if "state" in data) == self.mission.state
 
     def teardown(self) -> None:
-        """Once every robot answers, a mission that is cancelled ends."""
+        """Once all that was said arrives and every robot answers, a mission that is cancelled ends."""
         if self.ended is None and hasattr(self, "id"):
             self.cancel(often=True)
             for _ in range(6):
+                for message in self.said:
+                    self.deliver(message)
                 self.monitor(after_s=300.0)
                 for robot in ROBOTS:
                     self.answer_the_script(robot, agrees=False, arrives=True)
@@ -410,8 +450,8 @@ class MissionMachine(RuleBasedStateMachine):
 
 TestMissionMachine = MissionMachine.TestCase
 TestMissionMachine.settings = settings(
-    max_examples=15,
-    stateful_step_count=30,
+    max_examples=25,
+    stateful_step_count=25,
     deadline=None,
     derandomize=True,
     suppress_health_check=list(HealthCheck),
