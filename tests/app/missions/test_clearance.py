@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy import select
 
 from app.composition import RunningWorld, Service
-from app.missions.clearance import has_ended, renew_clearances
+from app.missions.clearance import action_has_ended, renew_clearances
 from app.settings import Settings
 from app.store import MissionRow, ScriptRow
 from benchmarks.errands import with_sample
@@ -127,9 +128,10 @@ def test_nobody_is_cleared_in_a_mission_that_is_to_stop(waiting: str, service: S
         with service.database.write() as session:
             row = session.get_one(MissionRow, waiting.rpartition("/")[2])
             row.cancel_requested = stops
-            one, other = (session.get_one(ScriptRow, f"{row.id}-{robot}") for robot in ("yard_1", "yard_2"))
+            scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == row.id)).all()
+            one, other = (next(s for s in scripts if s.robot == name) for name in ("yard_1", "yard_2"))
             one.packets = {**one.packets, LEAVES: {"state": "finished"}}
-            renew_clearances(session, service.events, row)
+            renew_clearances(session, service.events, row, scripts)
             assert other.cleared == ([] if stops else [LEAVES])
             session.rollback()
 
@@ -148,11 +150,11 @@ def script(robot: str, state: str | None, **packets: str) -> ScriptRow:
 def test_what_robots_do_together_has_ended_when_all_have_said_so() -> None:
     fred, ginger = script("fred", "running", a1="finished"), script("ginger", "running", a1="running")
     bystander = script("gene", "running", a2="running")
-    assert not has_ended([fred, ginger, bystander], "a1")
+    assert not action_has_ended([fred, ginger, bystander], "a1")
     ginger.packets = {"a1": {"state": "finished"}}
-    assert has_ended([fred, ginger, bystander], "a1")
+    assert action_has_ended([fred, ginger, bystander], "a1")
 
 
 def test_a_script_that_has_finished_has_ended_its_packets_even_if_their_reports_are_lost() -> None:
-    assert has_ended([script("fred", "finished", a1="running")], "a1")
-    assert not has_ended([script("fred", "failed", a1="running")], "a1")
+    assert action_has_ended([script("fred", "finished", a1="running")], "a1")
+    assert not action_has_ended([script("fred", "failed", a1="running")], "a1")
