@@ -14,7 +14,7 @@ import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from app.missions.life import TURNS
+from app.missions.life import LOOKS_PER_WORKFLOW
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
@@ -101,7 +101,7 @@ def execute(url: str, name: str, turns: int) -> None:
     time.sleep(10 * GIVE_UP_S)
 
 
-def main(runs: int = 5, turns: int = TURNS, server: str = SERVER) -> None:
+def main(runs: int = 5, turns: int = LOOKS_PER_WORKFLOW, server: str = SERVER) -> None:
     took: list[float] = []
     for _ in range(runs):
         with database_on(server) as url:
