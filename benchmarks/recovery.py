@@ -14,6 +14,7 @@ import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
+from app.domain.events import RobotFound
 from app.missions.life import LOOKS_PER_WORKFLOW
 from app.store import Database
 from app.store.event_log import EventLog
@@ -82,7 +83,7 @@ def execute(url: str, name: str, turns: int) -> None:
 
     def tick() -> None:
         with database.write() as session:
-            log.append(session, "workflow.ticked", name)
+            log.append(session, RobotFound(subject=name, world="", actor="", comment=""))
 
     def life(_: str) -> None:
         for turn in itertools.count(1):

@@ -129,7 +129,7 @@ def test_nobody_is_cleared_in_a_mission_that_is_to_stop(waiting: str, service: S
             row.cancel_requested = stops
             one, other = (session.get_one(ScriptRow, f"{row.id}-{robot}") for robot in ("yard_1", "yard_2"))
             one.packets = {**one.packets, LEAVES: {"state": "finished"}}
-            renew_clearances(session, service.events, row)
+            renew_clearances(session, service.events, row, [one, other])
             assert other.cleared == ([] if stops else [LEAVES])
             session.rollback()
 
