@@ -5,6 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from robots.kernels import install
+
+install()  # before anything that is compiled is imported
+
+# ruff: noqa: E402
 from app.composition import make_engine
 from app.planning.pool.pool import PlanningWorker
 from tests.databases import SQLITE, fresh

@@ -22,7 +22,7 @@ from app.domain.lifecycles.script import Delivery, order_label, unanswered_order
 from app.store import Database, MissionRow, ScriptRow, is_away
 from app.workflows.background import Background
 from robots.clock import Clock
-from robots.link.channel import Link, LinkClosed
+from robots.link import Link, LinkClosed
 from robots.wire import (
     BehaviourScript,
     Body,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from app.agents import RobotBoard
 from robots.clock import Clock
-from robots.link.channel import Link
+from robots.link import Link
 from robots.link.mqtt import ServiceLink
 from robots.world import WorldFile
 

@@ -18,8 +18,9 @@ from app.api.bodies import (
 )
 from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.states import GoalState, PlanState
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations

@@ -16,8 +16,9 @@ from app.cli.render import show_plan, show_repairs, show_startup
 from app.cli.settings import settings_of
 from app.composition import RunningWorld, Service
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
-from app.domain.states import GoalState, MissionState
 from app.domain.world_model import initial_facts
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings

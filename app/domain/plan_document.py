@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.domain.states import PlanState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
 from planner import (
     CausalLink,

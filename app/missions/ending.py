@@ -8,8 +8,8 @@ from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import withdraw
-from app.domain.states import PlanState
 from app.planning.proposals import close_plans
 from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.event_log import EventLog

@@ -12,8 +12,9 @@ from app.agents.tuning import renew_tunings
 from app.core import Core
 from app.domain.events import GoalWaiting, GoalWithdrawn
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
-from app.domain.states import ENDED, MissionState, PlanState
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission

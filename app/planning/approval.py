@@ -20,10 +20,11 @@ from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.states import MissionState, PlanState
 from app.domain.world_model import broken, taken_by
 from app.domain.world_model.timeliness import Dated, in_place_of
 from app.domain.world_model.vocabulary import symbolic

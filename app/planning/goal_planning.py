@@ -5,7 +5,7 @@ from collections.abc import Hashable
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.events import GoalPlanned, GoalPlanning, GoalUnsolvable, GoalWaiting
+from app.domain.events import GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
@@ -56,7 +56,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if goal.state not in goal_lifecycle.TO_BE_PLANNED:
             return None
         goal_lifecycle.begin_planning(goal)
-        self._events.append(session, GoalPlanning(subject=goal.id))
+        self._events.append(session, GoalPlanningBegan(subject=goal.id))
         built = self._problems.build(session, goal)
         goal.releases_seen = built.releases
         request = self._limits.request(PlanningWish.from_json(goal.limits))

@@ -15,8 +15,9 @@ from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
-from app.domain.states import GoalState, PlanState
 from app.domain.world_model import Facts
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans

@@ -32,8 +32,8 @@ from app.store.durations import learned_durations
 from app.store.lost_robots import lost_in
 from app.store.reservations import MissionReservation, all_reserved
 from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, scale_term
-from planner.bounds.contradiction import contradicting_goals
 from planner.explanation.diagnosis import why_unsolvable
+from planner.problem.contradiction import contradicting_goals
 from planner.relaxation import is_relaxed_reachable
 from robots.clock import Clock
 from robots.wire import SymbolicFact

@@ -11,8 +11,8 @@ from app.core import Core
 from app.domain.events import GoalSubmitted, MissionNoRepair, MissionRecoveryBegun
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy, Trouble, category_of
-from app.domain.states import MissionState
 from app.store import GoalRow, MissionRow
 from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
 from robots.clock import Clock

@@ -9,7 +9,7 @@ from typing import Any
 from app.agents import RobotBoard
 from app.core import Core
 from app.domain.events import FactsChanged
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
 from app.recordings.mission_reader import MissionReader, MissionRecord, names_in

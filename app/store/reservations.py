@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.domain.world_model import Reservation, all_of, named_in, needed_by
 from app.store import MissionRow, ScriptRow
 from app.store.plan_nets import PlanNets

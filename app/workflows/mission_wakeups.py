@@ -3,7 +3,7 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.store import MissionRow
 from app.workflows import Workflows
 

@@ -9,7 +9,8 @@ from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import delete, func, or_, select
 
-from app.domain.states import ENDED, GoalState
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED
 from app.settings import Settings
 from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ScriptRow
 from app.store.mission_record import UNENDED

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from app.soak import Record, executed_twice
+from app.trials.checks import RecordedReports, executed_twice
 from tests.scenarios.judge import truth_of
 from tests.scenarios.killing import kill_family
 
@@ -66,7 +66,7 @@ def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
     assert last["outcome"] == "completed", (last, lives.complaints)
     assert {one["goal"] for one in lives.said} == {last["goal"]}
     assert truth_of(lives.data).samples["sample_1"].ref == "bay_7"
-    assert not executed_twice(Record.read(f"sqlite:///{lives.data}/macta.sqlite"))
+    assert not executed_twice(RecordedReports.read(f"sqlite:///{lives.data}/macta.sqlite"))
     times_s = [one["time_s"] for one in lives.said]
     assert times_s == sorted(times_s)
     assert len({one["world"] for one in lives.said}) == KILLS + 2

@@ -1,11 +1,11 @@
 """Fred and Ginger relocate a rock sample (MACTA §1, §5): from the operator's sentence to the simulated truth."""
 
 import pytest
+from app.sweep import Mission, prepare
+from app.sweep.mission import posed
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
 from robots.wire import ScriptState

@@ -8,10 +8,9 @@ import pytest
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
 from app.domain.world_model import initial_facts
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import Mission
 from planner import PlanningRequest, load_knowledge_base
-from planner.engines.registry import engine_named
+from planner.engines import engine_named
 from robots.wire import ScriptState
 from robots.world import WorldFile, load_world
 

@@ -12,20 +12,25 @@ def stranger(service: Service) -> TestClient:
     return TestClient(service.api, follow_redirects=False)
 
 
-def test_every_route_but_health_wants_the_token(service: Service, stranger: TestClient) -> None:
-    paths = set(service.api.openapi()["paths"])
+@pytest.fixture
+def shared_stranger(shared_service: Service) -> TestClient:
+    return TestClient(shared_service.api, follow_redirects=False)
+
+
+def test_every_route_but_health_wants_the_token(shared_service: Service, shared_stranger: TestClient) -> None:
+    paths = set(shared_service.api.openapi()["paths"])
     assert {"/v1/goals", "/v1/events", "/healthz", "/readyz"} <= paths
     unlisted = {"/", "/index.html", "/viewer", "/viewer/", "/openapi.json", "/docs", "/nowhere", "/healthz/"}
     for path in (paths | unlisted) - {"/healthz", "/readyz"}:
         for method in ("GET", "POST", "PUT", "DELETE", "OPTIONS"):
-            answer = stranger.request(method, path)
+            answer = shared_stranger.request(method, path)
             assert answer.status_code == 401, f"{method} {path}"
             assert answer.headers["content-type"] == "application/problem+json"
 
 
 @pytest.mark.parametrize("path", ["/healthz", "/readyz"])
-def test_health_is_open(stranger: TestClient, path: str) -> None:
-    assert stranger.get(path).status_code == 200
+def test_health_is_open(shared_stranger: TestClient, path: str) -> None:
+    assert shared_stranger.get(path).status_code == 200
 
 
 def test_a_world_whose_link_is_broken_makes_the_service_not_ready(
@@ -55,20 +60,22 @@ def test_a_defect_is_answered_as_a_problem_without_its_text_which_is_logged(
     assert "swordfish" in caplog.text
 
 
-def test_a_wrong_token_opens_nothing(stranger: TestClient) -> None:
+def test_a_wrong_token_opens_nothing(shared_stranger: TestClient) -> None:
     for token in ("", "wrong", TOKEN[:-1], TOKEN + "x"):
-        assert stranger.get("/v1/goals", headers={"authorization": f"Bearer {token}"}).status_code == 401
-        assert stranger.get(f"/?token={token}").status_code == 401
+        assert (
+            shared_stranger.get("/v1/goals", headers={"authorization": f"Bearer {token}"}).status_code == 401
+        )
+        assert shared_stranger.get(f"/?token={token}").status_code == 401
 
 
-def test_the_console_gets_a_cookie_that_does_not_hold_the_token(stranger: TestClient) -> None:
-    answer = stranger.get(f"/?token={TOKEN}")
+def test_the_console_gets_a_cookie_that_does_not_hold_the_token(shared_stranger: TestClient) -> None:
+    answer = shared_stranger.get(f"/?token={TOKEN}")
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     cookie = answer.headers["set-cookie"]
     assert TOKEN not in cookie
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
-    assert stranger.get("/v1/goals").status_code == 200
+    assert shared_stranger.get("/v1/goals").status_code == 200
 
 
 def test_another_site_cannot_act_in_the_operators_name(stranger: TestClient) -> None:
@@ -81,8 +88,8 @@ def test_another_site_cannot_act_in_the_operators_name(stranger: TestClient) -> 
     assert own.status_code == 202
 
 
-def test_pages_carry_a_strict_content_policy(api: TestClient) -> None:
-    policy = api.get("/").headers["content-security-policy"]
+def test_pages_carry_a_strict_content_policy(shared_api: TestClient) -> None:
+    policy = shared_api.get("/").headers["content-security-policy"]
     assert "default-src 'self'" in policy
     assert "unsafe" not in policy
 
@@ -98,14 +105,14 @@ def test_pages_carry_a_strict_content_policy(api: TestClient) -> None:
     ],
 )
 def test_a_goal_that_cannot_be_is_refused_by_name_with_choices_and_leaves_nothing(
-    api: TestClient, text: str, status: int, code: str, named: str, choice: str
+    shared_api: TestClient, text: str, status: int, code: str, named: str, choice: str
 ) -> None:
-    answer = api.post("/v1/goals", json={"text": text})
+    answer = shared_api.post("/v1/goals", json={"text": text})
     body = answer.json()
     assert (answer.status_code, body["type"]) == (status, f"urn:macta:problem:{code}")
     assert named in body["detail"]
     assert choice in body["choices"]
-    assert api.get("/v1/goals").json()["items"] == []
+    assert shared_api.get("/v1/goals").json()["items"] == []
 
 
 @pytest.mark.parametrize(
@@ -119,13 +126,15 @@ def test_a_goal_that_cannot_be_is_refused_by_name_with_choices_and_leaves_nothin
         {"text": "move sample_1 to bay_7", "deadline_s": -1},
     ],
 )
-def test_a_malformed_request_says_which_slot_is_wrong(api: TestClient, body: dict[str, object]) -> None:
-    answer = api.post("/v1/goals", json=body)
+def test_a_malformed_request_says_which_slot_is_wrong(
+    shared_api: TestClient, body: dict[str, object]
+) -> None:
+    answer = shared_api.post("/v1/goals", json=body)
     assert answer.status_code == 422
     assert answer.json()["errors"]
 
 
-def test_unknown_things_are_named(api: TestClient) -> None:
+def test_unknown_things_are_named(shared_api: TestClient) -> None:
     for path in (
         "/v1/goals/g",
         "/v1/plans/p",
@@ -134,7 +143,7 @@ def test_unknown_things_are_named(api: TestClient) -> None:
         "/v1/worlds/w",
         "/v1/nothing",
     ):
-        answer = api.get(path)
+        answer = shared_api.get(path)
         assert answer.status_code == 404
         assert answer.headers["content-type"] == "application/problem+json"
         assert path.rsplit("/", 1)[1] in answer.json()["detail"]
@@ -144,12 +153,12 @@ def test_unknown_things_are_named(api: TestClient) -> None:
     ("things", "state"), [("goals", "committed"), ("plans", "superseded"), ("missions", "recovering")]
 )
 def test_a_state_that_does_not_exist_is_answered_with_those_that_do(
-    api: TestClient, things: str, state: str
+    shared_api: TestClient, things: str, state: str
 ) -> None:
-    answer = api.get(f"/v1/{things}?state=bogus")
+    answer = shared_api.get(f"/v1/{things}?state=bogus")
     assert answer.status_code == 422
     assert state in answer.json()["detail"]
-    assert api.get(f"/v1/{things}?state={state}").json()["items"] == []
+    assert shared_api.get(f"/v1/{things}?state={state}").json()["items"] == []
 
 
 def test_the_same_idempotency_key_is_the_same_goal(api: TestClient) -> None:

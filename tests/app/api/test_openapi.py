@@ -11,8 +11,8 @@ WITH_BODY = ("post", "put")
 
 
 @pytest.fixture
-def document(api: TestClient) -> dict[str, Any]:
-    answer = api.get("/openapi.json")
+def document(shared_api: TestClient) -> dict[str, Any]:
+    answer = shared_api.get("/openapi.json")
     assert answer.status_code == 200
     body: dict[str, Any] = answer.json()
     return body
@@ -56,9 +56,9 @@ def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
 
 
 def test_a_malformed_request_is_answered_with_the_declared_problem(
-    api: TestClient, document: dict[str, Any]
+    shared_api: TestClient, document: dict[str, Any]
 ) -> None:
-    body = api.post("/v1/goals", json={}).json()
+    body = shared_api.post("/v1/goals", json={}).json()
     declared = document["components"]["schemas"]["Problem"]
     assert set(declared["required"]) <= body.keys() <= set(declared["properties"])
     assert body["errors"][0].keys() == {"slot", "message"}

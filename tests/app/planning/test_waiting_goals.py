@@ -11,7 +11,7 @@ from sqlalchemy import text
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.planning.waiting_goals import GOALS_PER_WORKFLOW, WaitingGoals, most_urgent
 from app.store import Database, GoalRow, WorldRow
 from app.store.event_log import EventLog
