@@ -1,6 +1,6 @@
 """The benchmark of takeovers, which is also the proof that there is one."""
 
-from app.workflows.leases import HEARTBEAT_S, DEAD_AFTER_S
+from app.workflows.leases import DEAD_AFTER_S, HEARTBEAT_S
 from benchmarks.recovery import takeover_s
 from tests.databases import ON_POSTGRESQL
 
