@@ -170,7 +170,7 @@ class Service:
         ready = self._worker.warm_up()
         simulated = [name for name, world in self._worlds.items() if world.run is not None]
         self.presence.register(simulated if self._speaks else ())
-        # Also those that another process speaks for: it may die before it has said anything of them.
+        # Also those whose lease another process holds: it may die before it has recorded anything of them.
         mine = list(self._worlds.values()) if self._speaks else []
         with self.database.write() as session:
             for world in mine:
