@@ -8,6 +8,7 @@ from threading import Event
 from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
+from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import RunningWorld
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
@@ -57,7 +58,7 @@ from app.workflows import (
     Workflows,
 )
 from app.workflows.leases import ExecutorRegistry
-from app.workflows.notifications import Listening
+from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from planner import load_knowledge_base
 from robots.clock import Clock
@@ -117,25 +118,25 @@ class Service:
         migrate(self.database)
         self.events = EventLog(self.database)
         knowledge_base = load_knowledge_base()
-        workflows = Workflows(settings.resolved_database_url(), serves=served)
+        self.workflows = Workflows(settings.resolved_database_url(), serves=served)
         plan_nets = PlanNets(knowledge_base)
         self.core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events, knowledge_base),
-            workflows=workflows,
+            workflows=self.workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
             holdings=Reservations(plan_nets),
         )
-        self._notifications = Listening(self.database, workflows.topics)
+        self._notifications = NotificationListener(self.database, self.workflows.topics)
         self.executors = ExecutorRegistry(
             self.database,
-            workflows,
+            self.workflows,
             serves=[queue.name for queue in served],
-            speaks_for=self._files if self._drives_robots else (),
+            worlds=self._files if self._drives_robots else (),
         )
-        self._retention = Retention.of(self.database, workflows, settings)
+        self._retention = Retention.of(self.database, self.workflows, settings)
 
     def _wire_robots(self) -> None:
         """What is known of the robots, and what operators tell them directly."""
@@ -143,11 +144,12 @@ class Service:
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
         self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
         self.questions = Questions(patience_s=settings.answer_patience_s)
-        self.worlds = WorldService(
-            self.core, worlds=self._files, clocks=self.clocks, board=self.board, hearing=self.contact
+        self.worlds = WorldService(self.core, worlds=self._files, clocks=self.clocks)
+        self.robots = RobotDirectory(
+            self.database, worlds=self._files, board=self.board, contact=self.contact
         )
         paces = {name: world.pace for name, world in self._worlds.items()}
-        self.teleoperation = Teleoperation(self.worlds, paces)
+        self.teleoperation = Teleoperation(self.robots, paces)
         self.tunings = TuningService(self.core, worlds=self._files)
 
     def _wire_planning(self) -> None:
@@ -242,7 +244,7 @@ class Service:
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         name = world.file.name
-        drives_world = partial(self.executors.speaks_for, name)
+        drives_world = partial(self.executors.holds_lease, name)
         between = partial(self._waiting_goals.look, name)
         if world.fleet is not None:
             run = FleetRun(
@@ -259,10 +261,10 @@ class Service:
             questions=self.questions,
             teleoperation=self.teleoperation,
             tunings=self.tunings,
-            welcome=partial(self.lost_robots.restore_in_contact, name),
+            readmit=partial(self.lost_robots.restore_in_contact, name),
             world=name,
-            speaks=drives_world,
-            between=between,
+            has_lease=drives_world,
+            each_turn=between,
         )
 
     @cached_property
@@ -281,6 +283,7 @@ class Service:
             export=self.export,
             missions=self.missions,
             worlds=self.worlds,
+            robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,
             lost_robots=self.lost_robots,

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from robots.kernels import install
 
@@ -13,6 +14,9 @@ install()  # before anything that is compiled is imported
 from app.composition import make_engine
 from app.planning.pool.pool import PlanningWorker
 from tests.databases import SQLITE, fresh
+
+settings.register_profile("macta", deadline=None)  # a loaded machine is no failure
+settings.load_profile("macta")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

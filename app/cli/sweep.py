@@ -14,7 +14,7 @@ from rich.progress import Progress
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
 from app.domain.errors import Invalid
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
 from app.trials.offline_mission import NoMission, goal_problem, plan_mission
 from app.trials.random_goals import drawn_goals
@@ -93,7 +93,7 @@ def _wanted(request: SweepRequest, seed: int, base: KnowledgeBase) -> Sequence[S
     facts = initial_facts(request.world, base)
     if request.sentences:
         return parse_goals(request.world, facts, list(request.sentences), base)
-    return berthed(drawn_goals(request.world, facts, request.goals, seed, base), request.world, facts)
+    return assign_berths(drawn_goals(request.world, facts, request.goals, seed, base), request.world, facts)
 
 
 def _words(goals: Sequence[SymbolicFact]) -> str:

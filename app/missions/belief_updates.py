@@ -15,9 +15,9 @@ from app.domain.events import (
     TeleoperationEnded,
     UpkeepReported,
 )
-from app.domain.world_model import Change, applied, reconciled
+from app.domain.world_model import Change, apply_action, reconcile_report
 from app.domain.world_model.beliefs import ROBOT_POSITION
-from app.domain.world_model.timeliness import Subject, known_since, timely
+from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
 from app.missions.clearance import action_has_ended
 from app.store import MissionRow, ScriptRow
@@ -63,16 +63,16 @@ class BeliefUpdates:
         going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
         for action_id in actions:
             before = world.facts
-            after = applied(before, net.action(action_id))
+            after = apply_action(before, net.action(action_id))
             touched = after ^ before
             for later in _done_since(net, action_id, scripts):
-                after = applied(after, later)
+                after = apply_action(after, later)
             change = Change(add=(after - before) & touched, remove=(before - after) & touched)
             self._believe(
                 session,
                 world,
                 change,
-                newer=known_since(world.dated, at_s, but=going_on),
+                newer=newer_subjects(world.dated, at_s, but=going_on),
                 mission=mission,
                 robot=script.robot,
                 at_s=at_s,
@@ -84,12 +84,12 @@ class BeliefUpdates:
     ) -> None:
         """Believe what a robot perceives whose script ended early; what it had begun does not count."""
         world = self._facts.locked(session, mission.world)
-        change = reconciled(world.facts, script.robot, report.perceived, self._knowledge_base)
+        change = reconcile_report(world.facts, script.robot, report.perceived, self._knowledge_base)
         self._believe(
             session,
             world,
             change,
-            newer=known_since(world.dated, report.at_s),
+            newer=newer_subjects(world.dated, report.at_s),
             mission=mission,
             robot=script.robot,
             at_s=report.at_s,
@@ -113,8 +113,8 @@ class BeliefUpdates:
         )
         if report.at_s >= last_placed_s:
             before = facts.facts
-            seen = reconciled(before, robot, report.perceived, self._knowledge_base)
-            change = timely(before, seen, known_since(facts.dated, report.at_s))
+            seen = reconcile_report(before, robot, report.perceived, self._knowledge_base)
+            change = without_outdated(before, seen, newer_subjects(facts.dated, report.at_s))
             if facts.change(
                 add=change.add, remove=change.remove, source=source_of(robot), at_s=report.at_s, corrects=True
             ):
@@ -134,7 +134,7 @@ class BeliefUpdates:
         at_s: float,
         corrects: bool,
     ) -> None:
-        kept = timely(world.facts, change, newer)
+        kept = without_outdated(world.facts, change, newer)
         changed = world.change(
             add=kept.add, remove=kept.remove, source=source_of(robot), at_s=at_s, corrects=corrects
         )

@@ -26,7 +26,7 @@ from app.missions.mission_view import MissionViews, scripts_of_all_plans
 from app.missions.recovery import RecoverySteps
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
-from app.store.mission_record import locked_after_goal
+from app.store.records import lock_mission
 from app.workflows import MISSION_LIFE, MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
 from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
@@ -117,7 +117,7 @@ class MissionLife:
     def _continue_as_new(self, mission_id: str, workflow: str) -> None:
         """Have another workflow continue: one that is recovered replays its recorded steps, so they must be few."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             if mission.workflow == workflow and not has_ended(mission):
                 mission.workflow = new_id("life")
                 self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
@@ -125,7 +125,7 @@ class MissionLife:
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             return not has_ended(mission) and self._ensure_dispatched(session, mission)
 
     def _ensure_dispatched(self, session: Session, mission: MissionRow) -> bool:
@@ -142,7 +142,7 @@ class MissionLife:
     def monitor(self, mission_id: str) -> float | None:
         """Judge the mission once and act on it; answers how long to sleep (wall clock), None at its end."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             if has_ended(mission) or not self._ensure_dispatched(session, mission):
                 return None
             scripts = scripts_of_all_plans(session, mission_id)
@@ -216,7 +216,7 @@ class MissionLife:
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
+            mission = lock_mission(session, mission_id)
             if not has_ended(mission):
                 self._fail(session, mission, reason)
 

@@ -19,8 +19,7 @@ from app.domain.lifecycles.script import abandon
 from app.domain.states import Connection
 from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
-from app.store.lost_robots import lost_rows
-from app.store.mission_record import UNENDED
+from app.store.records import UNENDED_SCRIPT, lost_robots
 from robots.clock import Clock
 
 CONTACT = "contact"
@@ -90,7 +89,7 @@ class LostRobots:
     def restore_in_contact(self, world: str) -> None:
         """Restore the robots that were silent, are heard, and have said what became of their scripts."""
         with self._database.read() as session:
-            candidates = [row.robot for row in lost_rows(session, world) if self._is_back(session, row)]
+            candidates = [row.robot for row in lost_robots(session, world) if self._is_back(session, row)]
         for robot in candidates:
             with self._database.write() as session:
                 row = session.get(LostRobotRow, (world, robot), with_for_update=True)
@@ -138,7 +137,7 @@ def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRo
             MissionRow.state.not_in(ENDED),
             ScriptRow.robot == robot,
             ScriptRow.plan_id == MissionRow.plan_id,
-            *UNENDED,
+            *UNENDED_SCRIPT,
         )
     )
     return session.scalars(query).all()
@@ -153,7 +152,7 @@ def _owed(session: Session, world: str, robot: str) -> Sequence[str]:
             MissionRow.world == world,
             ScriptRow.robot == robot,
             ScriptRow.abandoned,
-            *UNENDED,
+            *UNENDED_SCRIPT,
         )
     )
     return session.scalars(query).all()

@@ -15,7 +15,7 @@ from app.domain.lifecycles.recovery import RecoveryStep, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
 from app.domain.recovery_rules import Policy
 from app.store import MissionRow, ScriptRow
-from app.store.paging import page
+from app.store.records import page
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]

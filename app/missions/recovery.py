@@ -25,7 +25,7 @@ from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.event_log import EventLog
-from app.store.mission_record import locked_after_goal
+from app.store.records import lock_mission
 from robots.clock import Clock
 
 LOOK_AGAIN_S = 20.0
@@ -88,7 +88,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> MissionRow:
         if lock:
-            return locked_after_goal(session, subject_id)
+            return lock_mission(session, subject_id)
         return session.get_one(MissionRow, subject_id)
 
     def turn(self, subject: MissionRow) -> Hashable:

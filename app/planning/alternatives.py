@@ -25,7 +25,7 @@ from app.planning.pool.work import AlternativesWork, Solutions, WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals, open_plans
 from app.store import GoalRow, PlanRow
-from app.store.goal_record import goal_to_change
+from app.store.records import lock_goal
 from app.workflows import FIND_ALTERNATIVES, PLANNING
 from planner import PlanningResult, PlanningStatus
 
@@ -58,7 +58,7 @@ class Alternatives:
         :raises Conflict: if the goal has no plan that is open to decision.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.state != GoalState.PLANNED:
                 raise Conflict(
                     f"goal {goal.id} is {goal.state}; only a plan that waits for a decision has alternatives",

@@ -25,15 +25,14 @@ from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.world_model import broken, taken_by
-from app.domain.world_model.timeliness import Dated, in_place_of
+from app.domain.world_model import broken_support, taken_by
+from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
 from app.planning.proposals import close_plans, open_plans, plan_row
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
-from app.store.lost_robots import lost_in
-from app.store.paging import page
+from app.store.records import lost_robot_reasons, page
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet
@@ -59,7 +58,7 @@ class PlanApproval:
         self._workflows = core.workflows
         self._facts = core.facts
         self._plan_nets = core.plan_nets
-        self._staleness = _Staleness(core)
+        self._staleness = Staleness(core)
         self._margin = margin
         self._requests = requests
 
@@ -261,7 +260,7 @@ def _refuse_decided(plan: PlanRow) -> None:
         raise Conflict(f"plan {plan.id} is {plan.state}, not proposed{why}", code="plan-decided")
 
 
-class _Staleness:
+class Staleness:
     """Compares plans that wait for a decision with the present world."""
 
     def __init__(self, core: Core) -> None:
@@ -273,7 +272,7 @@ class _Staleness:
     def of(self, session: Session, plan: PlanRow, goal: GoalRow) -> list[str]:
         """Each condition of the plan that no longer holds, with what holds instead, in words; empty if all hold."""
         net = self._plan_nets.of(session, plan.id)
-        false = broken(net, self._facts.facts(session, plan.world))
+        false = broken_support(net, self._facts.facts(session, plan.world))
         believed = self._facts.believed(session, plan.world) if false else ()
         return [
             *(self._change(fact, believed) for fact in false),
@@ -281,10 +280,10 @@ class _Staleness:
             *self._taken(session, net, goal),
         ]
 
-    def _change(self, fact: Fact, believed: Sequence[Dated]) -> str:
+    def _change(self, fact: Fact, believed: Sequence[DatedFact]) -> str:
         now = [
             f"{self._words(one.fact)}, {one.source} at {one.at_s:.0f} s"
-            for one in in_place_of(fact, believed)
+            for one in beliefs_contradicting(fact, believed)
         ]
         return f"{self._words(fact)} is no longer true" + (f": now {' and '.join(now)}" if now else "")
 
@@ -292,7 +291,7 @@ class _Staleness:
         return str(symbolic(fact, self._knowledge_base))
 
     def _lost(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
-        lost = lost_in(session, world)
+        lost = lost_robot_reasons(session, world)
         return (f"{robot} was declared lost" for robot in net.robots if robot in lost)
 
     def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:

@@ -23,8 +23,7 @@ from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow
-from app.store.goal_record import goal_to_change
-from app.store.paging import page
+from app.store.records import lock_goal, page
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -166,7 +165,7 @@ class GoalService:
         :raises Conflict: if planning has not begun.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.state in (GoalState.SUBMITTED, GoalState.WAITING):
                 raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
             if goal.state == GoalState.PLANNING and not goal.stop_requested:
@@ -180,7 +179,7 @@ class GoalService:
         :raises Conflict: if a mission carries it out, or it has ended otherwise.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.outcome == CANCELLED:
                 return goal
             _refuse_begun(goal)

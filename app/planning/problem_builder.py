@@ -11,14 +11,14 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.durations import Durations, Kind
 from app.domain.errors import Conflict
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_goals
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import (
     Facts,
     Reservation,
-    broken,
+    broken_support,
     initial_spots,
     objects_of,
     planning_problem,
@@ -29,7 +29,7 @@ from app.domain.world_model.reservation import is_withheld
 from app.domain.world_model.vocabulary import planner_fact
 from app.store import GoalRow, PlanRow, WorldRow
 from app.store.durations import learned_durations
-from app.store.lost_robots import lost_in
+from app.store.records import lost_robot_reasons
 from app.store.reservations import MissionReservation, all_reserved
 from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, scale_term
 from planner.explanation.diagnosis import why_unsolvable
@@ -173,7 +173,7 @@ class ProblemBuilder:
         wanted = _with_chosen_berths(session, goal, stated, world, facts, reserved)
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        resting = {**self._resting(goal.world), **lost_in(session, goal.world)}
+        resting = {**self._resting(goal.world), **lost_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
@@ -199,7 +199,7 @@ class ProblemBuilder:
         goal = session.get_one(GoalRow, plan.goal_id)
         built = self.build(session, goal)
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
-        is_current = plan.state == PlanState.PROPOSED and not broken(
+        is_current = plan.state == PlanState.PROPOSED and not broken_support(
             net, self._facts.facts(session, plan.world)
         )
         return CurrentProblem(
@@ -245,7 +245,9 @@ def _with_chosen_berths(
     if all(len(row) == 1 for row in world.rows.values()):
         return wanted
     own, others = _target_locations(session, goal)
-    return berthed(wanted, world, facts, kept=own - reserved.locations, shunned=others | reserved.locations)
+    return assign_berths(
+        wanted, world, facts, preferred=own - reserved.locations, avoid=others | reserved.locations
+    )
 
 
 def _target_locations(session: Session, goal: GoalRow) -> tuple[frozenset[str], frozenset[str]]:

@@ -1,4 +1,4 @@
-"""The world model's facts in the record: each with its source and time, each change counted in the world's version."""
+"""The world model's facts in the database: each with source and time; each change increments the world's version."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -8,11 +8,11 @@ from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
 from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
-from app.domain.world_model.timeliness import Dated, subjects_of
+from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, UnknownRow, WorldRow
-from app.store.doubts import PLACED, unknowns
 from app.store.event_log import EventLog
+from app.store.unknowns import PLACED, unknown_rows
 from planner import Fact, KnowledgeBase
 
 
@@ -29,7 +29,7 @@ class FactStore:
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
 
-    def believed(self, session: Session, world: str) -> list[Dated]:
+    def believed(self, session: Session, world: str) -> list[DatedFact]:
         """Every fact with its source and time."""
         return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
 
@@ -37,7 +37,7 @@ class FactStore:
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
 
     def lock(self, session: Session, world: str) -> WorldRow:
-        """The world's row, for this transaction alone to its end."""
+        """The world's row, locked until the end of the transaction."""
         query = select(WorldRow).where(WorldRow.id == world).with_for_update()
         return session.scalars(query.execution_options(populate_existing=True)).one()
 
@@ -49,7 +49,7 @@ class FactStore:
             self._knowledge_base,
             world=self.lock(session, world),
             rows=self.rows(session, world),
-            unknown=unknowns(session, world),
+            unknown=unknown_rows(session, world),
         )
 
     def change(
@@ -98,12 +98,12 @@ class WorldFacts:
         return frozenset(Fact(row.predicate, tuple(row.args)) for row in self._rows.values())
 
     @property
-    def believed(self) -> Sequence[Dated]:
+    def believed(self) -> Sequence[DatedFact]:
         """Every fact with its source and time."""
         return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self._rows.values()]
 
     @property
-    def dated(self) -> Sequence[Dated]:
+    def dated(self) -> Sequence[DatedFact]:
         """Every fact with its source and time, and the last belief about what has no place now."""
         doubted = [
             _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
@@ -122,7 +122,7 @@ class WorldFacts:
     ) -> bool:
         """Make facts true and false; what is both removed and added is true. True if anything has changed.
 
-        :param corrects: what is removed was believed wrongly, rather than come to its end: it stays visible.
+        :param corrects: what is removed was believed wrongly, rather than ended: it stays visible as `instead_of`.
         """
         world = self._world.id
         added = set(add)
@@ -182,12 +182,12 @@ class WorldFacts:
 
 
 def source_of(robot: str) -> str:
-    """Who said a fact that a robot reported."""
+    """The source of facts that a robot reported."""
     return f"report of {robot}"
 
 
 def _is_passing(old: FactRow, source: str) -> bool:
-    """True of what follows from other facts, and of where a robot stood that says itself where it stands now."""
+    """True of derived facts, and of the former position of a robot that reports its position itself."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
     return old.predicate in (VACANT, CLEAR)
@@ -197,12 +197,12 @@ def _belief(row: FactRow) -> dict[str, Any]:
     return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
 
 
-def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> Dated:
-    return Dated(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
+def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> DatedFact:
+    return DatedFact(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
 
 
 def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict[str, Any]]) -> FactRow:
-    """:param before: what was believed wrongly; the fact stands for what is of the same thing."""
+    """:param before: facts that were believed wrongly; those about the same things are kept with the new fact."""
     about = subjects_of(fact)
     contradicted = [
         one for one in before if not about.isdisjoint(subjects_of(Fact(one["predicate"], tuple(one["args"]))))

@@ -230,10 +230,14 @@ class TuningRow(Base):
     decided_at: Mapped[str | None]
 
     def set(self, tuning: dict[str, Any], *, actor: str, comment: str) -> None:
-        """Another version, to be delivered."""
+        """Make it a new version that is to be delivered."""
         self.version += 1
-        self.tuning, self.delivery, self.detail = tuning, "pending", ""
-        self.comment, self.decided_by, self.decided_at = comment, actor, utc_now()
+        self.tuning = tuning
+        self.delivery = "pending"
+        self.detail = ""
+        self.comment = comment
+        self.decided_by = actor
+        self.decided_at = utc_now()
 
 
 class MessageRow(Base):
@@ -260,7 +264,7 @@ class ExecutorRow(Base):
 
 
 class LeaseRow(Base):
-    """Which executor speaks for a world, towards its robots; as long as it lives."""
+    """Which executor holds the lease of a world: it delivers to its robots and records their reports."""
 
     __tablename__ = "leases"
     world: Mapped[str] = mapped_column(String(64), primary_key=True)

@@ -4,7 +4,7 @@ import random
 
 from app.domain.errors import Invalid
 from app.domain.goal_language.check import check_goals
-from app.domain.goal_language.reach import free_for
+from app.domain.goal_language.reachability import free_for
 from app.domain.world_model import Facts
 from planner import KnowledgeBase
 from robots.wire import SymbolicFact

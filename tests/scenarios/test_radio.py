@@ -22,8 +22,8 @@ from robots.link.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
 from sim.snapshot import digest_of
 from sim.world.radio import Direction
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.serving import macta_fleet
 from tests.waiting import awaited
@@ -93,7 +93,7 @@ class Operator:
         for known, said in ((self.states, mission.state), (self.reasons, mission.reason)):
             if known[-1:] != [said]:
                 known.append(said)
-        self.silent |= {report.view.name for report in service.worlds.robots() if report.silent}
+        self.silent |= {report.view.name for report in service.robots.robots() if report.silent}
 
 
 def test_a_robot_that_misses_its_windows_is_asked_makes_the_mission_unknown_and_is_back_on_contact(

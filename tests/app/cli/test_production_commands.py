@@ -73,7 +73,7 @@ def test_a_record_that_others_share_wants_a_token_that_they_know() -> None:
 
 
 def test_where_the_record_is_told_without_the_password() -> None:
-    assert Settings(database_url=SHARED).place_of_record == "database macta on database.example"
+    assert Settings(database_url=SHARED).database_location == "database macta on database.example"
 
 
 def test_nothing_is_alive_where_nothing_is_shared() -> None:
@@ -90,7 +90,7 @@ def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pyte
     migrate(database)
     with pytest.raises(Unavailable, match="no living process"):
         worker_alive()
-    ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], speaks_for=()).register()
+    ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], worlds=()).register()
     assert "plans" in worker_alive()
     database.close()
 

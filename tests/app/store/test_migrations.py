@@ -6,7 +6,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy import text
 
 from app.store import Base, Database
-from app.store.migrate import _config, migrate
+from app.store.migrate import migrate, migration_config
 from tests.databases import ON_BOTH
 
 pytestmark = ON_BOTH
@@ -23,7 +23,7 @@ def test_migrations_make_the_tables_that_the_code_declares(database_url: str) ->
 def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None:
     record = Database(database_url)
     with record.engine.connect() as connection:
-        command.upgrade(_config(connection), "0001")
+        command.upgrade(migration_config(connection), "0001")
         connection.execute(
             text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', 'Lab', '{}', 7)")
         )
@@ -38,7 +38,7 @@ def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None
 def test_orders_and_overdue_missions_of_before_are_kept_as_data(database_url: str) -> None:
     record = Database(database_url)
     with record.engine.connect() as connection:
-        command.upgrade(_config(connection), "0012")
+        command.upgrade(migration_config(connection), "0012")
         for insert in BEFORE_0014:
             connection.execute(text(insert))
         connection.commit()
@@ -91,20 +91,20 @@ def test_goals_that_waited_in_submitted_become_waiting_and_back(database_url: st
     )
     rows = {"new": "", "waits": "waits for mission m", "again": "the plan was overtaken: in(a, b)"}
     with record.engine.connect() as connection:
-        command.upgrade(_config(connection), "0012")
+        command.upgrade(migration_config(connection), "0012")
         connection.execute(
             text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', '', '{}', 1)")
         )
         for name, reason in rows.items():
             connection.execute(text(goal), {"id": name, "reason": reason})
         connection.commit()
-        command.upgrade(_config(connection), "0013")
+        command.upgrade(migration_config(connection), "0013")
         states = connection.execute(text("SELECT id, state FROM goals")).all()
         assert {one.id: one.state for one in states} == {
             "new": "submitted",
             "waits": "waiting",
             "again": "submitted",
         }
-        command.downgrade(_config(connection), "0012")
+        command.downgrade(migration_config(connection), "0012")
         assert set(connection.execute(text("SELECT state FROM goals")).scalars()) == {"submitted"}
     record.close()

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from itertools import combinations
 
-from app.domain.goal_language.words import listed, natural
+from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import (
     CAN,
     IN_AREA,
@@ -54,16 +54,16 @@ def lacking_crew(sample: str, world: WorldFile, facts: Facts) -> str | None:
         return None
     able, areas = _tags(facts), _areas(facts)
     there = defaultdict(list)
-    for robot in sorted(robots_in(facts), key=natural):
+    for robot in sorted(robots_in(facts), key=natural_key):
         there[areas.get(robot, "")].append(robot)
     carrying = {area: [r for r in names if "TRANSPORT" in able.get(r, ())] for area, names in there.items()}
     if most := [names for names in carrying.values() if len(names) > 1]:
         wanted = (*sorted(FIRST | SECOND), *LETTING_GO)
         missing = [tag for tag in wanted if not any(tag in able[robot] for robot in most[0])]
-        lack = f"can {listed(missing)}" if missing else f"can do its part of {listed(wanted, last='and')}"
-        return f"{sample} takes two robots, and none of {listed(most[0], last='and')} {lack}"
+        lack = f"can {joined(missing)}" if missing else f"can do its part of {joined(wanted, last='and')}"
+        return f"{sample} takes two robots, and none of {joined(most[0], last='and')} {lack}"
     found = [f"in {area} there is only {names[0]}" for area, names in carrying.items() if names]
-    return f"{sample} takes two robots that can TRANSPORT, {listed(found, last='and') if found else 'there is none'}"
+    return f"{sample} takes two robots that can TRANSPORT, {joined(found, last='and') if found else 'there is none'}"
 
 
 def reachers(place: str, crews: Crews) -> tuple[tuple[str, ...], ...]:
@@ -91,7 +91,7 @@ def chain_from(start: str, facts: Facts, crews: Crews) -> frozenset[str]:
 def free_places(world: WorldFile, facts: Facts) -> tuple[str, ...]:
     """The places that could take a sample now."""
     free = [p.name for p in world.places if p.capacity > 0 and not occupants(p.name, facts)]
-    return tuple(sorted(free, key=natural))
+    return tuple(sorted(free, key=natural_key))
 
 
 def free_for(sample: str, world: WorldFile, facts: Facts) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What is not known of a world, in one list: samples without a place, robots that are lost or do not answer."""
+"""What is not known of a world: objects and robots without a believed place, robots that are lost or do not answer."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -9,37 +9,44 @@ from sqlalchemy.orm import Session
 from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.domain.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION
-from app.domain.world_model.timeliness import Dated
-from app.store import MissionRow, ScriptRow, UnknownRow
-from app.store.doubts import unknowns
-from app.store.lost_robots import lost_rows
+from app.domain.world_model.timeliness import DatedFact
+from app.store.records import lost_robots
+from app.store.tables import MissionRow, ScriptRow, UnknownRow
 from planner import Fact
+
+PLACED = (OBJECT_POSITION, ROBOT_POSITION)
+
+
+def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
+    """Objects and robots that lost their believed place, in alphabetical order."""
+    query = select(UnknownRow).where(UnknownRow.world == world).order_by(UnknownRow.name)
+    return session.scalars(query).all()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unknown:
-    """A thing of which something is not known; `last` is where it was believed to be."""
+    """A sample or robot whose place or state is not known; `last` is where it was believed to be."""
 
     name: str
     reason: str
     since_s: float | None
-    last: Dated | None
+    last: DatedFact | None
 
 
-def not_known(
-    session: Session, world: str, *, known: Sequence[Dated], samples: Collection[str]
+def list_unknowns(
+    session: Session, world: str, *, known: Sequence[DatedFact], samples: Collection[str]
 ) -> list[Unknown]:
-    """In alphabetical order, each thing once.
+    """What is not known of a world, in alphabetical order, each name once.
 
     :param known: every fact that is believed.
-    :param samples: of the world.
+    :param samples: the names of the world's samples.
     """
     placed = {one.fact.args[0]: one for one in known if one.fact.predicate == ROBOT_POSITION}
-    found = {row.name: _misplaced(row) for row in unknowns(session, world)}
+    found = {row.name: _misplaced(row) for row in unknown_rows(session, world)}
     located = {one.fact.args[0] for one in known if one.fact.predicate == OBJECT_POSITION}
     for name in set(samples) - located - found.keys():
         found[name] = Unknown(name=name, reason="nobody has said where it is", since_s=None, last=None)
-    for row in lost_rows(session, world):
+    for row in lost_robots(session, world):
         reason = f"{row.declared_by} declared it lost" + (f": {row.comment}" if row.comment else "")
         last = placed.get(row.robot)
         found[row.robot] = Unknown(name=row.robot, reason=reason, since_s=row.since_s, last=last)
@@ -56,7 +63,7 @@ def not_known(
 
 
 def _misplaced(row: UnknownRow) -> Unknown:
-    last = Dated(
+    last = DatedFact(
         fact=Fact(row.believed["predicate"], tuple(row.believed["args"])),
         source=row.believed_by,
         at_s=row.believed_at_s,
@@ -66,7 +73,7 @@ def _misplaced(row: UnknownRow) -> Unknown:
 
 
 def _silent(session: Session, world: str) -> Sequence[tuple[str, str, float | None]]:
-    """Robots of missions in `unknown` that owe an answer, with when they were last heard of it (world's clock)."""
+    """Robots of missions in `unknown` that owe an answer: robot, mission, last report (world's clock)."""
     query = (
         select(ScriptRow.robot, MissionRow.id, ScriptRow.heard_at_s)
         .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
