@@ -8,6 +8,7 @@ from threading import Event
 from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
+from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import RunningWorld
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
@@ -21,18 +22,18 @@ from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
-from app.missions.recovery import MissionRecovery
+from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
-from app.missions.world_start import begin_world, part_from_others
-from app.planning.alternatives import Alternatives
+from app.missions.world_start import end_missions_of_absent_worlds, start_world
+from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
-from app.planning.goal_planning import Planning
+from app.planning.goal_planning import GoalPlanningJob
 from app.planning.goal_service import GoalService
 from app.planning.limits import PlanningLimits
-from app.planning.pool.engine import make_engine
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.work import make_engine
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
@@ -57,7 +58,7 @@ from app.workflows import (
     Workflows,
 )
 from app.workflows.leases import ExecutorRegistry
-from app.workflows.notifications import Listening
+from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from planner import load_knowledge_base
 from robots.clock import Clock
@@ -117,25 +118,25 @@ class Service:
         migrate(self.database)
         self.events = EventLog(self.database)
         knowledge_base = load_knowledge_base()
-        workflows = Workflows(settings.resolved_database_url(), serves=served)
+        self.workflows = Workflows(settings.resolved_database_url(), serves=served)
         plan_nets = PlanNets(knowledge_base)
         self.core = Core(
             database=self.database,
             events=self.events,
             facts=FactStore(self.events, knowledge_base),
-            workflows=workflows,
+            workflows=self.workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
             holdings=Reservations(plan_nets),
         )
-        self._notifications = Listening(self.database, workflows.topics)
+        self._notifications = NotificationListener(self.database, self.workflows.topics)
         self.executors = ExecutorRegistry(
             self.database,
-            workflows,
+            self.workflows,
             serves=[queue.name for queue in served],
-            speaks_for=self._files if self._drives_robots else (),
+            worlds=self._files if self._drives_robots else (),
         )
-        self._retention = Retention.of(self.database, workflows, settings)
+        self._retention = Retention.of(self.database, self.workflows, settings)
 
     def _wire_robots(self) -> None:
         """What is known of the robots, and what operators tell them directly."""
@@ -143,11 +144,12 @@ class Service:
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
         self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
         self.questions = Questions(patience_s=settings.answer_patience_s)
-        self.worlds = WorldService(
-            self.core, worlds=self._files, clocks=self.clocks, board=self.board, hearing=self.contact
+        self.worlds = WorldService(self.core, worlds=self._files, clocks=self.clocks)
+        self.robots = RobotDirectory(
+            self.database, worlds=self._files, board=self.board, contact=self.contact
         )
         paces = {name: world.pace for name, world in self._worlds.items()}
-        self.teleoperation = Teleoperation(self.worlds, paces)
+        self.teleoperation = Teleoperation(self.robots, paces)
         self.tunings = TuningService(self.core, worlds=self._files)
 
     def _wire_planning(self) -> None:
@@ -155,13 +157,13 @@ class Service:
         core = self.core
         settings = self.settings
         limits = PlanningLimits.of(settings)
-        requests = PlanningRequests(core, clocks=self.clocks)
+        self._requests = PlanningRequests(core, clocks=self.clocks)
         margin = Margin(
             relative=settings.margin_relative,
             absolute_s=settings.margin_s,
             answers_s={name: file.answer_s for name, file in self._files.items()},
         )
-        self.plans = PlanApproval(core, margin=margin, requests=requests)
+        self.plans = PlanApproval(core, margin=margin, requests=self._requests)
         problems = ProblemBuilder(
             core,
             worlds=self._files,
@@ -172,37 +174,38 @@ class Service:
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
         self.board.rested.append(self._waiting_goals.rested)
-        self._goal_planning = Planning(
+        self._goal_planning = GoalPlanningJob(
             core,
-            posing=problems,
-            proposing=proposals,
+            problems=problems,
+            proposals=proposals,
             waiting=self._waiting_goals,
             worker=self._worker,
             limits=limits,
             approval=self.plans,
         )
-        self._recovery = MissionRecovery(
+        self._recovery = RecoveryJob(
             core,
-            posing=problems,
-            proposing=proposals,
+            problems=problems,
+            proposals=proposals,
             worker=self._worker,
             limits=limits,
             clocks=self.clocks,
-            requests=requests,
+            requests=self._requests,
             approval=self.plans,
         )
-        self.alternatives = Alternatives(
-            core, posing=problems, proposing=proposals, worker=self._worker, limits=limits
+        self.alternatives = Alternatives(core)
+        self._alternatives_job = AlternativesJob(
+            core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
-        self.explanations = Explanations(core, posing=problems, worker=self._worker, limits=limits)
-        self.export = PlanExport(core, posing=problems)
+        self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
+        self.export = PlanExport(core, problems=problems)
         self.goals = GoalService(
             core,
             world=self.worlds.world,
             clocks=self.clocks,
             limits=limits,
             open_goals=settings.open_goals,
-            requests=requests,
+            requests=self._requests,
         )
 
     def _wire_missions(self) -> None:
@@ -220,10 +223,10 @@ class Service:
         )
         self._mission_life = MissionLife(
             core,
-            dispatching=dispatcher,
+            dispatcher=dispatcher,
             times={name: WorldTime.of(world) for name, world in self._worlds.items()},
             patience_s=self.settings.answer_patience_s,
-            recovery=self._recovery,
+            recovery=RecoverySteps(self.events, requests=self._requests),
             waiting=self._waiting_goals,
             silent_in_s=self.contact.silent_in_s,
         )
@@ -241,7 +244,7 @@ class Service:
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         name = world.file.name
-        drives_world = partial(self.executors.speaks_for, name)
+        drives_world = partial(self.executors.holds_lease, name)
         between = partial(self._waiting_goals.look, name)
         if world.fleet is not None:
             run = FleetRun(
@@ -258,10 +261,10 @@ class Service:
             questions=self.questions,
             teleoperation=self.teleoperation,
             tunings=self.tunings,
-            welcome=partial(self.lost_robots.welcome, name),
+            readmit=partial(self.lost_robots.restore_in_contact, name),
             world=name,
-            speaks=drives_world,
-            between=between,
+            has_lease=drives_world,
+            each_turn=between,
         )
 
     @cached_property
@@ -280,6 +283,7 @@ class Service:
             export=self.export,
             missions=self.missions,
             worlds=self.worlds,
+            robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,
             lost_robots=self.lost_robots,
@@ -298,9 +302,9 @@ class Service:
         driven = list(self._worlds.values()) if self._drives_robots else []
         with self.database.write() as session:
             for world in driven:
-                begin_world(session, self.core, world)
+                start_world(session, self.core, world)
             if not self.database.shared:
-                part_from_others(session, self.core, self._files.keys())
+                end_missions_of_absent_worlds(session, self.core, self._files.keys())
         self._start_workflows()
         self.executors.start()
         self._notifications.start()
@@ -320,7 +324,7 @@ class Service:
     def _start_workflows(self) -> None:
         workflows = self.core.workflows
         workflows.register(PLAN_GOAL, self._goal_planning.run)
-        workflows.register(FIND_ALTERNATIVES, self.alternatives.run)
+        workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
         workflows.register(PLAN_WAITING, partial(self._waiting_goals.run, plan=self._goal_planning.run))
         workflows.register(MISSION_LIFE, self._mission_life.run)
         workflows.register(RECOVER_MISSION, self._recovery.run)

@@ -1,4 +1,4 @@
-"""What every desk and workflow works on: the record, its events and facts, durable work, and the vocabulary."""
+"""The parts that most services share: database, events, facts, workflows and knowledge base."""
 
 from dataclasses import dataclass
 

@@ -16,9 +16,9 @@ from typing import Any
 from benchmarks.errands import to_store
 from robots.wire import ScriptState
 from robots.world import WorldFile, generate_world, load_world, store_shape
-from sim.trials.parallel import side_by_side
-from sim.trials.script_runner import Crew
-from sim.world.simulation import Fitting, Simulation
+from sim.trials.parallel import run_parallel
+from sim.trials.script_runner import ScriptRunner
+from sim.world.simulation import AgentSetup, Simulation
 
 KINDS: dict[str, tuple[Any, ...]] = {
     "velocity": ("velocity",),
@@ -50,15 +50,15 @@ class Ended:
 def run(kind: str, seed: int) -> Ended:
     """The main job once."""
     errand = to_store("sample_1", "door_1", "bay_7", "yard_1")
-    with Crew(embodied(load_world("sample_store"), *KINDS[kind]), seed=seed) as crew:
-        crew.run(errand.scripts())
-        truth, bodies = crew.simulation.truth(), crew.simulation.bodies
+    with ScriptRunner(embodied(load_world("sample_store"), *KINDS[kind]), seed=seed) as runner:
+        runner.run(errand.scripts())
+        truth, bodies = runner.simulation.truth(), runner.simulation.bodies
         drifts_m = [
             hypot(true.x_m - felt.x_m, true.y_m - felt.y_m)
             for name, true in truth.robots.items()
             for felt in [bodies[name].get_position()]
         ]
-    ended = list(crew.ended.values())
+    ended = list(runner.ended.values())
     finished = len(ended) == 2 and all(report.state is ScriptState.FINISHED for report in ended)
     return Ended(
         succeeded=finished and truth.samples[errand.sample].ref == errand.goal,
@@ -71,8 +71,8 @@ def run(kind: str, seed: int) -> Ended:
 class Circling:
     """An agent that drives in circles."""
 
-    def __init__(self, fitting: Fitting) -> None:
-        self._body = fitting.body
+    def __init__(self, setup: AgentSetup) -> None:
+        self._body = setup.body
 
     def tick(self) -> None:
         self._body.set_velocity(0.2, 0.8)
@@ -107,7 +107,7 @@ def main() -> None:
     if unknown := set(options.kinds) - set(KINDS):
         parser.error(f"unknown kinds: {', '.join(sorted(unknown))}; choices: {', '.join(KINDS)}")
     for kind in options.kinds or KINDS:
-        ended = list(side_by_side(partial(run, kind), range(options.seeds), workers=options.jobs))
+        ended = list(run_parallel(partial(run, kind), range(options.seeds), workers=options.jobs))
         for seed, one in enumerate(ended):
             if not one.succeeded:
                 print(f"{kind}, seed {seed}: {one.words}")

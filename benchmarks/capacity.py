@@ -15,7 +15,7 @@ from typing import Any
 from sqlalchemy import func, inspect, select
 
 from app.composition import RunningWorld, Service, make_engine
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process_tree import Running, tree_of
@@ -24,7 +24,7 @@ from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
 from app.workflows import MISSION_LIFE, MISSIONS
 from benchmarks.planned import planned
 from robots.clock import ManualClock
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.world import load_world
 
 SETTLE_S, GIVE_UP_S = 20.0, 900.0

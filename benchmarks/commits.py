@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from app.domain.events import RobotFound
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -53,7 +54,7 @@ def write(url: str, seconds: float) -> None:
     count, end = 0, time.monotonic() + seconds
     while time.monotonic() < end:
         with database.write() as session:
-            log.append(session, "benchmark.written", str(count))
+            log.append(session, RobotFound(subject=str(count), world="", actor="", comment=""))
         count += 1
     print(count, flush=True)
     database.close()

@@ -10,7 +10,7 @@ from math import dist
 
 from robots.wire import BehaviourPacket, BehaviourScript, PacketState, ScriptState, SymbolicFact
 from robots.world import WorldFile
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 TIMEOUT_S = 120.0
 WAIT_S = 400.0
@@ -140,15 +140,15 @@ class Result:
     words: list[str] = field(default_factory=list)
 
 
-def figures(crew: Crew) -> list[Ran]:
-    """The packets that ran to their end, from the crew's reports."""
-    steps = {(script.id, step.id): step for script in crew.scripts for step in script.packets}
-    robots = {script.id: script.robot for script in crew.scripts}
+def figures(runner: ScriptRunner) -> list[Ran]:
+    """The packets that ran to their end, from the runner's reports."""
+    steps = {(script.id, step.id): step for script in runner.scripts for step in script.packets}
+    robots = {script.id: script.robot for script in runner.scripts}
     changed_s: dict[str, float] = {}
     running_s: dict[str, float] = {}
     retries: dict[str, int] = {}
     ran: list[Ran] = []
-    for report in crew.reports:
+    for report in runner.reports:
         robot = robots[report.script_id]
         if report.state is PacketState.INITIALIZING:
             changed_s[robot], retries[robot] = report.at_s, 0
@@ -162,7 +162,7 @@ def figures(crew: Crew) -> list[Ran]:
                 Ran(
                     robot=robot,
                     tag=step.tag,
-                    distance_m=_planned_m(step, crew.world),
+                    distance_m=_planned_m(step, runner.world),
                     waited_s=since_s - changed_s[robot],
                     ran_s=report.at_s - since_s,
                     finished=report.state is PacketState.FINISHED,
@@ -182,12 +182,12 @@ def _planned_m(step: BehaviourPacket, world: WorldFile) -> float:
 
 def carry_out(world: WorldFile, *errands: Errand, seed: int, jitter_m: float = 0.4) -> Result:
     """Run errands side by side to their end and look whether the goals became true in the world itself."""
-    with Crew(world, seed=seed, jitter_m=jitter_m) as crew:
-        all_ended = crew.run([each for errand in errands for each in errand.scripts()])
-        truth = crew.simulation.truth()
+    with ScriptRunner(world, seed=seed, jitter_m=jitter_m) as runner:
+        all_ended = runner.run([each for errand in errands for each in errand.scripts()])
+        truth = runner.simulation.truth()
     astray = [errand for errand in errands if truth.samples[errand.sample].ref != errand.goal]
-    reports = list(crew.ended.values())
+    reports = list(runner.ended.values())
     finished = all_ended and all(report.state is ScriptState.FINISHED for report in reports)
     words = [f"{report.script_id}: {report.state} {report.detail}" for report in reports]
     words += [f"{e.sample} is in {truth.samples[e.sample].ref}, not in {e.goal}" for e in astray]
-    return Result(succeeded=finished and not astray, took_s=truth.time_s, ran=figures(crew), words=words)
+    return Result(succeeded=finished and not astray, took_s=truth.time_s, ran=figures(runner), words=words)

@@ -1,18 +1,18 @@
 """A simulated world in a thread of this process, with radios that its robots are reached through: for benchmarks."""
 
 import threading
-import time
 from collections.abc import Callable, Mapping
 from typing import Self
 
 from app.composition import RunningWorld
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.world import WorldFile
+from sim.clock import TICKS_PER_CONTROL, WallClock
 from sim.process.pacing import Pacer
 from sim.world.agents import behavioural_agent
 from sim.world.hub import Hub
 from sim.world.radio import Radio
-from sim.world.simulation import TICKS_A_CONTROL, AgentMaker, Simulation
+from sim.world.simulation import AgentFactory, Simulation
 
 RATE = 20.0
 """World seconds a second, if the machine can."""
@@ -32,17 +32,17 @@ class FarWorld:
         seed: int,
         radios: Mapping[str, Radio],
         rate: float = RATE,
-        make_agent: AgentMaker = behavioural_agent,
+        make_agent: AgentFactory = behavioural_agent,
         meanwhile: Callable[[Simulation], None] = lambda _: None,
     ) -> None:
         link, far = InMemoryLink.pair()
-        hub = Hub(far, list(radios), telemetry_gap_s=0.05, wall_s=time.monotonic, radios=radios)
+        hub = Hub(far, list(radios), telemetry_gap_s=0.05, wall_clock=WallClock(), radios=radios)
         self.simulation = Simulation(world, make_agent=make_agent, seed=seed, jitter_m=0.0, hub=hub)
         self.running = RunningWorld(
             file=world, link=link, clock=self.simulation.clock, rate=rate, run=self.simulation.run
         )
         self._meanwhile = meanwhile
-        self._pacer, self._stop = Pacer(time.monotonic, rate), threading.Event()
+        self._pacer, self._stop = Pacer(WallClock(), rate), threading.Event()
         self._thread = threading.Thread(target=self._run, name="far world", daemon=True)
         self.error: BaseException | None = None
         """What ended the world before its time."""
@@ -69,6 +69,6 @@ class FarWorld:
         if wait_s > 0:
             self._stop.wait(max(wait_s, NAP_S))
             return
-        if clock.ticks % TICKS_A_CONTROL == 0:
+        if clock.ticks % TICKS_PER_CONTROL == 0:
             self._meanwhile(self.simulation)
         self.simulation.step()

@@ -38,7 +38,7 @@ def goal_to_plan_s(api: httpx2.Client, sentence: str) -> tuple[float, str]:
     begun = time.perf_counter()
     goal = api.post("/v1/goals", json={"text": sentence}).json()
     path = f"/v1/goals/{goal['id']}"
-    until(lambda: api.get(path).json()["state"] not in ("submitted", "planning"))
+    until(lambda: api.get(path).json()["state"] not in ("submitted", "waiting", "planning"))
     took_s = time.perf_counter() - begun
     planned = api.get(path).json()
     if planned["plan_id"] is None:

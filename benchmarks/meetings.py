@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from benchmarks.errands import packet
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import WorldFile
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 LONG_M = 7.0
 WIDTHS_M = (2.0, 1.6, 1.3, 1.0)
@@ -49,17 +49,17 @@ def drive(robot: str, start: str, end: str, timeout_s: float) -> BehaviourScript
 
 def meet(width_m: float, seed: int, timeout_s: float) -> tuple[bool, float, Sequence[str]]:
     """Whether both arrived, the seconds until both had ended, and what they reported if not."""
-    crew = Crew(aisle(width_m), seed=seed, jitter_m=0.2)
+    runner = ScriptRunner(aisle(width_m), seed=seed, jitter_m=0.2)
     scripts = [
         drive("fred", "west_end", "east_end", timeout_s),
         drive("ginger", "east_end", "west_end", timeout_s),
     ]
     try:
-        over = crew.run(scripts, timeout_s=4 * timeout_s)
-        failed = [one.detail for one in crew.ended.values() if one.state is not ScriptState.FINISHED]
-        return over and not failed, crew.simulation.clock.now_s(), failed if over else ["no end"]
+        over = runner.run(scripts, timeout_s=4 * timeout_s)
+        failed = [one.detail for one in runner.ended.values() if one.state is not ScriptState.FINISHED]
+        return over and not failed, runner.simulation.clock.now_s(), failed if over else ["no end"]
     finally:
-        crew.simulation.close()
+        runner.simulation.close()
 
 
 def main() -> None:

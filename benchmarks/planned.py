@@ -15,7 +15,7 @@ def planned(service: Service, request: GoalRequest) -> tuple[GoalRow, str]:
     :raises RuntimeError: if there is none.
     """
     goal = service.goals.submit(request, actor="benchmark")
-    while (goal := service.goals.get(goal.id)).state in ("submitted", "planning"):
+    while (goal := service.goals.get(goal.id)).state in ("submitted", "waiting", "planning"):
         time.sleep(LOOK_S)
     if goal.plan_id is None:
         raise RuntimeError(f"{goal.text}: {goal.state}, {goal.reason}")

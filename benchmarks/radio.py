@@ -15,7 +15,7 @@ from pathlib import Path
 
 from app.cli.ground_truth import holds
 from app.composition import Service, make_engine
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.world_model.vocabulary import symbolic_all
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
@@ -24,7 +24,7 @@ from benchmarks.far_world import RATE, FarWorld
 from benchmarks.planned import planned
 from robots.wire import Message, PacketReport, PacketState, ScriptState, SymbolicFact, Telemetry
 from robots.world import LinkSpec, WorldFile, load_world
-from sim.world.radio import Radio, Way
+from sim.world.radio import Direction, Radio
 
 GOAL = "move sample_1 to bay_7"
 LIMIT_S = 1500.0
@@ -45,7 +45,7 @@ class Watched(Radio):
         self._tally, self._worst, self._out_s = tally, worst, out_s
         self.out_from_s: float | None = None
 
-    def send(self, way: Way, message: Message, now_s: float) -> None:
+    def send(self, way: Direction, message: Message, now_s: float) -> None:
         self._tally.note(way, message)
         if self.out_from_s is None and self._worst is not None and self._worst(message):
             self.out_from_s = now_s
@@ -61,10 +61,10 @@ class Watched(Radio):
 class Tally:
     """What was sent: letters by way, and the ids of the reports that a packet has finished."""
 
-    letters: Counter[Way] = field(default_factory=Counter)
+    letters: Counter[Direction] = field(default_factory=Counter)
     finished: dict[tuple[str, str], set[str]] = field(default_factory=dict)
 
-    def note(self, way: Way, message: Message) -> None:
+    def note(self, way: Direction, message: Message) -> None:
         body = message.body
         if isinstance(body, Telemetry):
             return
@@ -87,7 +87,7 @@ class Ended:
     came_true: bool
     took_s: float
     seen: Sequence[str]
-    letters: Mapping[Way, int]
+    letters: Mapping[Direction, int]
     twice: Sequence[tuple[str, str]]
     facts: Sequence[str]
 
@@ -212,7 +212,9 @@ def told(name: str, ended: Sequence[Ended]) -> str:
     took = f"{statistics.median(spans):.0f} ({min(spans):.0f} to {max(spans):.0f})" if spans else "–"
     unknown = sum("unknown" in one.seen for one in ended)
     twice = sum(len(one.twice) for one in ended)
-    down, up = (statistics.median(one.letters.get(way, 0) for one in ended) for way in (Way.DOWN, Way.UP))
+    down, up = (
+        statistics.median(one.letters.get(way, 0) for one in ended) for way in (Direction.DOWN, Direction.UP)
+    )
     return f"| {name} | {len(good)} of {len(ended)} | {took} | {unknown} | {twice} | {down:.0f} | {up:.0f} |"
 
 

@@ -14,8 +14,8 @@ from statistics import median
 from benchmarks.errands import Ran, fact, figures, packet
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import load_world
-from sim.trials.parallel import side_by_side
-from sim.trials.script_runner import Crew
+from sim.trials.parallel import run_parallel
+from sim.trials.script_runner import ScriptRunner
 
 GIVE_UP_S = 400.0
 THING, FROM, TO = "rock_sample", "quarry", "lander"
@@ -67,15 +67,15 @@ def relocate(seed: int) -> Relocation:
     """Run it to its end and look at the world itself, at the capture heads twenty times a second."""
     world = load_world("relocation_lab")
     deflections_m = [0.0]
-    with Crew(world, seed=seed) as crew:
-        simulation = crew.simulation
-        crew.run(
+    with ScriptRunner(world, seed=seed) as runner:
+        simulation = runner.simulation
+        runner.run(
             scripts(),
             timeout_s=GIVE_UP_S,
             meanwhile=lambda: deflections_m.extend(simulation.truth().deflections_m.values()),
         )
-        truth, reports = simulation.truth(), list(crew.ended.values())
-        ran = tuple(figures(crew))
+        truth, reports = simulation.truth(), list(runner.ended.values())
+        ran = tuple(figures(runner))
     sample, there = truth.samples[THING], world.location(TO).at
     finished = len(reports) == 2 and all(report.state is ScriptState.FINISHED for report in reports)
     return Relocation(
@@ -108,7 +108,7 @@ def main() -> None:
     given = options.parse_args()
     seeds = range(given.first, given.first + given.seeds)
     ended = []
-    for one in side_by_side(relocate, seeds, workers=given.jobs):
+    for one in run_parallel(relocate, seeds, workers=given.jobs):
         ended.append(one)
         print(one, *([] if one.succeeded else one.words), sep="\n    ", flush=True)
     print("\n".join(summary(ended)))

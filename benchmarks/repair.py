@@ -17,6 +17,7 @@ from math import nan
 from statistics import median
 
 from benchmarks.planner.instances import FAMILIES
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import (
     Fact,
     KnowledgeBase,
@@ -27,7 +28,7 @@ from planner import (
     load_knowledge_base,
 )
 from planner.engines.registry import portfolio
-from planner.repair import MissionProgress, Repair, as_scheduled, compare, join, repair
+from planner.repair import MissionProgress, Repair, compare, join, repair
 
 Case = tuple[PlanningProblem, MissionProgress]
 SHARE = 1 / 3

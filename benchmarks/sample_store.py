@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.errands import Ran, Result, carry_out, figures, to_retrieve, to_store, tour, with_sample
 from robots.wire import ScriptState
 from robots.world import load_world
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 BAYS = [f"bay_{number}" for number in range(1, 13)]
 DRIVING = ("NAVIGATE", "TRANSPORT")
@@ -76,12 +76,12 @@ def all_tour(seed: int) -> Result:
     ]
     for aisle, bays in ((1, BAYS[:6]), (2, BAYS[6:])):
         scripts.append(tour(f"store_{aisle}", rng.sample([*bays, f"interchange_{aisle}"], 5)))
-    with Crew(world, seed=seed) as crew:
-        crew.run(scripts)
-        took_s = crew.simulation.clock.now_s()
-    words = [f"{r.script_id}: {r.state} {r.detail}" for r in crew.ended.values()]
-    finished = [r for r in crew.ended.values() if r.state is ScriptState.FINISHED]
-    return Result(succeeded=len(finished) == len(scripts), took_s=took_s, ran=figures(crew), words=words)
+    with ScriptRunner(world, seed=seed) as runner:
+        runner.run(scripts)
+        took_s = runner.simulation.clock.now_s()
+    words = [f"{r.script_id}: {r.state} {r.detail}" for r in runner.ended.values()]
+    finished = [r for r in runner.ended.values() if r.state is ScriptState.FINISHED]
+    return Result(succeeded=len(finished) == len(scripts), took_s=took_s, ran=figures(runner), words=words)
 
 
 def report(results: Sequence[tuple[Trial, Result]]) -> None:

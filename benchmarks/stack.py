@@ -23,10 +23,11 @@ from robots.physical.body import RADIUS_M
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, ScriptState, Telemetry
 from robots.world import WorldFile
 from robots.world.generate import generate_world, store_shape
-from sim.physics.scene import AUDIBLE
+from sim.clock import TICKS_PER_CONTROL
+from sim.physics.scene import SONAR_GROUPS
 from sim.physics.sensors import WHISKER_HEIGHT_M
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import TICKS_A_CONTROL, Simulation
+from sim.world.simulation import Simulation
 
 SETTLE_S, TICKS_A_S = 2, 60
 MEASURED_S, MANY_MEASURED_S, MANY = 5, 2, 100
@@ -53,7 +54,7 @@ class Figures:
             f"{self.robots:6d} {self.busy:5d} {self.bare:7.3f} {self.rays:7.3f} {self.whole:7.3f} "
             f"{self.whole / self.bare:6.1f} {self.whole / self.rays:6.1f} {1 / self.whole:7.1f} "
             f"{self.physics:8.3f} {self.sensing:8.3f} {self.agents:7.3f} "
-            f"{self.agents / self.robots / TICKS_A_S * TICKS_A_CONTROL * 1e6:7.0f}"
+            f"{self.agents / self.robots / TICKS_A_S * TICKS_PER_CONTROL * 1e6:7.0f}"
         )
 
 
@@ -133,7 +134,7 @@ class Bare:
 
     def __init__(self, world: WorldFile, *, rays: bool) -> None:
         self._scene = Simulation(world, make_agent=lambda _: Idle(), seed=0).scene  # dropped, it would end
-        self._client = self._scene._client
+        self._client = self._scene.client
         self._rovers = list(self._scene._rovers.values())
         self._samples = list(self._scene._samples.values())
         self._specs, self._rays = world.robots, rays
@@ -144,7 +145,7 @@ class Bare:
         begin = process_time()
         poses = [self._pose(body) for body in self._rovers]
         for velocities in driven:
-            if self._rays and self._tick % TICKS_A_CONTROL == 0:
+            if self._rays and self._tick % TICKS_PER_CONTROL == 0:
                 self._cast(poses)
             self._tick += 1
             for body, pose, (linear, angular) in zip(self._rovers, poses, velocities, strict=True):
@@ -171,7 +172,7 @@ class Bare:
         pybullet.rayTestBatch(
             np.concatenate(starts),
             np.concatenate(ends),
-            collisionFilterMask=AUDIBLE,
+            collisionFilterMask=SONAR_GROUPS,
             physicsClientId=self._client,
         )
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from robots.link.mqtt import Broker, ConnectionState, ServiceLink
 from robots.link.mqtt.reactor import Reactor
-from robots.link.mqtt.session import Parcel, Session
+from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import Channel, robot_topic
 from robots.wire import Telemetry
 
@@ -122,13 +122,13 @@ def _publish(names: list[str], hz: int, seconds: int, port: int, sent: Any) -> N
             time.sleep(max(wait_s, 0.001))
         name = names[number % len(names)]
         said = Telemetry(at_s=time.monotonic(), x_m=1.25, y_m=2.5, heading_rad=0.5, battery=0.9)
-        parcel = Parcel(
+        publication = Publication(
             topic=robot_topic(WORLD, name, Channel.VISUALIZATION),
             payload=said.model_dump_json(exclude_defaults=True).encode(),
             qos=0,
         )
         session = sessions[number % CLIENTS]
-        while not session.publish(parcel):
+        while not session.publish(publication):
             time.sleep(0.0005)  # what waits is not sent yet; a robot would drop it
         sent.value += 1
     reactor.close()

@@ -21,7 +21,7 @@ from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from benchmarks.databases import SERVER, database_on
 from robots.clock import ManualClock
-from robots.link.channel import InMemoryLink, Link
+from robots.link import InMemoryLink, Link
 from robots.wire import Acknowledgement, Message, Performative, ScriptReport, ScriptRequest, ScriptState
 from robots.world import load_world
 

@@ -9,9 +9,9 @@ from robots.physical.body import Pose
 from robots.repertoire import Repertoire
 from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptReport
 from robots.world import WorldFile
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import Agent, Fitting, Simulation
+from sim.world.simulation import Agent, AgentSetup, Simulation
 
 SCRIPT = "script"
 Box = tuple[float, float, float, float]
@@ -74,8 +74,8 @@ class Refused(Exception):
 class Driven:
     """An agent that drives as a function of time tells: a thing that moves."""
 
-    def __init__(self, fitting: Fitting, velocity: Callable[[float], tuple[float, float]]) -> None:
-        self._fitting, self._velocity = fitting, velocity
+    def __init__(self, setup: AgentSetup, velocity: Callable[[float], tuple[float, float]]) -> None:
+        self._fitting, self._velocity = setup, velocity
 
     def tick(self) -> None:
         self._fitting.body.set_velocity(*self._velocity(self._fitting.clock.now_s()))
@@ -93,27 +93,27 @@ class Trial:
         other: Callable[[float], tuple[float, float]] = lambda _: (0.0, 0.0),
         repertoire: Repertoire | None = None,
     ) -> None:
-        def agent(fitting: Fitting) -> Agent:
-            if fitting.spec.name != "fred":
-                return Driven(fitting, other)
-            return behavioural_agent(fitting, repertoire)
+        def agent(setup: AgentSetup) -> Agent:
+            if setup.spec.name != "fred":
+                return Driven(setup, other)
+            return behavioural_agent(setup, repertoire)
 
-        self._crew = Crew(world, make_agent=agent, seed=seed, jitter_m=jitter_m)
+        self._runner = ScriptRunner(world, make_agent=agent, seed=seed, jitter_m=jitter_m)
         self.touched = False
         self.path: list[Pose] = [self.pose]
-        self._crew.send([BehaviourScript(id=SCRIPT, mission_id="suite", robot="fred", packets=packets)])
+        self._runner.send([BehaviourScript(id=SCRIPT, mission_id="suite", robot="fred", packets=packets)])
 
     @property
     def simulation(self) -> Simulation:
-        return self._crew.simulation
+        return self._runner.simulation
 
     @property
     def reports(self) -> list[PacketReport]:
-        return self._crew.reports
+        return self._runner.reports
 
     @property
     def ended(self) -> ScriptReport | None:
-        return self._crew.ended.get(SCRIPT)
+        return self._runner.ended.get(SCRIPT)
 
     @property
     def pose(self) -> Pose:
@@ -155,6 +155,6 @@ class Trial:
     def _listen(self) -> None:
         self.touched |= self.simulation.bodies["fred"].touches()
         self.path.append(self.pose)
-        self._crew.hear()
-        if SCRIPT in self._crew.refused:
-            raise Refused(self._crew.refused[SCRIPT].reason)
+        self._runner.receive()
+        if SCRIPT in self._runner.refused:
+            raise Refused(self._runner.refused[SCRIPT].reason)

@@ -1,5 +1,9 @@
-"""The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets. Pure; imports
-nothing of ours."""
+"""The reflective agent's reasoning: knowledge base, planning problem, engines, plan-nets.
+
+Pure: does no I/O of the service and imports no other package of ours. The rooms in order, each of which imports only
+those before it: `knowledge`, `plan_nets`, `problem`, `relaxation`, `bounds`, `explanation`, `interchange`, `engines`,
+`repair`.
+"""
 
 from planner.engines.fast_downward import FastDownwardEngine
 from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError

@@ -1,12 +1,12 @@
-"""Plans that really differ, to choose from: each is the best found at something that the others are not.
+"""Alternative plans to choose from: each is the best found by some criterion.
 
-Found by solving the same problem to other ends, and with robots of the shortest plan kept from it.
+Found by solving the same problem with other objectives, and without robots of the shortest plan.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from planner.explanation.recruitment import by_work, recruitment_of
+from planner.explanation.recruiting import recruitment_of, robots_by_work
 from planner.knowledge import KnowledgeBase
 from planner.knowledge.phrases import enumeration
 from planner.plan_nets.plan_net import PlanNet
@@ -19,12 +19,12 @@ from planner.problem.interface import (
     PlanningRequest,
     PlanningResult,
 )
-from planner.problem.solving import Solving
-from planner.problem.static_facts import Statics
+from planner.problem.solving import TimeLimitedEngine
+from planner.problem.static_facts import StaticFacts
 
 SHORTEST = "shortest time"
 
-Deeds = tuple[tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]], ...]
+Activities = tuple[tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +53,7 @@ def alternatives(
 
     :param proposed: a plan that is known already, one more to choose from.
     """
-    statics = Statics(knowledge_base, problem)
+    statics = StaticFacts(knowledge_base, problem)
     pool = _Pool(engine, statics, request, observer)
     if proposed is not None:
         pool.add(proposed)
@@ -63,16 +63,16 @@ def alternatives(
         return ()
     _spare_robots(pool, statics, most=k)
     shortest = pool.best(_time)
-    labels: dict[Deeds, list[str]] = {}
+    labels: dict[Activities, list[str]] = {}
     for label, plan_net in _claims(pool, shortest):
-        labels.setdefault(deeds(plan_net), []).append(label)
+        labels.setdefault(activities(plan_net), []).append(label)
     return tuple(
         replace(pool.plans[key], label=", ".join(names), words=_compared(pool.plans[key].plan_net, shortest))
         for key, names in list(labels.items())[:k]
     )
 
 
-def deeds(plan_net: PlanNet) -> Deeds:
+def activities(plan_net: PlanNet) -> Activities:
     """What is done by whom, whenever: equal for plans that do the same."""
     return tuple(sorted((a.tag, a.agents, tuple(sorted(a.arguments.items()))) for a in plan_net.actions))
 
@@ -100,22 +100,25 @@ class _Pool:
     """The plans found so far, no two of which do the same."""
 
     def __init__(
-        self, engine: PlanningEngine, statics: Statics, request: PlanningRequest, observer: Observer
+        self, engine: PlanningEngine, statics: StaticFacts, request: PlanningRequest, observer: Observer
     ) -> None:
         """:param statics: of the problem as it is, in which every robot may be recruited."""
-        self._statics, self._solving = statics, Solving(engine, request, observer)
-        self.plans: dict[Deeds, Alternative] = {}
+        self._statics = statics
+        self._solving = TimeLimitedEngine(engine, request, observer)
+        self.plans: dict[Activities, Alternative] = {}
 
     def add(self, result: PlanningResult) -> None:
         """Of plans that do the same the shorter is kept, of equal ones the first."""
         if (plan_net := result.plan_net) is None:
             return
-        known = self.plans.get(deeds(plan_net))
+        known = self.plans.get(activities(plan_net))
         if known is None or plan_net.makespan_s < known.plan_net.makespan_s:
-            self.plans[deeds(plan_net)] = Alternative(label="", words="", result=result, plan_net=plan_net)
+            self.plans[activities(plan_net)] = Alternative(
+                label="", words="", result=result, plan_net=plan_net
+            )
 
     def solve(self, problem: PlanningProblem, objective: Objective) -> None:
-        result = self._solving.solve(problem, objective)
+        result = self._solving.plan_if_time(problem, objective)
         if result is not None and (plan_net := result.plan_net) is not None:
             recruitment = recruitment_of(plan_net.actions, self._statics)
             self.add(replace(result, plan_net=replace(plan_net, recruitment=recruitment)))
@@ -127,11 +130,11 @@ class _Pool:
         return min(self.plan_nets(), key=merit)
 
 
-def _spare_robots(pool: _Pool, statics: Statics, *, most: int) -> None:
+def _spare_robots(pool: _Pool, statics: StaticFacts, *, most: int) -> None:
     """Solve without each robot of the shortest plan, which a plan found so may turn out not to be any more."""
     spared: list[str] = []
     while len(spared) < most:
-        robots = (robot for robot in by_work(pool.best(_time)) if robot not in spared)
+        robots = (robot for robot in robots_by_work(pool.best(_time)) if robot not in spared)
         if (robot := next(robots, None)) is None:
             return
         pool.solve(statics.without({robot}), Objective.MAKESPAN)
@@ -150,7 +153,7 @@ def _claims(pool: _Pool, shortest: PlanNet) -> Iterator[tuple[str, PlanNet]]:
         calmest = pool.best(_contact)
         yield "fewest clearances" if calmest.clearances else "needs no contact", calmest
     others = []
-    for robot in by_work(shortest):
+    for robot in robots_by_work(shortest):
         without = [net for net in plan_nets if robot not in net.robots]
         if without:
             others.append((f"without {robot}", min(without, key=_time)))
@@ -165,7 +168,8 @@ def _compared(plan_net: PlanNet, shortest: PlanNet) -> str:
     """In words: what the plan costs and saves against the shortest; empty for that itself."""
     if plan_net is shortest:
         return ""
-    robots, others = set(plan_net.robots), set(shortest.robots)
+    robots = set(plan_net.robots)
+    others = set(shortest.robots)
     differences = [
         _more(plan_net.makespan_s - shortest.makespan_s, " s", "longer", "shorter"),
         _exchanged(sorted(robots - others), sorted(others - robots)),

@@ -1,6 +1,6 @@
-"""Native engines as separate processes: limited in time and memory, ended as a group.
+"""Runs native planners as separate processes, limited in time and memory and ended as a group.
 
-Several engines are under licences that forbid linking, and all of them now and then overrun their limits.
+The licences of several planners forbid linking, and all of them sometimes overrun their limits.
 """
 
 import math
@@ -18,7 +18,7 @@ POLL_S = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ended:
+class ProcessEnd:
     """How a process ended; `code` is None if we ended it, at the deadline or because it was asked for."""
 
     code: int | None
@@ -56,7 +56,7 @@ def run(
     stdin: Path | None = None,
     environment: Mapping[str, str] | None = None,
     is_enough: Callable[[], bool] = never,
-) -> Ended:
+) -> ProcessEnd:
     """Run a command in a folder until it ends, its time is over, or it is enough.
 
     :param environment: beside our own environment.
@@ -76,11 +76,13 @@ def run(
         while not limits.is_over:
             try:
                 output, _ = process.communicate(timeout=max(0.01, min(POLL_S, limits.left_s)))
-                return Ended(code=process.returncode, output=output.decode(errors="replace"))
+                return ProcessEnd(code=process.returncode, output=output.decode(errors="replace"))
             except subprocess.TimeoutExpired as still_running:
                 if is_enough():
-                    return Ended(code=None, output=(still_running.output or b"").decode(errors="replace"))
-        return Ended(code=None, output="")
+                    return ProcessEnd(
+                        code=None, output=(still_running.output or b"").decode(errors="replace")
+                    )
+        return ProcessEnd(code=None, output="")
     finally:
         _end(process)
 

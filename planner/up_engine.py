@@ -26,9 +26,9 @@ from unified_planning.plans import ActionInstance, PartialOrderPlan, TimeTrigger
 
 from planner.engines.registry import portfolio
 from planner.errors import Unsupported
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
 from planner.interchange.foreign import ReadProblem, read_up_problem
 from planner.interchange.foreign.features import supported_features
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 from planner.problem.interface import PlanningEngine, PlanningRequest, PlanningResult, PlanningStatus
@@ -63,7 +63,8 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
         Engine.__init__(self)
         OneshotPlannerMixin.__init__(self)
         AnytimePlannerMixin.__init__(self)
-        self._agents, self._make_engine = agents, make_engine
+        self._agents = agents
+        self._make_engine = make_engine
 
     @property
     def name(self) -> str:

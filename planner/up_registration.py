@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 
 ENGINE = "macta"
 

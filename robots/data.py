@@ -1,14 +1,19 @@
 """Checked data: what YAML holds, and the base of everything that is read from it."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict
 
-STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
-"""Unknown keys and infinite numbers are errors."""
 YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's loader where yaml was built with it, about ten times as fast."""
+
+
+class Strict:
+    """Base of dataclasses that are read from data: unknown keys and infinite numbers are errors."""
+
+    __slots__ = ()
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class Checked(BaseModel):

@@ -1,7 +1,7 @@
-"""A world's snapshot: everything it takes to go on from an instant, as data that JSON holds. No pickle.
+"""A world's snapshot: everything needed to resume it, as JSON data.
 
-World frame, metres, radians; points that the simulation keeps as complex numbers are pairs here. What is derived from
-the world file (walls, beacons, sensors) is not in it, nor is what the physics engine makes anew each tick.
+World frame, metres, radians; complex numbers of the simulation are pairs here. It contains neither what is derived from
+the world file (walls, beacons, sensors) nor what the physics engine computes anew each tick.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from robots.physical.body import Pose, Sensor
 from robots.world import WorldFile
 
 FORMAT: Final = 1
-"""Raised when a snapshot of before cannot be resumed any more."""
+"""Increased when earlier snapshots can no longer be resumed."""
 
 Pair = tuple[float, float]
 
@@ -29,7 +29,7 @@ class State(BaseModel):
 
 
 class StreamState(State):
-    """Where a stream of random numbers (PCG64) stands."""
+    """State of a stream of random numbers (PCG64)."""
 
     state: int
     inc: int
@@ -60,7 +60,7 @@ class OdometryState(State):
 
 
 class RampedState(State):
-    """The drive of a body that takes up the velocity it is told."""
+    """The drive of a body without wheels."""
 
     kind: Literal["ramped"] = "ramped"
     driven: Pair
@@ -68,7 +68,7 @@ class RampedState(State):
 
 
 class EncoderState(State):
-    """A wheeled body's counters, and how far its measures are off."""
+    """A wheeled body's counters, and the errors of its dimensions."""
 
     grip: Pair
     believed_base_m: float
@@ -97,7 +97,7 @@ class WheeledState(State):
 
 
 class BodyState(State):
-    """A rover's body: the command it holds, the sensors that run, its battery and its drive."""
+    """A rover's body: its command (`wanted`), the sensors that run, its battery and its drive."""
 
     wanted: Pair
     running: frozenset[Sensor]
@@ -135,21 +135,21 @@ class JawsState(State):
 
 
 class SampleState(State):
-    """Where a sample is, held or not."""
+    """A sample's pose, held or not."""
 
     point: Pair
     heading_rad: float
 
 
 class RockState(State):
-    """Where an obstacle was drawn to stand."""
+    """An obstacle, as drawn."""
 
     point: Pair
     radius_m: float
 
 
 class WorldSnapshot(State):
-    """A world at a tick of its clock. `told`: what each robot was told of its start; `robots`: their flash memories."""
+    """A world at a tick of its clock. `told`: the start poses the robots were told; `robots`: their memories."""
 
     format: Literal[1] = FORMAT
     run: str
@@ -168,6 +168,6 @@ class WorldSnapshot(State):
 
 
 def digest_of(world: WorldFile) -> str:
-    """Says whether two world files describe the same world; what a file leaves out does not count."""
-    said = world.model_dump(mode="json", exclude_defaults=True)
-    return sha256(dumps(said, sort_keys=True).encode()).hexdigest()
+    """A digest that is equal for two files of the same world; omitted defaults do not matter."""
+    content = world.model_dump(mode="json", exclude_defaults=True)
+    return sha256(dumps(content, sort_keys=True).encode()).hexdigest()

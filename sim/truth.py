@@ -1,4 +1,4 @@
-"""The world as it is: for the control channel and tests only, never for an agent."""
+"""The true state of a world: for the control channel and tests only, never for an agent."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,14 +8,14 @@ from robots.physical.body import Pose
 from robots.world import WorldFile
 
 LIES_IN_M = 0.25
-"""A sample lies in a location when it is this near to it."""
+"""Distance from a location within which a sample lies in it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleTruth:
-    """Where a sample is: metres in the world's frame; `heading_rad` is the direction that a long one lies in.
+    """A sample's position, metres in the world's frame; `heading_rad` is the direction of a long one.
 
-    `place` is the location it lies in, None if in none; `holders` the robots that have it in their jaws.
+    `place` is the location it lies in, None if in none; `holders` the robots that hold it.
     """
 
     x_m: float
@@ -26,15 +26,15 @@ class SampleTruth:
 
     @property
     def ref(self) -> str | None:
-        """What the sample is in: a robot's gripper, else a location, else nothing."""
+        """The robot whose gripper holds the sample, else its location, else None."""
         return self.holders[0] if self.holders else self.place
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """All poses at one instant of the world's clock, and how far objects are off the middles of the capture heads.
+    """All poses at one instant of the world's clock, and the objects' offsets from the middles of the capture heads.
 
-    `slipped`: how often, so far, a long object's handle has slipped out of a capture head.
+    `slipped`: how often a long object's handle has slipped out of a capture head so far.
     """
 
     time_s: float

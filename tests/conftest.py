@@ -4,10 +4,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
+from robots.kernels import install
+
+install()  # before anything that is compiled is imported
+
+# ruff: noqa: E402
 from app.composition import make_engine
 from app.planning.pool.pool import PlanningWorker
 from tests.databases import SQLITE, fresh
+
+settings.register_profile("macta", deadline=None)  # a loaded machine is no failure
+settings.load_profile("macta")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

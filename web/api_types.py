@@ -1,4 +1,4 @@
-"""What the view reads of a world and of its robots' telemetry: the service's JSON, unknown keys left alone.
+"""The bodies of the service's API, as far as the view reads them.
 
 World frame: x to the east, y to the north, metres; headings in radians, counter-clockwise from east.
 """
@@ -10,29 +10,29 @@ from pydantic import BaseModel, ConfigDict, Field
 Point = tuple[float, float]
 
 JAWS_AHEAD_M = 0.34
-"""From a rover's centre to the middle of its jaws."""
+"""Distance from a robot's centre to the middle of its jaws."""
 
 
-class Part(BaseModel):
-    """Base of every part: immutable; what the view does not know, it does not read."""
+class ApiModel(BaseModel):
+    """Base of all bodies: immutable, unknown keys ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Floor(Part):
+class Floor(ApiModel):
     name: str
     x: Point
     y: Point
     aisles: tuple["Floor", ...] = ()
 
 
-class Opening(Part):
+class Opening(ApiModel):
     kind: str
     at_m: float
     width_m: float
 
 
-class Wall(Part):
+class Wall(ApiModel):
     start: Point
     end: Point
     openings: tuple[Opening, ...] = ()
@@ -42,7 +42,7 @@ class Wall(Part):
         return hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
 
 
-class Location(Part):
+class Location(ApiModel):
     name: str
     kind: str
     at: Point
@@ -55,42 +55,41 @@ class Rack(Location):
     berths: tuple[str, ...] = ()
 
 
-class Named(Part):
+class Obstacle(ApiModel):
     name: str
-
-
-class Rock(Named):
-    """An obstacle on the floor."""
-
     at: Point
     radius_m: float
 
 
-class Lying(Named):
-    """A sample and where it lies at the start; a long one has a length."""
+class Sample(ApiModel):
+    """A sample and its place at the start; a long one has a length."""
 
+    name: str
     at: str
     length_m: float = 0.0
 
 
-class Start(Named):
+class RobotStart(ApiModel):
+    """A robot and its pose at the start: x, y, metres, and heading, degrees."""
+
+    name: str
     start: tuple[float, float, float]
 
 
-class Layout(Part):
-    """A world as the service hands it out."""
+class Layout(ApiModel):
+    """A world's layout."""
 
     compartments: tuple[Floor, ...]
     walls: tuple[Wall, ...] = ()
     locations: tuple[Location, ...] = ()
     racks: tuple[Rack, ...] = ()
-    robots: tuple[Start, ...] = ()
-    samples: tuple[Lying, ...] = ()
-    obstacles: tuple[Rock, ...] = ()
+    robots: tuple[RobotStart, ...] = ()
+    samples: tuple[Sample, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
 
     @property
     def berths(self) -> frozenset[str]:
-        """The locations that are berths."""
+        """The names of the locations that are berths of a rack."""
         return frozenset(berth for rack in self.racks for berth in rack.berths)
 
     @property
@@ -101,13 +100,13 @@ class Layout(Part):
         return low, high
 
 
-class Fact(Part):
+class Fact(ApiModel):
     predicate: str
     args: tuple[str, ...] = ()
 
 
-class RobotTelemetry(Part):
-    """What one robot says of itself.
+class RobotTelemetry(ApiModel):
+    """One robot's telemetry.
 
     `ranges_m`: shape (N,), metres, beam 0 ahead, counter-clockwise, None where nothing is in range.
     """
@@ -124,20 +123,20 @@ class RobotTelemetry(Part):
 
     @property
     def jaws(self) -> Point:
-        """The middle of the jaws in the world's frame."""
+        """The middle of the jaws, world frame, metres."""
         ahead = (JAWS_AHEAD_M * cos(self.heading_rad), JAWS_AHEAD_M * sin(self.heading_rad))
         return self.x_m + ahead[0], self.y_m + ahead[1]
 
 
-class Telemetry(Part):
+class Telemetry(ApiModel):
     """All robots of a world at one time of its clock."""
 
     time_s: float = 0.0
     robots: dict[str, RobotTelemetry] = Field(default_factory=dict)
 
 
-class PlannedAction(Part):
-    """An action of a plan, as far as it says who goes where and when."""
+class PlannedAction(ApiModel):
+    """An action of a plan."""
 
     id: str
     agents: tuple[str, ...] = ()
@@ -145,22 +144,22 @@ class PlannedAction(Part):
     earliest_start_s: float = 0.0
 
 
-class Plan(Part):
+class Plan(ApiModel):
     id: str
     actions: tuple[PlannedAction, ...] = ()
 
 
-class Cursor(Part):
+class ReplayInstant(ApiModel):
     """An instant of a mission's recording, by the world's clock."""
 
     mission_id: str
     time_s: float
 
 
-class Shown(Part):
-    """What a page shows: its world (None: the first there is), what is selected, where the camera is to be.
+class PageState(ApiModel):
+    """What a page shows: its world (None: the first one), its selection, its camera.
 
-    `seen`: false while nobody sees the view there, and nothing needs to be drawn.
+    `whole` counts the requests to show the whole world; `seen` is false while the view is not visible.
     """
 
     world: str | None = None
@@ -170,6 +169,6 @@ class Shown(Part):
     action: str | None = None
     follow: bool = False
     whole: int = 0
-    replay: Cursor | None = None
+    replay: ReplayInstant | None = None
     seen: bool = True
     dark: bool = False

@@ -1,4 +1,4 @@
-"""A world as it is now: its feed, made smooth, and where its robots have been of late."""
+"""A world's present state, with interpolated poses and the robots' trails."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -8,57 +8,62 @@ from web.api_types import Layout, Point, RobotTelemetry, Telemetry
 from web.scene import Frame
 from web.world_feed import WorldFeed
 
-STEP_M = 0.1
-"""A point of a trail is so far from the last."""
-LONGEST = 150
-MOST_POINTS = 4000
-"""Of all trails of a world together: they are sent whole whenever they grow."""
+TRAIL_STEP_M = 0.1
+MAX_TRAIL_POINTS = 150
+MAX_TOTAL_POINTS = 4000
+"""Of all trails of a world together: a trail is sent whole whenever it grows."""
 TRAILS_EVERY_S = 0.5
-LONGEST_GLIDE_S = 0.3
-FARTHEST_GLIDE_M = 2.0
-"""What is farther off was set there, it did not drive."""
+MAX_INTERPOLATION_S = 0.3
+MAX_INTERPOLATION_M = 2.0
+"""A robot that moved farther between two messages was placed there."""
 
 Robots = Mapping[str, RobotTelemetry]
 
 
 class LiveWorld:
-    """Follows a world until `stop`; hands out its newest instant.
+    """Follows a world until `stop`.
 
-    Telemetry comes ten times a second and is drawn twice as often: robots glide from what they told last to what
-    they tell now, as long as it took them, and so are drawn that much late.
+    Telemetry arrives ten times a second and is drawn twice as often: poses are interpolated between the last two
+    messages over the time between them, so they are drawn that much late.
     """
 
     def __init__(self, feed: WorldFeed, clock: Callable[[], float] = time.monotonic) -> None:
-        self._feed, self._clock = feed, clock
-        self._ways: dict[str, list[Point]] = {}
+        self.layout: Layout | None = None
+        self.frame = Frame()
+        self._feed = feed
+        self._clock = clock
+        self._points: dict[str, list[Point]] = {}
         self._trails: dict[str, list[Point]] = {}
-        self._trailed_s = -inf
+        self._trails_time_s = -inf
         self._version = -1
         self._from: Robots = {}
         self._to: Robots = {}
-        self._heard_at, self._glide_s = clock(), 0.0
-        self._still = True
-        self.layout: Layout | None = None
-        self.frame = Frame()
+        self._heard_at_s = clock()
+        self._interpolation_s = 0.0
+        self._is_still = True
         feed.start()
 
     def stop(self) -> None:
         self._feed.stop()
 
-    def look(self) -> None:
-        """Take in what is new; `frame` stays the same object as long as nothing is."""
+    def update(self) -> None:
+        """Read the feed; `frame` stays the same object as long as nothing changes."""
         known = self._feed.latest()
-        news = known.version != self._version
-        if known.layout is None or not (news or not self._still):
+        if known.layout is None or (known.version == self._version and self._is_still):
             return
-        if known.telemetry.time_s < self.frame.time_s or known.layout != self.layout:
-            self._ways, self._trails, self._trailed_s = {}, {}, -inf  # the world was begun afresh
-        self._version, self.layout = known.version, known.layout
+        if (
+            known.telemetry.time_s < self.frame.time_s or known.layout != self.layout
+        ):  # the world was restarted
+            self._points = {}
+            self._trails = {}
+            self._trails_time_s = -inf
+        self._version = known.version
+        self.layout = known.layout
         if known.telemetry.robots is not self._to:
-            self._begin_glide(known.telemetry)
-        now = self._clock()
-        share = min(1.0, (now - self._heard_at) / self._glide_s) if self._glide_s else 1.0
-        self._still = share == 1.0
+            self._take(known.telemetry)
+        age_s = self._clock() - self._heard_at_s
+        share = min(1.0, age_s / self._interpolation_s) if self._interpolation_s else 1.0
+        self._is_still = share == 1.0
         self.frame = Frame(
             time_s=known.telemetry.time_s,
             names=tuple(robot.name for robot in known.layout.robots),
@@ -67,40 +72,41 @@ class LiveWorld:
             trails=self._trails,
         )
 
-    def _begin_glide(self, telemetry: Telemetry) -> None:
-        now = self._clock()
-        self._glide_s = min(now - self._heard_at, LONGEST_GLIDE_S)
-        self._from, self._to, self._heard_at = self.frame.robots, telemetry.robots, now
-        self._go_on(telemetry)
+    def _take(self, telemetry: Telemetry) -> None:
+        now_s = self._clock()
+        self._interpolation_s = min(now_s - self._heard_at_s, MAX_INTERPOLATION_S)
+        self._heard_at_s = now_s
+        self._from = self.frame.robots
+        self._to = telemetry.robots
+        self._extend_trails(telemetry)
 
-    def _go_on(self, telemetry: Telemetry) -> None:
-        longest = max(2, min(LONGEST, MOST_POINTS // max(1, len(telemetry.robots))))
-        for name, told in telemetry.robots.items():
-            way = self._ways.setdefault(name, [])
-            if not way or hypot(way[-1][0] - told.x_m, way[-1][1] - told.y_m) > STEP_M:
-                self._ways[name] = [*way[1 - longest :], (told.x_m, told.y_m)]
-        if telemetry.time_s - self._trailed_s >= TRAILS_EVERY_S:
-            self._trailed_s = telemetry.time_s
-            if self._trails != self._ways:
-                self._trails = dict(self._ways)
+    def _extend_trails(self, telemetry: Telemetry) -> None:
+        limit = max(2, min(MAX_TRAIL_POINTS, MAX_TOTAL_POINTS // max(1, len(telemetry.robots))))
+        for name, robot in telemetry.robots.items():
+            points = self._points.setdefault(name, [])
+            if not points or hypot(points[-1][0] - robot.x_m, points[-1][1] - robot.y_m) > TRAIL_STEP_M:
+                self._points[name] = [*points[1 - limit :], (robot.x_m, robot.y_m)]
+        if telemetry.time_s - self._trails_time_s >= TRAILS_EVERY_S:
+            self._trails_time_s = telemetry.time_s
+            if self._trails != self._points:
+                self._trails = dict(self._points)
 
 
 def _between(begin: Robots, end: Robots, share: float) -> Robots:
-    """The robots on their way from one place to the next; those that did not move as they are."""
     if share == 1.0:
         return end
-    return {name: _glided(begin.get(name, told), told, share) for name, told in end.items()}
+    return {name: _interpolated(begin.get(name, robot), robot, share) for name, robot in end.items()}
 
 
-def _glided(begin: RobotTelemetry, end: RobotTelemetry, share: float) -> RobotTelemetry:
-    far_m = hypot(end.x_m - begin.x_m, end.y_m - begin.y_m)
-    turn = remainder(end.heading_rad - begin.heading_rad, tau)
-    if (far_m == 0 and turn == 0) or far_m > FARTHEST_GLIDE_M:
+def _interpolated(begin: RobotTelemetry, end: RobotTelemetry, share: float) -> RobotTelemetry:
+    distance_m = hypot(end.x_m - begin.x_m, end.y_m - begin.y_m)
+    turn_rad = remainder(end.heading_rad - begin.heading_rad, tau)
+    if (distance_m == 0 and turn_rad == 0) or distance_m > MAX_INTERPOLATION_M:
         return end
     return end.model_copy(
         update={
             "x_m": begin.x_m + share * (end.x_m - begin.x_m),
             "y_m": begin.y_m + share * (end.y_m - begin.y_m),
-            "heading_rad": begin.heading_rad + share * turn,
+            "heading_rad": begin.heading_rad + share * turn_rad,
         }
     )

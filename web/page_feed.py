@@ -1,4 +1,4 @@
-"""What each open page shows, heard from the service, and word to a page of what was picked in its view."""
+"""The states of the open pages, received from the service, and picks sent to the pages."""
 
 import json
 import threading
@@ -8,22 +8,24 @@ from pydantic import ValidationError
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from web.api_types import Part, Shown
+from web.api_types import ApiModel, PageState
 
 
-class Changed(Part):
+class PageChange(ApiModel):
+    """A page's new state; None when it was closed."""
+
     id: str
-    shown: Shown | None = None
+    shown: PageState | None = None
 
 
-class PagesFeed:
-    """The open pages, by the id each has given itself; followed by a thread until `stop`."""
+class PageFeed:
+    """The open pages by their ids, received in a thread until `stop`."""
 
-    def __init__(self, *, api: str, token: str, again_s: float = 1.0) -> None:
+    def __init__(self, *, api: str, token: str, retry_s: float = 1.0) -> None:
         self._address = f"{api.replace('http', 'ws', 1)}/v1/views"
         self._headers = {"authorization": f"Bearer {token}"}
-        self._again_s = again_s
-        self._pages: dict[str, Shown] = {}
+        self._retry_s = retry_s
+        self._states: dict[str, PageState] = {}
         self._socket: ClientConnection | None = None
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._follow, daemon=True)
@@ -36,12 +38,12 @@ class PagesFeed:
         if self._socket is not None:
             self._socket.close()
 
-    def pages(self) -> Mapping[str, Shown]:
-        """What each page shows now."""
-        return dict(self._pages)
+    def states(self) -> Mapping[str, PageState]:
+        """The state of each open page."""
+        return dict(self._states)
 
-    def pick(self, page: str, kind: str, name: str) -> None:
-        """Tell the page; a service that is away for the moment is not told, nor is it told later."""
+    def send_pick(self, page: str, kind: str, name: str) -> None:
+        """Send a pick to the page; it is lost while the service is away."""
         if self._socket is None:
             return
         try:
@@ -55,17 +57,17 @@ class PagesFeed:
                 socket = connect(self._address, additional_headers=self._headers, proxy=None)
                 with socket:
                     self._socket = socket
-                    self._pages.clear()
+                    self._states.clear()
                     for text in socket:
-                        self._learn(text)
+                        self._receive(text)
             except (OSError, WebSocketException, ValidationError, TimeoutError):
-                pass  # tried again, as long as it takes
+                pass  # connect again
             self._socket = None
-            self._stopped.wait(self._again_s)
+            self._stopped.wait(self._retry_s)
 
-    def _learn(self, text: str | bytes) -> None:
-        changed = Changed.model_validate_json(text)
-        if changed.shown is None:
-            self._pages.pop(changed.id, None)
+    def _receive(self, text: str | bytes) -> None:
+        change = PageChange.model_validate_json(text)
+        if change.shown is None:
+            self._states.pop(change.id, None)
         else:
-            self._pages[changed.id] = changed.shown
+            self._states[change.id] = change.shown

@@ -1,7 +1,6 @@
-"""Follows one world through the service's public API, and goes on after the service was away.
+"""Follows one world through the service's public API, and continues after the service was away.
 
-A thread reads the telemetry stream, another asks for the facts; `latest()` hands out what is known, complete
-and never half changed.
+One thread reads the telemetry stream, another polls the facts.
 """
 
 import threading
@@ -14,11 +13,14 @@ from pydantic import TypeAdapter, ValidationError
 from web.api_types import Fact, Layout, Telemetry
 
 FACTS = TypeAdapter(tuple[Fact, ...])
+CONNECT_TIMEOUT_S = 10.0
+READ_TIMEOUT_S = 30.0
+"""The service is never silent for longer between two lines of a stream."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Known:
-    """What the view knows of the world; `version` grows with every change."""
+class WorldSnapshot:
+    """What is known of the world; `version` grows with every change."""
 
     version: int = 0
     live: bool = False
@@ -29,23 +31,26 @@ class Known:
 
 
 class WorldFeed:
-    """One world's layout, facts and telemetry, kept fresh until `stop`."""
+    """One world's layout, facts and telemetry, updated until `stop`."""
 
     def __init__(
-        self, *, api: str, token: str, world: str, facts_every_s: float = 1.0, again_s: float = 1.0
+        self, *, api: str, token: str, world: str, facts_every_s: float = 1.0, retry_s: float = 1.0
     ) -> None:
         self._world = world
-        self._facts_every_s, self._again_s = facts_every_s, again_s
-        # The service may be quiet for a while between two lines, never for as long as this.
-        timeout = httpx2.Timeout(10.0, read=30.0)
-        headers = {"authorization": f"Bearer {token}"}
-        self._client = httpx2.Client(base_url=api, headers=headers, timeout=timeout, trust_env=False)
-        self._known = Known()
+        self._facts_every_s = facts_every_s
+        self._retry_s = retry_s
+        self._client = httpx2.Client(
+            base_url=api,
+            headers={"authorization": f"Bearer {token}"},
+            timeout=httpx2.Timeout(CONNECT_TIMEOUT_S, read=READ_TIMEOUT_S),
+            trust_env=False,
+        )
+        self._snapshot = WorldSnapshot()
         self._changed = threading.Condition()
         self._stopped = threading.Event()
         self._threads = [
             threading.Thread(target=self._repeat, args=(work,), daemon=True)
-            for work in (self._follow_telemetry, self._ask_facts)
+            for work in (self._follow_telemetry, self._poll_facts)
         ]
         self._running = len(self._threads)
 
@@ -54,60 +59,64 @@ class WorldFeed:
             thread.start()
 
     def stop(self) -> None:
-        """End soon: with the next word at the latest, without waiting for it."""
+        """End at the next message at the latest; does not wait for it."""
         self._stopped.set()
         with self._changed:
             self._changed.notify_all()
 
-    def latest(self, after: int = -1, timeout_s: float = 0.0) -> Known:
-        """What is known, waiting up to `timeout_s` for something newer than version `after`."""
+    def latest(self, after: int = -1, timeout_s: float = 0.0) -> WorldSnapshot:
+        """The newest snapshot, waiting up to `timeout_s` for one newer than version `after`."""
         with self._changed:
-            self._changed.wait_for(lambda: self._known.version > after or self._stopped.is_set(), timeout_s)
-            return self._known
+            self._changed.wait_for(
+                lambda: self._snapshot.version > after or self._stopped.is_set(), timeout_s
+            )
+            return self._snapshot
 
     def _repeat(self, work: Callable[[], None]) -> None:
         while not self._stopped.is_set():
             try:
                 work()
             except (httpx2.HTTPError, ValidationError, ValueError, KeyError):
-                self._learn(live=False)
-            self._stopped.wait(self._again_s)
+                self._update(live=False)
+            self._stopped.wait(self._retry_s)
         with self._changed:
             self._running -= 1
             is_last = self._running == 0
-        if is_last:  # closed under another thread, a connection that is just being made would stay open
+        if is_last:  # closed earlier, a connection that the other thread is opening would stay open
             self._client.close()
 
     def _follow_telemetry(self) -> None:
         body = self._get(f"/v1/worlds/{self._world}")
-        self._learn(layout=Layout.model_validate(body["layout"]), title=str(body.get("title") or self._world))
-        for data in self._lines(f"/v1/telemetry?world={self._world}"):
-            self._learn(telemetry=Telemetry.model_validate_json(data), live=True)
+        self._update(
+            layout=Layout.model_validate(body["layout"]), title=str(body.get("title") or self._world)
+        )
+        for data in self._stream(f"/v1/telemetry?world={self._world}"):
+            self._update(telemetry=Telemetry.model_validate_json(data), live=True)
             if self._stopped.is_set():
                 return
 
-    def _ask_facts(self) -> None:
+    def _poll_facts(self) -> None:
         while not self._stopped.is_set():
             body = self._get(f"/v1/worlds/{self._world}/facts")
-            self._learn(facts=FACTS.validate_python(body["items"]))
+            self._update(facts=FACTS.validate_python(body["items"]))
             self._stopped.wait(self._facts_every_s)
 
     def _get(self, path: str) -> dict[str, object]:
-        answer = self._client.get(path)
-        answer.raise_for_status()
-        body: dict[str, object] = answer.json()
+        response = self._client.get(path)
+        response.raise_for_status()
+        body: dict[str, object] = response.json()
         return body
 
-    def _lines(self, path: str) -> Iterator[str]:
-        with self._client.stream("GET", path) as answer:
-            answer.raise_for_status()
-            for line in answer.iter_lines():
+    def _stream(self, path: str) -> Iterator[str]:
+        with self._client.stream("GET", path) as response:
+            response.raise_for_status()
+            for line in response.iter_lines():
                 if line.startswith("data:"):
                     yield line.removeprefix("data:").strip()
 
-    def _learn(self, **changes: object) -> None:
+    def _update(self, **changes: object) -> None:
         with self._changed:
-            new = replace(self._known, **changes)  # type: ignore[arg-type]
-            if new != self._known:
-                self._known = replace(new, version=self._known.version + 1)
+            new = replace(self._snapshot, **changes)  # type: ignore[arg-type]
+            if new != self._snapshot:
+                self._snapshot = replace(new, version=self._snapshot.version + 1)
                 self._changed.notify_all()

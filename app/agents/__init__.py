@@ -1,4 +1,4 @@
-"""Agent models: the service's counterpart of each robot, and what is known of the robots right now (MACTA §4)."""
+"""Agent models and communications (MACTA §4, fig. 4): the service's counterpart of each robot."""
 
 from app.agents.agent_models import AgentModels
 from app.agents.contact_monitor import ContactMonitor

@@ -1,19 +1,19 @@
 """Whether a robot's silence is longer than its radio explains.
 
-What counts is the time in which it could have been heard: of a link with windows of contact those alone, for they are
-known beforehand; outages are not.
+Only time in which it could have been heard counts: of a link with windows of contact those alone, for they are known
+beforehand; outages are not.
 """
 
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from app.agents.robot_board import SILENT_AFTER_S, RobotBoard
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from robots.clock import Clock
 from robots.world import WorldFile
 from robots.world.radio import QUIET_S
 
-LEAST_S = 1.0
-"""World seconds that are left to a robot that was heard not long ago by the wall clock."""
+MIN_LEFT_S = 1.0
+"""World seconds that are left to a robot that was heard recently by the wall clock."""
 
 
 class ContactMonitor:
@@ -25,29 +25,33 @@ class ContactMonitor:
         *,
         clocks: Mapping[str, Clock],
         worlds: Mapping[str, WorldFile],
-        wall: Callable[[], float] = time.time,
+        wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """:param clocks: by world."""
-        self._board, self._clocks, self._wall = board, clocks, wall
+        self._board = board
+        self._clocks = clocks
+        self._wall = wall
         self._links = {r.name: world.link_of(r) for world in worlds.values() for r in world.robots}
-        self._began_s, self._began_at = {world: clock.now_s() for world, clock in clocks.items()}, wall()
+        self._began_s = {world: clock.now_s() for world, clock in clocks.items()}
+        self._began_at = wall.epoch_s()
 
     def silent_in_s(self, robot: str) -> float:
         """World seconds at least until its silence is longer than its radio explains; 0 once it is.
 
-        NOTE: a world that runs fast says little in its own time, so the wall clock has a say, too; and where the link
-        says that the robot is not there, it alone has, for the world's clock may stand.
+        NOTE: a world that runs fast says little in its own time, so the wall clock counts, too; and where the link
+        reports that the robot is gone, it alone counts, for the world's clock may stand.
         """
-        view, link = self._board.view(robot), self._links[robot]
+        view = self._board.view(robot)
+        link = self._links[robot]
         now_s = self._clocks[view.world].now_s()
         heard_s = self._began_s[view.world] if view.heard_s is None else view.heard_s
         heard_at = self._began_at if view.heard_at is None else view.heard_at
-        unheard = self._wall() - heard_at
-        if view.is_gone and unheard >= QUIET_S:
+        unheard_s = self._wall.epoch_s() - heard_at
+        if view.is_gone and unheard_s >= QUIET_S:
             return 0.0
         # A clock that went back is another run's.
         left_s = link.quiet_s - link.hearing_s(heard_s if heard_s <= now_s else 0.0, now_s)
-        return max(left_s, LEAST_S if unheard < SILENT_AFTER_S else 0.0)
+        return max(left_s, MIN_LEFT_S if unheard_s < SILENT_AFTER_S else 0.0)
 
     def next_contact_s(self, robot: str) -> float:
         """World seconds until contact is expected, as far as is known beforehand; 0 while it is."""

@@ -1,4 +1,4 @@
-"""Questions to robots that a client waits for the answer to. Kept in memory: nobody asks again after a restart."""
+"""Questions to robots whose answers clients wait for. Kept in memory: they do not outlive the client's request."""
 
 import threading
 from collections import deque
@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from app.domain.errors import Busy, Silent
 from robots.wire import Body, Message, TraceQuery, TraceReport, new_message_id
 
-OPEN_AT_MOST = 8
+MAX_OPEN = 8
 """Questions to one robot that may be open at a time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Question:
-    """A query on its way to a robot, and the answer to come."""
+    """A query to a robot, and its answer once it arrives."""
 
     robot: str
     body: Body
@@ -25,27 +25,27 @@ class Question:
 
 
 class Questions:
-    """Hands questions to the agent models and answers to those who wait for them. Thread-safe."""
+    """Passes questions to the agent models and answers to the waiting clients. Thread-safe."""
 
     def __init__(self, *, patience_s: float) -> None:
-        """:param patience_s: wall-clock seconds a robot may take to answer before it counts as silent."""
+        """:param patience_s: wall-clock seconds a robot may take to answer."""
         self._patience_s = patience_s
         self._lock = threading.Lock()
         self._unsent: deque[Question] = deque()
         self._open: dict[str, Question] = {}
 
     def trace(self, robot: str, seconds: float) -> TraceReport:
-        """What the robot's synthesis did in the last seconds. Blocks until the robot answers.
+        """The robot's trace of behaviour synthesis over the last seconds. Blocks until the robot answers.
 
         :raises Silent: if it does not in time.
-        :raises Busy: if too many questions to it are open.
+        :raises Busy: if `MAX_OPEN` questions to it are open.
         """
         answer = self._ask(Question(robot=robot, body=TraceQuery(seconds=seconds)))
         assert isinstance(answer, TraceReport)
         return answer
 
     def to_send(self, robots: Collection[str]) -> list[Question]:
-        """The questions to these robots that are not on their way yet."""
+        """Take the questions to these robots that are not sent yet."""
         with self._lock:
             mine = [one for one in self._unsent if one.robot in robots]
             for one in mine:
@@ -53,7 +53,7 @@ class Questions:
             return mine
 
     def answered(self, message: Message) -> bool:
-        """True if the message answers a question that somebody asked here, or gave up waiting for."""
+        """Pass an answer to the client that waits; True if the message is the answer to a question, also a late one."""
         with self._lock:
             question = self._open.pop(message.in_reply_to or "", None)
         if question is not None:
@@ -62,10 +62,8 @@ class Questions:
 
     def _ask(self, question: Question) -> Body:
         with self._lock:
-            if sum(one.robot == question.robot for one in self._open.values()) >= OPEN_AT_MOST:
-                detail = (
-                    f"{OPEN_AT_MOST} questions to {question.robot} are open; ask again when it has answered"
-                )
+            if sum(one.robot == question.robot for one in self._open.values()) >= MAX_OPEN:
+                detail = f"{MAX_OPEN} questions to {question.robot} are open; ask again when it has answered"
                 raise Busy(detail, code="too-many-questions")
             self._unsent.append(question)
             self._open[question.id] = question

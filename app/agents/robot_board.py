@@ -1,11 +1,11 @@
-"""What is known of each robot right now, from its telemetry. Kept in memory: telemetry is never a record."""
+"""The newest telemetry and contact of each robot. Kept in memory: telemetry is not stored in the database."""
 
 import threading
-import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.states import Connection
 from robots.clock import Clock
 from robots.link.mqtt.topics import ConnectionState
@@ -15,16 +15,18 @@ from robots.world import WorldFile
 SILENT_AFTER_S = 5.0
 """Seconds (wall clock) without a word after which a robot counts as offline."""
 LOW_BATTERY = 0.2
-REFRESHED = 0.05
-"""So much above the low mark a battery must be before its robot counts as fit again (our choice)."""
+BATTERY_HYSTERESIS = 0.05
+"""How far above `low_battery` a battery must be before its robot is recruited again (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotView:
-    """A robot as last heard: `heard_at` by the wall clock, epoch seconds, `heard_s` by the world's; None before.
+    """A robot as last heard.
 
+    :param heard_at: by the wall clock, epoch seconds; None before anything was heard.
+    :param heard_s: likewise by the world's clock.
     :param broken: the link that it is reached over is gone for good.
-    :param gone: what was last said of its connection, if that was not that it is there.
+    :param gone: the state of its connection as last reported, unless online.
     :param resting: why the robot is not recruited now, in words; empty if it may be.
     """
 
@@ -39,15 +41,15 @@ class RobotView:
 
     @property
     def is_gone(self) -> bool:
-        """True if it is known not to be there, which its radio has no part in."""
+        """True if it is known not to be connected, whatever its radio explains."""
         return self.broken or self.gone is not None
 
-    def connection(self, now: float) -> Connection:
+    def connection(self, epoch_s: float) -> Connection:
         if self.broken:
             return Connection.CONNECTION_BROKEN
         if self.gone is not None:
             return self.gone
-        if self.heard_at is None or now - self.heard_at > SILENT_AFTER_S:
+        if self.heard_at is None or epoch_s - self.heard_at > SILENT_AFTER_S:
             return Connection.OFFLINE
         return Connection.ONLINE
 
@@ -61,6 +63,7 @@ class RobotBoard:
         *,
         clocks: Mapping[str, Clock],
         low_battery: float = LOW_BATTERY,
+        wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param robots: each with its world.
@@ -68,17 +71,26 @@ class RobotBoard:
         :param low_battery: a robot whose battery holds less, 0 to 1, is not recruited.
         """
         self.rested: list[Callable[[str], None]] = []
-        """Called with the world when a robot of it may be recruited again, by the thread that heard so."""
-        self._clocks, self._low_battery = clocks, low_battery
+        """Called with the world when a robot of it may be recruited again, in the thread that receives telemetry."""
+        self._clocks = clocks
+        self._low_battery = low_battery
+        self._wall = wall
         self._changed = threading.Condition()
         self._views = {name: RobotView(name=name, world=world) for name, world in robots}
         self._generation = 0
 
     @classmethod
-    def of(cls, worlds: Mapping[str, WorldFile], *, clocks: Mapping[str, Clock], low_battery: float) -> Self:
+    def of(
+        cls,
+        worlds: Mapping[str, WorldFile],
+        *,
+        clocks: Mapping[str, Clock],
+        low_battery: float,
+        wall: WallClock = SYSTEM_CLOCK,
+    ) -> Self:
         """Of all robots of the worlds."""
         robots = ((robot.name, name) for name, world in worlds.items() for robot in world.robots)
-        return cls(robots, clocks=clocks, low_battery=low_battery)
+        return cls(robots, clocks=clocks, low_battery=low_battery, wall=wall)
 
     def views(self, world: str | None = None) -> Mapping[str, RobotView]:
         with self._changed:
@@ -98,7 +110,7 @@ class RobotBoard:
         return {name: view.resting for name, view in self.views(world).items() if view.resting}
 
     def heard(self, robot: str, telemetry: Telemetry | None = None) -> None:
-        """The robot said something; with telemetry, that is its newest view."""
+        """A message of the robot was received."""
         with self._changed:
             view = self._views.get(robot)
             if view is None:
@@ -108,7 +120,7 @@ class RobotBoard:
             self._views[robot] = replace(
                 view,
                 telemetry=telemetry,
-                heard_at=time.time(),
+                heard_at=self._wall.epoch_s(),
                 heard_s=self._clocks[view.world].now_s(),
                 broken=False,
                 gone=None,
@@ -121,8 +133,8 @@ class RobotBoard:
                 tell(view.world)
 
     def _why_resting(self, telemetry: Telemetry, *, was: str) -> str:
-        # NOTE: a battery at the mark would otherwise call the robot fit and unfit ten times a second.
-        enough = self._low_battery + (REFRESHED if was else 0.0)
+        # NOTE: without hysteresis a battery at the limit changes the answer ten times a second.
+        enough = self._low_battery + (BATTERY_HYSTERESIS if was else 0.0)
         if telemetry.driven_by is not None:
             return f"which {telemetry.driven_by} drives"
         level = f"its battery at {telemetry.battery:.0%}"
@@ -130,7 +142,7 @@ class RobotBoard:
             return f"which charges, {level}"
         return f"which rests, {level}" if telemetry.battery < min(enough, 1.0) else ""
 
-    def broke(self, world: str) -> None:
+    def link_closed(self, world: str) -> None:
         """The link to the world's robots is gone."""
         with self._changed:
             for name, view in self._views.items():
@@ -140,27 +152,27 @@ class RobotBoard:
             self._changed.notify_all()
 
     def connected(self, robot: str, state: ConnectionState, *, now: bool) -> None:
-        """The link says whether the robot is there; not `now`: whether it was when that was last heard of."""
+        """The link reports a robot's connection; not `now`: a retained report of its last known state."""
         with self._changed:
             view = self._views.get(robot)
             if view is None:
                 return
-            there = state is ConnectionState.ONLINE
-            # NOTE: that the broker has let it in did not come by its radio, so the world's clock has no part in it.
-            heard_at = time.time() if there and now else view.heard_at
-            gone = None if there else Connection(state.value)
+            is_online = state is ConnectionState.ONLINE
+            # NOTE: the broker's report does not come by the robot's radio: `heard_s` is about the radio.
+            heard_at = self._wall.epoch_s() if is_online and now else view.heard_at
+            gone = None if is_online else Connection(state.value)
             self._views[robot] = replace(view, gone=gone, heard_at=heard_at)
             self._generation += 1
             self._changed.notify_all()
 
     def wake(self) -> None:
-        """Let those that wait go on, though nothing was heard."""
+        """End all `wait` calls, though nothing was heard."""
         with self._changed:
             self._generation += 1
             self._changed.notify_all()
 
     def wait(self, generation: int, timeout_s: float) -> int:
-        """Block until something was heard after `generation`; answers the generation then."""
+        """Block until something was heard after `generation`; returns the generation then."""
         with self._changed:
             self._changed.wait_for(lambda: self._generation != generation, timeout_s)
             return self._generation

@@ -1,11 +1,11 @@
-"""A world as the composition root is given it."""
+"""A world and the way to its robots, as the composition root is given them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.agents import RobotBoard
 from robots.clock import Clock
-from robots.link.channel import Link
+from robots.link import Link
 from robots.link.mqtt import ServiceLink
 from robots.world import WorldFile
 
@@ -15,13 +15,13 @@ def _nothing() -> None: ...
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunningWorld:
-    """A world whose robots can be reached: over `link`, in the time of `clock`.
+    """A world whose robots are reached over `link`, in the time of `clock`.
 
-    :param rate: world seconds a wall-clock second, None flat out.
-    :param run: names the world from its building on, however often it is resumed; None if `fleet` says so.
-    :param fleet: what drives the robots, if it comes and goes by itself; `link` and `clock` are its then.
-    :param why_afresh: why it was built, if one that was there before might have gone on.
-    :param let_go: called once somebody listens: a world that stands still until then misses no deadline.
+    :param rate: world seconds per wall-clock second; None: as fast as possible.
+    :param run: the id of the world's run, kept when it is resumed; None if `fleet` reports it.
+    :param fleet: the robots' own process, if it comes and goes by itself; `link` and `clock` are its then.
+    :param why_afresh: why a new run was started, if an earlier one might have been resumed.
+    :param let_go: called once the service receives: a world that stands still until then misses no deadline.
     """
 
     file: WorldFile
@@ -34,11 +34,11 @@ class RunningWorld:
     fleet: ServiceLink | None = None
 
     def pace(self) -> float | None:
-        """Its rate now."""
+        """The current rate."""
         return self.rate if self.fleet is None else self.fleet.clock.rate
 
     def listen(self, board: RobotBoard) -> None:
-        """Begin to hear the fleet, if it comes and goes by itself; what it says of its robots is for the board."""
+        """Begin to receive from the fleet, if there is one; its telemetry goes to the board."""
         if self.fleet is not None:
             self.fleet.listen(board)
             self.fleet.start()

@@ -1,42 +1,53 @@
-"""Operators who drive robots: who may, and the newest set-point of each, on its way to the robot.
+"""Teleoperation: which operator drives a robot, and the newest set-point on its way to it.
 
 Kept in memory, for a set-point is worth nothing a second later. The robot itself decides who drives it
-(`robots.executive.teleoperation`) and reports when a drive began and ended, so the record holds whoever sent the
-set-points; what is known here beforehand spares the operator a wait.
+(`robots.executive.teleoperation`) and reports when a drive began and ended; what can be refused here beforehand spares
+the operator a wait.
 """
 
 import threading
-import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
-from app.agents.world_service import RobotReport, WorldService
+from app.agents.robot_directory import RobotDirectory, RobotReport
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Conflict
 from app.domain.states import Connection
 from robots.wire import VALID_AT_MOST_S, Message, SetPoint, SetPointRefusal
 from robots.wire.operator import MAX_SPEED_M_S, MAX_TURN_RAD_S, RELEASE_FACTOR
 
 VALID_S = 0.5
-"""For so long a set-point holds: wall-clock seconds, for it is an operator's hand that the next comes from; of the
-world's time at least as much."""
+"""How long a set-point is valid, in wall-clock seconds, for an operator's hand sends the next one; in world seconds at
+least as long."""
 
 
 @dataclass(slots=True, kw_only=True)
 class _Hold:
-    """A driver's hold on a robot. `unsent` is what the robot is to be told next, `refusal` why it will not."""
+    """A driver's control of a robot.
+
+    :param heard_s: when the driver was last heard, monotonic.
+    :param unsent: the set-point to be sent next.
+    :param refusal: why the robot does not accept the driver, as it said.
+    """
 
     driver: str
-    heard_at: float
+    heard_s: float
     unsent: SetPoint | None = None
     refusal: str = ""
 
-    def tell(
-        self, *, valid_s: float, speed_m_s: float = 0.0, turn_rad_s: float = 0.0, ends: bool = False
+    def set(
+        self,
+        *,
+        epoch_s: float,
+        valid_s: float,
+        speed_m_s: float = 0.0,
+        turn_rad_s: float = 0.0,
+        ends: bool = False,
     ) -> None:
-        """Have the robot told this next. Numbers grow whichever process tells it, and over a restart."""
+        """Replace the unsent set-point. Its number, in microseconds, grows over restarts and across processes."""
         self.unsent = SetPoint(
             driver=self.driver,
-            number=time.time_ns() // 1000,
+            number=int(epoch_s * 1e6),
             speed_m_s=speed_m_s,
             turn_rad_s=turn_rad_s,
             valid_s=valid_s,
@@ -46,8 +57,10 @@ class _Hold:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """What a driver is told with each set-point. `driving`: the robot says that it goes by him; `valid_s` of the
-    world's time.
+    """The answer to a set-point.
+
+    :param driving: the robot reports that it follows this driver.
+    :param valid_s: how long the set-point is valid, in world seconds.
     """
 
     robot: str
@@ -64,56 +77,60 @@ class Teleoperation:
 
     def __init__(
         self,
-        worlds: WorldService,
+        robots: RobotDirectory,
         paces: Mapping[str, Callable[[], float | None]],
         *,
-        wall: Callable[[], float] = time.monotonic,
+        wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        """:param paces: world seconds a wall-clock second, by world; None flat out."""
-        self._worlds, self._paces, self._wall = worlds, paces, wall
+        """:param paces: world seconds per wall-clock second, by world; None: as fast as possible."""
+        self._robots = robots
+        self._paces = paces
+        self._wall = wall
         self._lock = threading.Lock()
         self._holds: dict[str, _Hold] = {}
         self._let_go: dict[str, str] = {}
 
     def drive(self, robot: str, driver: str, *, speed_m_s: float, turn_rad_s: float) -> Drive:
-        """Have the robot go like this, for a moment.
+        """Drive the robot at these speeds until the set-point expires.
 
-        :raises Conflict: if it is given up, out of contact, on a mission or another's, or will not, saying why.
+        :raises Conflict: if it is lost, out of contact, on a mission, driven by another, or refuses.
         """
-        report = self._worlds.robot(robot)
+        report = self._robots.robot(robot)
         valid_s = self._valid_s(report.view.world)
         with self._lock:
             hold = self._hold(robot, driver)
             self._refuse(report, driver, hold)
-            hold.heard_at = self._wall()
-            hold.tell(speed_m_s=speed_m_s, turn_rad_s=turn_rad_s, valid_s=valid_s)
+            hold.heard_s = self._wall.monotonic_s()
+            epoch_s = self._wall.epoch_s()
+            hold.set(epoch_s=epoch_s, speed_m_s=speed_m_s, turn_rad_s=turn_rad_s, valid_s=valid_s)
             self._holds[robot] = hold
         return self._drive(report, driver, valid_s)
 
     def let_go(self, robot: str, driver: str) -> Drive:
-        """Drive it no more; of a robot that the driver does not hold nothing changes."""
-        report = self._worlds.robot(robot)
+        """Stop driving the robot; without effect if another drives it."""
+        report = self._robots.robot(robot)
         valid_s = self._valid_s(report.view.world)
         with self._lock:
             hold = self._holds.get(robot)
             here = hold is not None and hold.driver == driver
             if here or self._drives(report, driver):
-                self._holds[robot] = hold = _Hold(driver=driver, heard_at=float("-inf"))
-                hold.tell(valid_s=valid_s, ends=True)
+                self._holds[robot] = hold = _Hold(driver=driver, heard_s=float("-inf"))
+                hold.set(epoch_s=self._wall.epoch_s(), valid_s=valid_s, ends=True)
                 self._let_go[robot] = driver
         return self._drive(report, driver, valid_s)
 
     def to_send(self, robots: Collection[str]) -> list[tuple[str, SetPoint]]:
-        """What these robots are to be told now, each the newest."""
+        """The newest set-point of each of these robots that is not sent yet."""
         with self._lock:
-            due = [(robot, hold) for robot, hold in self._holds.items() if robot in robots and hold.unsent]
-            told = [(robot, hold.unsent) for robot, hold in due if hold.unsent is not None]
-            for _, hold in due:
-                hold.unsent = None
-            return told
+            unsent: list[tuple[str, SetPoint]] = []
+            for robot, hold in self._holds.items():
+                if robot in robots and hold.unsent is not None:
+                    unsent.append((robot, hold.unsent))
+                    hold.unsent = None
+            return unsent
 
     def refused(self, message: Message) -> bool:
-        """True if the message says that a robot will not be driven; its driver learns that with his next set-point."""
+        """True if the message is a robot's refusal of a set-point; its driver learns that with the next one."""
         body = message.body
         if not isinstance(body, SetPointRefusal):
             return False
@@ -124,33 +141,35 @@ class Teleoperation:
         return True
 
     def _hold(self, robot: str, driver: str) -> _Hold:
-        """The driver's hold on the robot, a new one if it is free.
+        """The driver's control of the robot, newly taken if it is free.
 
         :raises Conflict: if another has it.
         """
         hold = self._holds.get(robot)
         if hold is not None and hold.driver == driver:
             return hold
-        if hold is not None and self._wall() - hold.heard_at < RELEASE_FACTOR * VALID_S and not hold.refusal:
+        now_s = self._wall.monotonic_s()
+        if hold is not None and now_s - hold.heard_s < RELEASE_FACTOR * VALID_S and not hold.refusal:
             raise Conflict(f"{hold.driver} drives {robot}", code="driven-by-another")
-        return _Hold(driver=driver, heard_at=self._wall())
+        return _Hold(driver=driver, heard_s=now_s)
 
     def _refuse(self, report: RobotReport, driver: str, hold: _Hold) -> None:
         """:raises Conflict: if the robot is not to be driven now, saying why."""
-        name, told = report.view.name, report.view.telemetry
+        name = report.view.name
+        telemetry = report.view.telemetry
         if report.lost is not None:
             raise Conflict(f"{name} was declared lost; declare it found first", code="robot-lost")
         if report.mission_id is not None:
             raise Conflict(f"{name} is on mission {report.mission_id}", code="on-mission")
         if report.connection is not Connection.ONLINE:
             raise Conflict(f"{name} is not in contact: {report.connection}", code="robot-out-of-contact")
-        if told is None:
+        if telemetry is None:
             raise Conflict(f"{name} has not yet said where it is", code="robot-out-of-contact")
         if hold.refusal:
             raise Conflict(hold.refusal, code="robot-refuses")
         # NOTE: a robot that was let go of here is not known to be free before its next telemetry.
-        if told.driven_by not in (None, driver, self._let_go.get(name)):
-            raise Conflict(f"{told.driven_by} drives {name}", code="driven-by-another")
+        if telemetry.driven_by not in (None, driver, self._let_go.get(name)):
+            raise Conflict(f"{telemetry.driven_by} drives {name}", code="driven-by-another")
 
     def _valid_s(self, world: str) -> float:
         pace = self._paces[world]()
@@ -158,8 +177,8 @@ class Teleoperation:
 
     @staticmethod
     def _drives(report: RobotReport, driver: str) -> bool:
-        told = report.view.telemetry
-        return told is not None and told.driven_by == driver
+        telemetry = report.view.telemetry
+        return telemetry is not None and telemetry.driven_by == driver
 
     def _drive(self, report: RobotReport, driver: str, valid_s: float) -> Drive:
         return Drive(

@@ -1,4 +1,4 @@
-"""What operators tune of a robot's packets: kept in the record, delivered until the robot answers."""
+"""Operators' overrides of the parameters of a robot's packets: stored, and delivered until the robot answers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,16 +17,21 @@ from robots.world import RobotSpec, WorldFile
 
 Parameters = Mapping[str, Mapping[str, Mapping[str, float]]]
 """Numbers by packet, pattern and parameter."""
-UNTOUCHED, PENDING, ACKNOWLEDGED, REFUSED = "untouched", "pending", "acknowledged", "refused"
+UNTOUCHED = "untouched"
+PENDING = "pending"
+ACKNOWLEDGED = "acknowledged"
+REFUSED = "refused"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TunedRobot:
     """A robot's tuning.
 
-    :param tuning: what operators have overridden, `set_out` what the world file has.
-    :param packets: every parameter as it is with both; of the packets that the robot can carry out.
-    :param delivery: untouched, pending, acknowledged or refused by the robot; `detail` says why it is refused.
+    :param tuning: the operators' overrides.
+    :param set_out: the overrides in the world file.
+    :param packets: every parameter with both applied, of the packets in the robot's repertoire.
+    :param delivery: untouched, pending, acknowledged or refused by the robot.
+    :param detail: why the robot refused.
     """
 
     robot: str
@@ -46,7 +51,8 @@ class TuningService:
     """Reads and sets tunings. The agent models deliver what is pending and hand back what the robots answer."""
 
     def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile]) -> None:
-        self._database, self._events = core.database, core.events
+        self._database = core.database
+        self._events = core.events
         self._places = {robot.name: world.name for world in worlds.values() for robot in world.robots}
         self._worlds = worlds
 
@@ -58,9 +64,9 @@ class TuningService:
     def put(
         self, robot: str, tuning: PacketTunings, *, actor: str, comment: str, expected_version: int | None
     ) -> TunedRobot:
-        """Override these parameters and no others, from the robot's next packet on.
+        """Replace all overrides by these, from the robot's next packet on.
 
-        :raises Invalid: naming packet, pattern and parameter, for one that is not there or out of its range.
+        :raises Invalid: naming packet, pattern and parameter, for one that does not exist or is out of range.
         :raises Outdated: if the tuning has changed since `expected_version`.
         """
         spec, world = self._spec(robot)
@@ -88,13 +94,13 @@ class TuningService:
             return _tuned(spec, world, row)
 
     def pending(self, world: str) -> Sequence[TuningRow]:
-        """What is still to be delivered to robots of the world."""
+        """The tunings still to be delivered to robots of the world."""
         query = select(TuningRow).where(TuningRow.world == world, TuningRow.delivery == PENDING)
         with self._database.read() as session:
             return session.scalars(query.order_by(TuningRow.robot)).all()
 
     def answered(self, world: str, robot: str, performative: Performative, report: TuningReport) -> None:
-        """The robot has taken on a tuning, or refused it."""
+        """Record that the robot applied a tuning, or refused it."""
         with self._database.write() as session:
             row = session.get(TuningRow, (world, robot), with_for_update=True)
             if row is None or (row.version, row.delivery) != (report.version, PENDING):
@@ -116,29 +122,30 @@ class TuningService:
 
 
 def renew_tunings(session: Session, world: str) -> None:
-    """The world's robots begin anew: they are to be told again what was set."""
+    """Deliver the tunings of a world again, for its robots were restarted."""
     for row in session.scalars(select(TuningRow).where(TuningRow.world == world)):
-        row.delivery, row.detail = PENDING, ""
+        row.delivery = PENDING
+        row.detail = ""
 
 
 def _check(spec: RobotSpec, tuning: PacketTunings) -> None:
-    known = _packets_of(spec, _set_out(spec))
+    known = _parameters_of(spec, _initial_repertoire(spec))
     for tag in tuning:
         if tag not in known:
             detail = f"{spec.name} has no packet {tag}; it has {', '.join(sorted(known))}"
             raise Invalid(detail, code="unfit-tuning", choices=sorted(known))
     try:
-        _set_out(spec).tuned(tuning)
+        _initial_repertoire(spec).tuned(tuning)
     except RepertoireError as error:
         raise Invalid(str(error), code="unfit-tuning") from error
 
 
-def _set_out(spec: RobotSpec) -> Repertoire:
-    """What the robot was set out with: the repertoire that ships, tuned by the world file."""
+def _initial_repertoire(spec: RobotSpec) -> Repertoire:
+    """The shipped repertoire, tuned by the world file."""
     return load_repertoire().tuned(spec.tuning)
 
 
-def _packets_of(spec: RobotSpec, repertoire: Repertoire) -> Parameters:
+def _parameters_of(spec: RobotSpec, repertoire: Repertoire) -> Parameters:
     return {
         name: parameters(packet)
         for name, packet in sorted(repertoire.specs.items())
@@ -155,7 +162,7 @@ def _tuned(spec: RobotSpec, world: str, row: TuningRow | None) -> TunedRobot:
         version=row.version,
         tuning=row.tuning,
         set_out=spec.tuning,
-        packets=_packets_of(spec, _set_out(spec).tuned(row.tuning)),
+        packets=_parameters_of(spec, _initial_repertoire(spec).tuned(row.tuning)),
         delivery=row.delivery,
         detail=row.detail or "",
         comment=row.comment or "",

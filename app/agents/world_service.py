@@ -1,36 +1,31 @@
-"""What clients ask of worlds and robots: to see them, and to correct the facts."""
+"""The worlds and their facts as clients see them, and operators' corrections of facts."""
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import or_, select
+from sqlalchemy import select
 
-from app.agents.contact_monitor import ContactMonitor
-from app.agents.robot_board import RobotBoard, RobotView
 from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
 from app.domain.events import FactsCorrected
-from app.domain.states import ENDED, TERMINAL_SCRIPTS, Connection
 from app.domain.world_model.beliefs import (
     CLEAR,
     REACHES,
     ROBOT_POSITION,
     VACANT,
     Facts,
-    revised,
-    revision,
+    belief_change,
+    revise_beliefs,
     spot_of,
 )
-from app.domain.world_model.berths import Statement, with_berths
+from app.domain.world_model.berths import Statement, resolve_statements
 from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
-from app.store import FactRow, LostRobotRow, MissionRow, ScriptRow, WorldRow
+from app.store import FactRow, WorldRow
 from app.store.durations import learned_durations
-from app.store.lost_robots import lost_rows
-from app.store.unknown import Unknown, not_known
+from app.store.unknowns import Unknown, list_unknowns
 from app.workflows.mission_wakeups import wake_missions
 from planner import Fact, KnowledgeBaseError
 from robots.clock import Clock
@@ -50,44 +45,21 @@ class WorldReport:
     layout: Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotReport:
-    """A robot as known; `mission_id` is the mission that it is reserved for, `lost` that it was given up.
-
-    :param silent: it has not been heard for longer than its radio explains.
-    :param next_contact_s: world seconds until contact is expected.
-    """
-
-    view: RobotView
-    connection: Connection
-    last_heard_s: float | None
-    silent: bool
-    next_contact_s: float
-    repertoire: Sequence[str]
-    reach: Sequence[str]
-    mission_id: str | None
-    lost: LostRobotRow | None
-
-
 class WorldService:
-    """Reads worlds, facts and robots; takes operators' corrections."""
+    """Reads worlds and facts; takes operators' corrections."""
 
-    def __init__(
-        self,
-        core: Core,
-        *,
-        worlds: Mapping[str, WorldFile],
-        clocks: Mapping[str, Clock],
-        board: RobotBoard,
-        hearing: ContactMonitor,
-    ) -> None:
-        self._database, self._events, self._facts = core.database, core.events, core.facts
-        self._knowledge_base, self._workflows = core.knowledge_base, core.workflows
-        self._worlds, self._clocks, self._board = worlds, clocks, board
-        self._hearing = hearing
+    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], clocks: Mapping[str, Clock]) -> None:
+        """:param clocks: by world."""
+        self._database = core.database
+        self._events = core.events
+        self._facts = core.facts
+        self._knowledge_base = core.knowledge_base
+        self._workflows = core.workflows
+        self._worlds = worlds
+        self._clocks = clocks
 
     def reports(self) -> list[WorldReport]:
-        """Every world, in the order they were asked for: a page shows the first of them."""
+        """Every world, in the order given at the start; a page shows the first one."""
         with self._database.read() as session:
             rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)))
             known = {row.id: self._report(row) for row in rows}
@@ -101,7 +73,8 @@ class WorldService:
     def world(self, name: str | None) -> WorldFile:
         """The world of that name; with None, the only one there is.
 
-        :raises NotFound: if there is none, naming the worlds that run.
+        :raises NotFound: if there is no such world; `choices` are those that run.
+        :raises Invalid: if no name is given and several run.
         """
         if name is None and len(self._worlds) == 1:
             return next(iter(self._worlds.values()))
@@ -121,10 +94,10 @@ class WorldService:
         return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
 
     def unknown(self, world: str) -> Sequence[Unknown]:
-        """What is not known: where samples are, how robots stand that are lost or do not answer."""
+        """Samples without a believed place, and robots that are lost or do not answer."""
         samples = [sample.name for sample in self.world(world).samples]
         with self._database.read() as session:
-            return not_known(session, world, known=self._facts.believed(session, world), samples=samples)
+            return list_unknowns(session, world, known=self._facts.believed(session, world), samples=samples)
 
     def relation(self, fact: Fact) -> Relation:
         """The fact in rel/ref form."""
@@ -145,9 +118,9 @@ class WorldService:
         comment: str,
         expected_version: int | None,
     ) -> tuple[SymbolicFact, ...]:
-        """Make facts true or false on an operator's word; answers what was dropped as it cannot hold beside them.
+        """Make facts true or false on an operator's word; returns the facts dropped because they contradict them.
 
-        Vacant and clear places follow from the other facts and do not count as dropped.
+        `vacant` and `clear` are derived from the other facts and do not count as dropped.
 
         :raises Invalid: if a fact does not fit the vocabulary, contradicts another of the changes, or puts a
             robot where it does not reach; then none is changed.
@@ -159,9 +132,9 @@ class WorldService:
             self._facts.lock(session, world)
             _refuse_outdated(world, self._facts.version(session, world), expected_version)
             facts = self._facts.facts(session, world)
-            news, gone = self._understood(world, changes, facts)
+            news, gone = self._parsed(world, changes, facts)
             self._refuse_contradictions(facts, news, gone)
-            change = revision(facts, news=news, gone=gone)
+            change = belief_change(facts, news=news, gone=gone)
             self._refuse_out_of_reach(world, change.apply(facts), news)
             self._facts.change(
                 session,
@@ -179,12 +152,12 @@ class WorldService:
             wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
             return dropped
 
-    def _understood(
+    def _parsed(
         self, world: str, changes: Sequence[Statement], facts: Facts
     ) -> tuple[list[Fact], list[Fact]]:
-        """What became true and what proved false, in the planner's form."""
+        """The facts that became true and those that proved false, in the planner's form."""
         objects = objects_of(self.world(world))
-        said = with_berths(changes, self.world(world), facts)
+        said = resolve_statements(changes, self.world(world), facts)
         try:
             parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
         except KnowledgeBaseError as error:
@@ -192,7 +165,7 @@ class WorldService:
         return [fact for fact, value in parsed if value], [fact for fact, value in parsed if not value]
 
     def _refuse_contradictions(self, facts: Facts, news: Sequence[Fact], gone: Sequence[Fact]) -> None:
-        """Of news that exclude each other the later would silently win."""
+        """Refuse changes that exclude each other: the later would silently win."""
         both = next((fact for fact in news if fact in gone), None)
         if both is not None:
             said = symbolic(both, self._knowledge_base)
@@ -214,54 +187,6 @@ class WorldService:
                     code="place-unreachable",
                     choices=[p.name for p in self.world(world).places if p.name in reached],
                 )
-
-    def robots(self, world: str | None = None) -> list[RobotReport]:
-        if world is not None:
-            self.world(world)
-        missions = self._missions_by_robot()
-        views = self._board.views(world)
-        with self._database.read() as session:
-            lost = {(row.world, row.robot): row for name in self._worlds for row in lost_rows(session, name)}
-        return [
-            self._robot(view, missions.get((view.world, name)), lost.get((view.world, name)))
-            for name, view in sorted(views.items())
-        ]
-
-    def robot(self, name: str) -> RobotReport:
-        reports = {report.view.name: report for report in self.robots()}
-        if name not in reports:
-            raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
-        return reports[name]
-
-    def _robot(self, view: RobotView, mission_id: str | None, lost: LostRobotRow | None) -> RobotReport:
-        now = time.time()
-        world = self._worlds[view.world]
-        spec = world.robot(view.name)
-        return RobotReport(
-            view=view,
-            connection=view.connection(now),
-            last_heard_s=None if view.heard_at is None else round(now - view.heard_at, 3),
-            silent=self._hearing.silent_in_s(view.name) == 0,
-            next_contact_s=round(self._hearing.next_contact_s(view.name), 3),
-            repertoire=spec.repertoire,
-            reach=[place.name for place in world.reach_of(spec)],
-            mission_id=mission_id,
-            lost=lost,
-        )
-
-    def _missions_by_robot(self) -> Mapping[tuple[str, str], str]:
-        query = (
-            select(MissionRow.world, ScriptRow.robot, MissionRow.id)
-            .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
-            .where(
-                MissionRow.state.not_in(ENDED),
-                ScriptRow.delivery != "refused",
-                ScriptRow.plan_id == MissionRow.plan_id,
-                or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
-            )
-        )
-        with self._database.read() as session:
-            return {(world, robot): mission for world, robot, mission in session.execute(query)}
 
     def _report(self, row: WorldRow) -> WorldReport:
         return WorldReport(
@@ -285,11 +210,11 @@ def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | Non
 
     NOTE: `clear` as news is passed over, for it is always derived.
     """
-    after = revised(facts, news)
+    after = revise_beliefs(facts, news)
     for lost in news:
         if lost in after or lost.predicate == CLEAR:
             continue
         for other in news:
-            if other != lost and not {lost, other} <= revised(facts, [lost, other]):
+            if other != lost and not {lost, other} <= revise_beliefs(facts, [lost, other]):
                 return lost, other
     return None

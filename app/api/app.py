@@ -12,6 +12,7 @@ from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 from app.agents import Questions, RobotBoard
+from app.agents.robot_directory import RobotDirectory
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
@@ -71,6 +72,7 @@ class Services:
     export: PlanExport
     missions: MissionService
     worlds: WorldService
+    robots: RobotDirectory
     questions: Questions
     tunings: TuningService
     lost_robots: LostRobots
@@ -94,7 +96,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(plans_router(service.plans, service.explanations, service.export))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
-    api.include_router(robots_router(service.worlds, service.questions, service.tunings, service.lost_robots))
+    api.include_router(robots_router(service.robots, service.questions, service.tunings, service.lost_robots))
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(

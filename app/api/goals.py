@@ -18,8 +18,9 @@ from app.api.bodies import (
 )
 from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.states import GoalState, PlanState
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -83,7 +84,7 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
     def seek_alternatives(goal_id: str, body: SeekAlternatives | None = None) -> GoalBody:
         """Find alternatives to the proposed plan; follow `alternatives`. 409 if no plan waits for a decision."""
         count = (body or SeekAlternatives()).count
-        return GoalBody.of(alternatives.seek(goal_id, count, actor=ACTOR))
+        return GoalBody.of(alternatives.search(goal_id, count, actor=ACTOR))
 
     @router.get("/goals/{goal_id}/plans")
     def compare_plans(goal_id: str) -> Page[PlanChoice]:
@@ -109,7 +110,7 @@ def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanEx
     @router.get("/plans/{plan_id}")
     def get_plan(plan_id: str) -> PlanBody:
         row = plans.get(plan_id)
-        return plan_body(row).model_copy(update={"overtaken": tuple(plans.overtaken(row))})
+        return plan_body(row).model_copy(update={"overtaken": tuple(plans.why_stale(row))})
 
     @router.get("/plans/{plan_id}/explanation", responses=declared(409))
     def explain_plan(plan_id: str) -> ExplanationBody:

@@ -5,9 +5,11 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field
 
-from app.domain.recovery_rules import Measure, Policy, Step
+from app.domain.lifecycles.mission import full_reason
+from app.domain.lifecycles.recovery import RecoveryStep
+from app.domain.lifecycles.script import unanswered_order
+from app.domain.recovery_rules import Measure, Policy
 from app.store import MissionRow, ScriptRow
-from app.store.script_orders import unanswered
 from robots.wire import BehaviourScript, FailureCategory
 
 
@@ -64,7 +66,7 @@ class ScriptProgress(BaseModel):
             script_id=row.id,
             delivery=row.delivery,  # type: ignore[arg-type]
             state=row.state,
-            order=order.verb.value if (order := unanswered(row)) else None,
+            order=order.verb.value if (order := unanswered_order(row)) else None,
             lost=row.abandoned,
             detail=row.detail,
             heard_at_s=row.heard_at_s,
@@ -112,7 +114,7 @@ class RecoveryBody(BaseModel):
     """What becomes of the mission's failures, and what has been tried."""
 
     policy: Policy
-    step: Step | None = Field(
+    step: RecoveryStep | None = Field(
         description="planning, deciding: a repaired plan waits for approval, waiting: for other missions, "
         "stuck: nothing was found, correct what is believed and resume, or cancel"
     )
@@ -151,7 +153,7 @@ class MissionBody(BaseModel):
 
     @classmethod
     def of(cls, row: MissionRow, scripts: list[ScriptRow]) -> Self:
-        made = {"recovery", "progress", "earlier"}
+        made = {"reason", "recovery", "progress", "earlier"}
         plain = {name: getattr(row, name) for name in cls.model_fields if name not in made}
         recovery = {
             "policy": row.recovery,
@@ -162,7 +164,13 @@ class MissionBody(BaseModel):
         now = [script for script in scripts if script.plan_id == row.plan_id]
         before = [script for script in scripts if script.plan_id != row.plan_id]
         return cls.model_validate(
-            {**plain, "recovery": recovery, "progress": _progress(now), "earlier": _progress(before)}
+            {
+                **plain,
+                "reason": full_reason(row),
+                "recovery": recovery,
+                "progress": _progress(now),
+                "earlier": _progress(before),
+            }
         )
 
 

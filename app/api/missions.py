@@ -8,7 +8,7 @@ from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR, Limit
 from app.api.mission_bodies import MissionBody, ScriptBody
 from app.api.problems import declared
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
 from app.store import ScriptRow
 from robots.wire import BehaviourScript

@@ -12,7 +12,7 @@ from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
 from app.domain.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
-from app.store import is_away, is_unwritable
+from app.store import is_unavailable, is_unwritable
 
 STATUS: dict[type[MactaError], int] = {
     Invalid: 422,
@@ -119,7 +119,7 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
 
 async def _database(request: Request, error: Exception) -> JSONResponse:
     """The database is unavailable or another transaction conflicted; a later request may succeed."""
-    if not isinstance(error, DBAPIError) or not is_away(error):
+    if not isinstance(error, DBAPIError) or not is_unavailable(error):
         return await _internal(request, error)
     if is_unwritable(error):
         detail = f"the database cannot be written: {error.orig}; nothing was changed"

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents import Questions
+from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.agents.tuning import TunedRobot, TuningService
-from app.agents.world_service import RobotReport, WorldService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
 from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
@@ -47,18 +47,18 @@ class TuningBody(BaseModel):
 
 
 def robots_router(
-    worlds: WorldService, questions: Questions, tunings: TuningService, lost: LostRobots
+    robots: RobotDirectory, questions: Questions, tunings: TuningService, lost: LostRobots
 ) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
 
     @router.get("/robots", responses=declared(404))
     def list_robots(world: str | None = None) -> Page[RobotBody]:
-        return Page(items=[_robot(report) for report in worlds.robots(world)])
+        return Page(items=[_robot(report) for report in robots.robots(world)])
 
     @router.get("/robots/{name}")
     def get_robot(name: str) -> RobotBody:
-        return _robot(worlds.robot(name))
+        return _robot(robots.robot(name))
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
     def declare_lost(name: str, body: Decision | None = None) -> RobotBody:
@@ -66,16 +66,16 @@ def robots_router(
 
         A robot that was silent is used again once it is heard and has reported the end of its script.
         """
-        world = worlds.robot(name).view.world
+        world = robots.robot(name).view.world
         lost.declare_lost(world, name, actor=ACTOR, comment=body.comment if body else "")
-        return _robot(worlds.robot(name))
+        return _robot(robots.robot(name))
 
     @router.post("/robots/{name}:declare_found", status_code=202, responses=declared(409))
     def declare_found(name: str, body: Decision | None = None) -> RobotBody:
         """Use a lost robot again. 409 if it is not lost or has not reported the end of its script."""
-        world = worlds.robot(name).view.world
+        world = robots.robot(name).view.world
         lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
-        return _robot(worlds.robot(name))
+        return _robot(robots.robot(name))
 
     @router.get("/robots/{name}/trace", responses=declared(409, 429, 504))
     async def get_trace(name: str, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
@@ -85,7 +85,7 @@ def robots_router(
         """
 
         def ask() -> TraceReport:
-            return questions.trace(worlds.robot(name).view.name, seconds)
+            return questions.trace(robots.robot(name).view.name, seconds)
 
         return await to_thread.run_sync(ask, limiter=waiting)
 

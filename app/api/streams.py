@@ -16,7 +16,7 @@ from app.agents import RobotBoard
 from app.api.event_schema import RESET
 from app.api.problems import declared
 from app.domain.errors import Busy, NotFound
-from app.store import EventRow, is_away
+from app.store import EventRow, is_unavailable
 from app.store.event_log import EventLog, envelope
 from robots.clock import Clock
 from robots.wire import Telemetry
@@ -104,7 +104,7 @@ class Streams:
         try:
             return await to_thread.run_sync(self.events.since, seq)
         except DBAPIError as error:
-            if not is_away(error):
+            if not is_unavailable(error):
                 raise
             await anyio.sleep(WAIT_S)
             return ()

@@ -22,7 +22,7 @@ from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
 from app.api.problems import declared
 from app.domain.durations import Kind, Learned
-from app.store.unknown import Unknown
+from app.store.unknowns import Unknown
 from planner import Fact
 from robots.wire import SymbolicFact
 

@@ -15,8 +15,10 @@ from app.cli.ground_truth import holds
 from app.cli.render import show_plan, show_repairs, show_startup
 from app.cli.settings import settings_of
 from app.composition import RunningWorld, Service
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
-from app.domain.states import GoalState, MissionState
 from app.domain.world_model import initial_facts
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
@@ -73,7 +75,7 @@ def _run(
 def _wait_until_planned(service: Service, goal: GoalRow) -> GoalRow:
     """Wait until planning has ended."""
     generation = service.events.generation
-    while goal.state in (GoalState.SUBMITTED, GoalState.PLANNING):
+    while goal.state in goal_lifecycle.TO_BE_PLANNED:
         generation = service.events.wait(generation, REFRESH_S)
         goal = service.goals.get(goal.id)
     return goal

@@ -32,7 +32,7 @@ def interference(seeds: int, *, as_json: bool, plots: Path) -> None:
         table = run_table(
             seeds,
             workers=os.cpu_count() or 1,
-            told=lambda done, of: progress.update(task, completed=done, total=of),
+            on_progress=lambda done, of: progress.update(task, completed=done, total=of),
         )
     if as_json:
         json.dump({"rows": [_row_body(row) for row in table.rows]}, sys.stdout, indent=2)

@@ -10,7 +10,7 @@ from app.domain.errors import Invalid, Unavailable
 from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile
-from sim import Keep, LastingWorld
+from sim import SnapshotSettings, SupervisedWorld
 from sim.snapshot import digest_of
 
 TURN_S = 0.02
@@ -32,14 +32,14 @@ def fleet(
         raise Invalid("--broker: set the broker's address, mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
     log_warnings()
     warn_if_unencrypted(broker)
-    keep = Keep(folder=settings.data / "worlds", any_run=True, afresh=afresh)
+    snapshots = SnapshotSettings(folder=settings.data / "worlds", any_run=True, start_new=afresh)
     with (
         end_signal() as ending,
-        LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation,
+        SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
-        if simulation.why_afresh:
-            report_new_run(world.name, simulation.why_afresh)
+        if simulation.not_resumed_because:
+            report_new_run(world.name, simulation.not_resumed_because)
         relay = _Relay(world, simulation, link, broker, speed)
         while not ending.is_set():
             relay.turn()
@@ -49,7 +49,7 @@ class _Relay:
     """Passes messages between the simulation's process and the broker."""
 
     def __init__(
-        self, world: WorldFile, simulation: LastingWorld, link: FleetLink, broker: Broker, speed: float
+        self, world: WorldFile, simulation: SupervisedWorld, link: FleetLink, broker: Broker, speed: float
     ) -> None:
         self._world = world
         self._simulation = simulation
@@ -67,7 +67,7 @@ class _Relay:
                 self._simulation.send(message)
         except LinkClosed as error:
             raise Unavailable(f"world {self._world.name} cannot go on: {error}") from error
-        self._link.proclaim(self._simulation.now_s(), self._speed)
+        self._link.announce(self._simulation.now_s(), self._speed)
         if self._link.superseded:
             raise Unavailable(
                 f"another fleet drives world {self._world.name} at {self._broker}; this one ends"

@@ -3,7 +3,7 @@
 import re
 
 from app.domain.errors import Invalid
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_goals
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.world_model import Facts
@@ -34,7 +34,7 @@ def parse_goals(
         goals.extend(parsed)
     for issue in blocking(check_goals(goals, world, facts, knowledge_base)):
         raise Invalid(issue.detail, code=issue.code, choices=issue.choices)
-    return list(berthed(goals, world, facts))
+    return list(assign_berths(goals, world, facts))
 
 
 def _fact(text: str) -> SymbolicFact:

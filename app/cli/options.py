@@ -71,9 +71,9 @@ def reported_errors() -> Iterator[None]:
     except (SimulationError, KnowledgeBaseError) as error:
         fail(str(error))
     except Exception as error:
-        from app.store import why_away
+        from app.store import unavailable_reason
 
-        if (why := why_away(error)) is None:
+        if (why := unavailable_reason(error)) is None:
             raise
         fail(f"the database cannot be used: {why}; MACTA_DATABASE_URL says which it is")
 

@@ -16,7 +16,7 @@ from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import initial_facts
-from app.sweep.mission import posed
+from app.trials.offline_mission import goal_problem
 from planner import (
     KnowledgeBase,
     Observer,
@@ -255,4 +255,4 @@ def _without_plan(result: PlanningResult) -> dict[str, object]:
 
 def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBase) -> PlanningProblem:
     facts = initial_facts(world, knowledge_base)
-    return posed(world, facts, parse_goals(world, facts, sentences, knowledge_base), knowledge_base)
+    return goal_problem(world, facts, parse_goals(world, facts, sentences, knowledge_base), knowledge_base)

@@ -25,7 +25,7 @@ from app.domain.errors import Invalid
 from app.missions.world_start import recorded_run
 from app.settings import Settings
 from robots.world import WorldFile
-from sim import Keep, LastingWorld
+from sim import SnapshotSettings, SupervisedWorld
 
 GRACE_S = 3
 """How long open event streams may delay the shutdown."""
@@ -138,15 +138,17 @@ def _embedded(
     world: WorldFile, settings: Settings, speed: float, seed: int, afresh: bool
 ) -> Iterator[RunningWorld]:
     """The world, simulated by a child process from its snapshot in the data folder."""
-    keep = Keep(folder=settings.data / "worlds", run=recorded_run(settings, world.name), afresh=afresh)
-    with LastingWorld.start(world, keep, seed=seed, speed=speed, jitter_m=0.0) as simulation:
+    snapshots = SnapshotSettings(
+        folder=settings.data / "worlds", run=recorded_run(settings, world.name), start_new=afresh
+    )
+    with SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation:
         running = RunningWorld(
             file=world,
             link=simulation,
             clock=simulation,
             rate=speed,
             run=simulation.run,
-            why_afresh=simulation.why_afresh,
+            why_afresh=simulation.not_resumed_because,
             let_go=lambda: simulation.pause(False),
         )
         _report_world(running)

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from app.cli.ground_truth import holds
-from app.sweep import Mission, Outcome
+from app.trials.offline_mission import Mission
+from app.trials.sweep_results import Outcome
 from robots.wire import BehaviourScript, ScriptReport, ScriptState, SymbolicFact
 from sim import Truth
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 BASE_LIMIT_S = 300.0
 LIMIT_FACTOR = 6.0
@@ -37,34 +38,34 @@ class MissionResult:
 def simulate_mission(mission: Mission, *, seed: int) -> MissionResult:
     """Run until all scripts have finished, or one has failed or was refused."""
     limit_s = BASE_LIMIT_S + LIMIT_FACTOR * mission.plan_net.makespan_s
-    with Crew(mission.world, seed=seed) as crew:
-        crew.send(mission.scripts)
+    with ScriptRunner(mission.world, seed=seed) as runner:
+        runner.send(mission.scripts)
         names = {script.id for script in mission.scripts}
 
         def is_over() -> bool:
-            crew.hear()
-            return bool(_failed(crew) or crew.refused) or names <= set(crew.ended)
+            runner.receive()
+            return bool(_failed(runner) or runner.refused) or names <= set(runner.ended)
 
-        crew.simulation.run_until(is_over, timeout_s=limit_s)
-        return _result(crew, mission, limit_s)
-
-
-def _failed(crew: Crew) -> list[ScriptReport]:
-    return [report for report in crew.ended.values() if report.state is not ScriptState.FINISHED]
+        runner.simulation.run_until(is_over, timeout_s=limit_s)
+        return _result(runner, mission, limit_s)
 
 
-def _result(crew: Crew, mission: Mission, limit_s: float) -> MissionResult:
-    truth = crew.simulation.truth()
-    result = partial(MissionResult, truth=truth, reports=tuple(crew.ended.values()))
-    if failed := _failed(crew):
-        script = next(script for script in crew.scripts if script.id == failed[0].script_id)
+def _failed(runner: ScriptRunner) -> list[ScriptReport]:
+    return [report for report in runner.ended.values() if report.state is not ScriptState.FINISHED]
+
+
+def _result(runner: ScriptRunner, mission: Mission, limit_s: float) -> MissionResult:
+    truth = runner.simulation.truth()
+    result = partial(MissionResult, truth=truth, reports=tuple(runner.ended.values()))
+    if failed := _failed(runner):
+        script = next(script for script in runner.scripts if script.id == failed[0].script_id)
         packet = _tag(script, failed[0].packet_id)
         return result(outcome=Outcome.FAILED, packet=packet, reason=failed[0].detail)
-    if crew.refused:
-        refusal = next(iter(crew.refused.values()))
+    if runner.refused:
+        refusal = next(iter(runner.refused.values()))
         return result(outcome=Outcome.FAILED, reason=f"refused: {refusal.reason}")
-    if len(crew.ended) < len(mission.scripts):
-        reason = f"not ended after {limit_s:.0f} s: {', '.join(_under_way(crew))}"
+    if len(runner.ended) < len(mission.scripts):
+        reason = f"not ended after {limit_s:.0f} s: {', '.join(_under_way(runner))}"
         return result(outcome=Outcome.UNENDED, reason=reason)
     if untrue := [goal for goal in mission.goals if not holds(goal, mission.world, truth)]:
         return result(outcome=Outcome.UNTRUE, reason=", ".join(_found(goal, truth) for goal in untrue))
@@ -75,10 +76,10 @@ def _tag(script: BehaviourScript, packet_id: str | None) -> str | None:
     return next((packet.tag for packet in script.packets if packet.id == packet_id), None)
 
 
-def _under_way(crew: Crew) -> list[str]:
+def _under_way(runner: ScriptRunner) -> list[str]:
     """Each robot that has not ended, with the packet it is at."""
-    under_way = [script for script in crew.scripts if script.id not in crew.ended]
-    latest = {report.script_id: report for report in crew.reports}
+    under_way = [script for script in runner.scripts if script.id not in runner.ended]
+    latest = {report.script_id: report for report in runner.reports}
     return [
         f"{script.robot} {_tag(script, report.packet_id)} {report.state}"
         for script in under_way

@@ -15,8 +15,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.cli.ground_truth import holds, snapshot_truth
-from app.soak import Faults, Installation, Quiet, Trial
-from app.soak.trial import Real
+from app.trials.service_faults import ServiceFaults
+from app.trials.service_process import Installation
+from app.trials.soak import RoundResult, SoakTrial, TrueState
 from robots.world import WorldFile, world_yaml
 from sim.error import SimulationError
 
@@ -57,12 +58,12 @@ def soak(request: SoakRequest) -> int:
         f"[bold]Macta[/]: {world.name} at {request.speed:g}× for {request.minutes:g} min, "
         f"seed {request.seed}; in {folder}"
     )
-    trial = Trial(
+    trial = SoakTrial(
         installation=installation,
         world=world,
         seed=request.seed,
-        real=lambda: real(installation.data, world),
-        faults=Faults(installation, request.seed, lambda rng: push_one(installation.data, world, rng)),
+        true_state=lambda: true_state(installation.data, world),
+        faults=ServiceFaults(installation, request.seed, lambda rng: push_one(installation.data, world, rng)),
     )
     _run(trial, request, console)
     _show(trial, console)
@@ -87,10 +88,10 @@ def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
     return WorldFile.model_validate(told)
 
 
-def real(data: Path, world: WorldFile) -> Real:
+def true_state(data: Path, world: WorldFile) -> TrueState:
     """The ground truth of the world's last snapshot."""
     truth = snapshot_truth(data, world)
-    return Real(
+    return TrueState(
         is_true=lambda fact: holds(fact, world, truth),
         lies={name: sample.ref for name, sample in truth.samples.items()},
     )
@@ -117,27 +118,28 @@ def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
     return "rover pushed"
 
 
-def _run(trial: Trial, request: SoakRequest, console: Console) -> None:
+def _run(trial: SoakTrial, request: SoakRequest, console: Console) -> None:
     rng = random.Random(request.seed)
     with trial.under_way():
         while trial.elapsed_s < 60.0 * request.minutes and not trial.wrong:
             left_s = max(60.0 * request.minutes - trial.elapsed_s, 1.0)
             with console.status("goals and faults …") if console.is_terminal else nullcontext():
-                quiet = trial.round(min(rng.uniform(*STORM_S), left_s))
-            console.print(_line(trial, quiet))
+                result = trial.round(min(rng.uniform(*STORM_S), left_s))
+            console.print(_line(trial, result))
 
 
-def _line(trial: Trial, quiet: Quiet) -> str:
+def _line(trial: SoakTrial, result: RoundResult) -> str:
     faults = sum(trial.faults.done.values())
     return (
-        f"{quiet.at_s:6.0f} s: {quiet.goals} goals, {faults} faults, life {quiet.life}, {quiet.memory_mb:.0f} MiB: "
-        + ("all checks passed" if not quiet.wrong else f"[red]{len(quiet.wrong)} checks failed[/]")
+        f"{result.at_s:6.0f} s: {result.goals} goals, {faults} faults, process {result.process}, "
+        f"{result.memory_mb:.0f} MiB: "
+        + ("all checks passed" if not result.wrong else f"[red]{len(result.wrong)} checks failed[/]")
     )
 
 
-def _show(trial: Trial, console: Console) -> None:
+def _show(trial: SoakTrial, console: Console) -> None:
     outcomes: dict[str, int] = {}
-    for goal in trial.watch.goals.values():
+    for goal in trial.observer.goals.values():
         name = f"goals {goal['state']}: {goal['outcome']}"
         outcomes[name] = outcomes.get(name, 0) + 1
     counts = {**trial.operator.done, **trial.faults.done, **outcomes}

@@ -14,15 +14,16 @@ from rich.progress import Progress
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
 from app.domain.errors import Invalid
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
-from app.sweep import Group, NoMission, Outcome, Row, Spread, Tally, drawn_goals, prepare
-from app.sweep.mission import posed
+from app.trials.offline_mission import NoMission, goal_problem, plan_mission
+from app.trials.random_goals import drawn_goals
+from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
 from planner.engines.registry import portfolio
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-from sim.trials.parallel import side_by_side
+from sim.trials.parallel import run_parallel
 
 TIME_LIMIT_S = 30.0
 SHOWN_SEEDS = 8
@@ -43,7 +44,7 @@ def sweep(request: SweepRequest, seeds: range, *, jobs: int, as_json: bool) -> N
     :raises Invalid: if the goals are not understood, or the world cannot take so many, before anything is started.
     """
     _wanted(request, seeds[0], load_knowledge_base())
-    rows = side_by_side(partial(row_of, request), seeds, workers=jobs)
+    rows = run_parallel(partial(row_of, request), seeds, workers=jobs)
     if as_json:
         errors = Console(stderr=True)
         with Progress(console=errors, transient=True) as progress:
@@ -52,22 +53,24 @@ def sweep(request: SweepRequest, seeds: range, *, jobs: int, as_json: bool) -> N
         sys.stdout.write("\n")
         return
     console = Console(highlight=False, soft_wrap=True)
-    _show_tally(console, Tally.of(list(_shown(console, rows))))
+    _show_tally(console, SweepSummary.of(list(_shown(console, rows))))
 
 
-def row_of(request: SweepRequest, seed: int) -> Row:
+def row_of(request: SweepRequest, seed: int) -> SeedResult:
     """Plan and simulate one seed."""
     base, engine = _planning()
     goal = "none"
     try:
         wanted = _wanted(request, seed, base)
         goal = _words(wanted)
-        problem = posed(request.world, initial_facts(request.world, base), wanted, base)
-        mission = prepare(request.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S))
+        problem = goal_problem(request.world, initial_facts(request.world, base), wanted, base)
+        mission = plan_mission(
+            request.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S)
+        )
     except (Invalid, NoMission) as refusal:
-        return Row(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
+        return SeedResult(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
     ended = simulate_mission(mission, seed=seed)
-    return Row(
+    return SeedResult(
         seed=seed,
         goal=goal,
         outcome=ended.outcome,
@@ -90,7 +93,7 @@ def _wanted(request: SweepRequest, seed: int, base: KnowledgeBase) -> Sequence[S
     facts = initial_facts(request.world, base)
     if request.sentences:
         return parse_goals(request.world, facts, list(request.sentences), base)
-    return berthed(drawn_goals(request.world, facts, request.goals, seed, base), request.world, facts)
+    return assign_berths(drawn_goals(request.world, facts, request.goals, seed, base), request.world, facts)
 
 
 def _words(goals: Sequence[SymbolicFact]) -> str:
@@ -99,8 +102,8 @@ def _words(goals: Sequence[SymbolicFact]) -> str:
     )
 
 
-def _document(request: SweepRequest, rows: Sequence[Row]) -> dict[str, Any]:
-    tally = Tally.of(rows)
+def _document(request: SweepRequest, rows: Sequence[SeedResult]) -> dict[str, Any]:
+    tally = SweepSummary.of(rows)
     return {
         "world": request.world.name,
         "rows": [asdict(row) | {"ratio": row.ratio} for row in rows],
@@ -108,7 +111,7 @@ def _document(request: SweepRequest, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
+def _shown(console: Console, rows: Iterator[SeedResult]) -> Iterator[SeedResult]:
     """Print each row as it arrives, and pass it on."""
     console.print(f"[bold]{'seed':>5}  {'outcome':<10} {'time s':>7} {'/ estimated':>12}  goal[/]")
     for row in rows:
@@ -123,7 +126,7 @@ def _shown(console: Console, rows: Iterator[Row]) -> Iterator[Row]:
         yield row
 
 
-def _show_tally(console: Console, tally: Tally) -> None:
+def _show_tally(console: Console, tally: SweepSummary) -> None:
     console.print()
     if tally.interval is None:
         console.print(f"No mission was run: none of {tally.seeds} seeds had a plan.")

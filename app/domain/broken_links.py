@@ -1,4 +1,4 @@
-"""What a mission still counts on, and whether it is believed: causal links that the world has cut."""
+"""What a mission still counts on, and whether it is believed: causal links that the world has broken."""
 
 from collections.abc import Collection
 
@@ -10,7 +10,7 @@ COUNTED_ON = frozenset({OBJECT_POSITION, VACANT, CAN, REACHES})
 who is in the way is sensed and waited for."""
 
 
-def cut(
+def broken_links(
     plan_net: PlanNet, facts: Facts, *, begun: Collection[str], done: Collection[str]
 ) -> tuple[CausalLink, ...]:
     """The links whose producer has ended and whose consumer has not begun, while the fact is not believed.

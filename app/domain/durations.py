@@ -1,17 +1,18 @@
-"""What actual durations teach: the ratio of actual to expected, its mean and its spread. Pure."""
+"""Learned durations: mean and spread of the ratio of actual to expected duration. Pure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import sqrt
 
-MEMORY = 100
-"""So many samples count at most; older ones fade, so that a world that changes is learned anew (our choice)."""
+MAX_SAMPLES = 100
+"""Beyond this count older samples fade exponentially, to follow a world that changes (our choice)."""
 PRIOR_SAMPLES = 3.0
-"""The knowledge base's expectation, ratio 1, weighs as much as this many samples (our choice)."""
+"""Weight of the knowledge base's expectation, ratio 1, in samples (our choice)."""
 PRIOR_SPREAD = 0.3
-"""The spread of the ratio that is expected before anything is seen (our choice)."""
-EXTREMES = (0.25, 4.0)
-"""A ratio beyond these counts as these: one odd packet must not rule (our choice)."""
+"""Standard deviation of the ratio before the first sample (our choice)."""
+MIN_RATIO = 0.25
+MAX_RATIO = 4.0
+"""Ratios are clamped to this range, so that one odd packet does not dominate (our choice)."""
 
 Kind = tuple[str, int]
 """An action's tag and the number of robots that do it together."""
@@ -21,7 +22,7 @@ Kind = tuple[str, int]
 class Learned:
     """Running mean and variance of the ratio of actual to expected duration (Welford 1962), and their use.
 
-    Once `samples` has reached the memory's size the mean and the variance are exponentially weighted.
+    Once `samples` has reached `MAX_SAMPLES` the mean and the variance are exponentially weighted.
     """
 
     samples: int = 0
@@ -29,10 +30,11 @@ class Learned:
     variance: float = 0.0
 
     def with_sample(self, ratio: float) -> "Learned":
-        """What is known after one more action took `ratio` times its expected duration."""
-        ratio = min(max(ratio, EXTREMES[0]), EXTREMES[1])
-        samples = min(self.samples + 1, MEMORY)
-        weight, surprise = 1 / samples, ratio - self.mean
+        """The estimate after one more action took `ratio` times its expected duration."""
+        ratio = min(max(ratio, MIN_RATIO), MAX_RATIO)
+        samples = min(self.samples + 1, MAX_SAMPLES)
+        weight = 1 / samples
+        surprise = ratio - self.mean
         return Learned(
             samples=samples,
             mean=self.mean + weight * surprise,
@@ -41,7 +43,7 @@ class Learned:
 
     @property
     def factor(self) -> float:
-        """What to multiply the expected duration by: the mean, drawn towards 1 by the prior."""
+        """Factor on the expected duration: the mean, drawn towards 1 by the prior."""
         return (PRIOR_SAMPLES + self.samples * self.mean) / (PRIOR_SAMPLES + self.samples)
 
     @property

@@ -1,14 +1,19 @@
-"""What a client did that cannot be done, with the way out. `app.api.problems` turns these into HTTP problems."""
+"""The service's errors. `app.api.problems` turns them into HTTP problem documents."""
 
 from collections.abc import Sequence
 
 
 class MactaError(Exception):
-    """Root of the service's errors. `code` is stable, `detail` is for people, `choices` are what would work."""
+    """Root of the service's errors.
+
+    :param detail: for people.
+    :param code: stable, for programs.
+    :param choices: values that would have been accepted.
+    """
 
     code = "error"
     retry_after_s: float | None = None
-    """When to ask again, where that helps."""
+    """When to repeat the request, if that helps."""
 
     def __init__(self, detail: str, *, code: str | None = None, choices: Sequence[str] = ()) -> None:
         super().__init__(detail)
@@ -30,32 +35,32 @@ class NotFound(MactaError):
 
 
 def unrecorded(what: str, name: str) -> NotFound:
-    """A goal, plan or mission that the record does not know, or not any more."""
+    """The error for a goal, plan or mission that does not exist, or no longer."""
     reason = "there was none, or it was over long ago and is deleted (MACTA_KEEP_GOALS_DAYS)"
     return NotFound(f"no {what} {name!r}: {reason}", code=f"unknown-{what}")
 
 
 class Conflict(MactaError):
-    """Raised when a request contradicts the present state of things."""
+    """Raised when a request contradicts the current state."""
 
     code = "conflict"
 
 
 class Outdated(Conflict):
-    """Raised when a change was made from a version of things that is no longer the newest."""
+    """Raised when a change is based on a version that is no longer the newest."""
 
     code = "outdated"
 
 
 class Unavailable(MactaError):
-    """Raised when the service cannot take a request now but will later."""
+    """Raised when the service cannot accept a request now but will later."""
 
     code = "unavailable"
     retry_after_s = 5.0
 
 
 class Busy(MactaError):
-    """Raised when there is no room for one more of its kind until some of them have ended."""
+    """Raised when a limit on concurrent goals, streams or questions is reached."""
 
     code = "busy"
     retry_after_s = 10.0
@@ -65,3 +70,7 @@ class Silent(MactaError):
     """Raised when a robot that was asked does not answer in time."""
 
     code = "robot-silent"
+
+
+class IllegalTransition(Exception):
+    """Raised when code would change a state as its life cycle does not allow: a defect, not a client's mistake."""

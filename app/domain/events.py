@@ -10,7 +10,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar
 
-from app.domain.states import ENDED, TERMINAL_SCRIPTS, GoalState, MissionState, PlanState
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS
 from robots.wire import FailureCategory, PacketState, ScriptState, SymbolicFact
 
 
@@ -59,7 +62,7 @@ class GoalSubmitted(GoalEvent):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalPlanning(GoalEvent):
+class GoalPlanningBegan(GoalEvent):
     """Planning has begun."""
 
     TYPE: ClassVar[str] = "goal.planning"
@@ -92,6 +95,7 @@ class GoalWaiting(GoalEvent):
 
     TYPE: ClassVar[str] = "goal.waiting"
     reason: str
+    state: GoalState = GoalState.WAITING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Names for what is made: a kind and twelve random hex digits, e.g. `goal-3f9a…`."""
+"""Ids: a kind and twelve random hex digits, e.g. `goal-3f9a…`."""
 
 import uuid
 

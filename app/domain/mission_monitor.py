@@ -11,15 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
-from app.domain.recovery_rules import Policy, Step, Trouble, category_of
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.recovery import RecoveryStep
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.recovery_rules import Policy, Trouble, category_of
 from robots.wire import FailureCategory, ScriptState
 
 EXTENSION_S = 20.0
 """World seconds a mission is given at least when its robots say they are still at work."""
 LOOK_S = 5.0
 """World seconds after which it is looked again, at the soonest, whether a robot has fallen silent."""
-OVERDUE = "its deadline has passed"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +32,7 @@ class ScriptView:
     """
 
     robot: str
-    delivery: str
+    delivery: Delivery
     state: ScriptState | None
     open_question: bool
     stopping: bool = False
@@ -48,14 +49,14 @@ class ScriptView:
 
     @property
     def ended(self) -> bool:
-        done = (ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED)
-        return self.abandoned or self.delivery in ("refused", "withdrawn") or self.state in done
+        undeliverable = self.delivery in (Delivery.REFUSED, Delivery.WITHDRAWN)
+        return self.abandoned or undeliverable or self.state in TERMINAL_SCRIPTS
 
     @property
     def failed(self) -> bool:
         if self.state is ScriptState.FINISHED:
             return False
-        return self.abandoned or self.delivery == "refused" or self.state is ScriptState.FAILED
+        return self.abandoned or self.delivery is Delivery.REFUSED or self.state is ScriptState.FAILED
 
     @property
     def trouble(self) -> Trouble:
@@ -64,7 +65,7 @@ class ScriptView:
             lost = FailureCategory.UNREACHABLE
             return Trouble(robot=self.robot, category=lost, detail="was declared lost", fit=False)
         category = self.category or FailureCategory.ROBOT
-        willing = self.delivery != "refused"
+        willing = self.delivery is not Delivery.REFUSED
         return Trouble(
             robot=self.robot,
             category=category,
@@ -82,11 +83,11 @@ class MissionView:
     :param asked_for_s: wall-clock seconds since the monitor's open question, None without one.
     :param scripts: of the plan that it carries out now.
     :param missed: its goals that are not believed true, in words.
-    :param cut: what it counts on and is not believed any more, in words.
+    :param broken: what it counts on and is not believed any more, in words.
     :param tries_left: how often it may still be recovered.
     :param no_way: why no plan was found to recover it by, or why it was turned down; empty if none was sought.
     :param done_before: a robot has finished a script of an earlier plan.
-    :param reason: what is said of it now.
+    :param reason: why it is in its state.
     :param stopped_for: why its robots were told to stop though none had failed.
     :param deadline_s: by when it is wanted (world's clock), None if nobody said.
     """
@@ -99,9 +100,9 @@ class MissionView:
     cancel_requested: bool
     scripts: Sequence[ScriptView]
     missed: Sequence[str] = ()
-    cut: Sequence[str] = ()
+    broken: Sequence[str] = ()
     policy: Policy = Policy.NEVER
-    step: Step | None = None
+    step: RecoveryStep | None = None
     tries_left: int = 0
     no_way: str = ""
     done_before: bool = False
@@ -123,13 +124,14 @@ class MissionView:
         """What has gone wrong, in words; empty if nothing has."""
         if troubles := self.troubles:
             return "; ".join(map(str, troubles))
-        return self.stopped_for or (f"{', '.join(self.cut)} is not true any more" if self.cut else "")
+        return self.stopped_for or (f"{', '.join(self.broken)} is not true any more" if self.broken else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
     """What to do next. `wait_s` is in the world's clock: when to look again if nothing is heard.
 
+    :param is_overdue: its deadline has passed; the reason does not say so.
     :param recover: the step of its recovery that the mission is to take.
     """
 
@@ -140,30 +142,26 @@ class Verdict:
     ask: tuple[str, ...] = ()
     cancel: tuple[str, ...] = ()
     enquire_at_s: float | None = None
-    recover: Step | None = None
+    is_overdue: bool = False
+    recover: RecoveryStep | None = None
 
 
 def review(view: MissionView, *, patience_s: float) -> Verdict:
     """Decide on a mission; `patience_s` is how long (wall clock) an answer may take before a robot counts as silent."""
     verdict = _review(view, patience_s)
-    return (
-        verdict if view.deadline_s is None or verdict.state.ended else _timed(verdict, view, view.deadline_s)
-    )
+    if view.deadline_s is None or verdict.state.ended:
+        return verdict
+    return _with_deadline(verdict, view.deadline_s - view.now_s)
 
 
-def _timed(verdict: Verdict, view: MissionView, deadline_s: float) -> Verdict:
-    """A mission that is past its deadline goes on, and says so; what else has gone wrong is said first."""
-    left_s = deadline_s - view.now_s
+def _with_deadline(verdict: Verdict, left_s: float) -> Verdict:
+    """A mission that is past its deadline goes on as overdue; another failure comes before that.
+
+    :param left_s: world seconds to the deadline.
+    """
     if left_s > 0:
         return replace(verdict, wait_s=min(verdict.wait_s, left_s))
-    said = is_overdue(verdict.reason)
-    reason = verdict.reason if said else "; ".join(filter(None, (verdict.reason, OVERDUE)))
-    return replace(verdict, reason=reason, failure=verdict.failure or FailureCategory.DEADLINE)
-
-
-def is_overdue(reason: str) -> bool:
-    """True if a mission's reason says that it is past its deadline."""
-    return reason.endswith(OVERDUE)
+    return replace(verdict, is_overdue=True, failure=verdict.failure or FailureCategory.DEADLINE)
 
 
 def _review(view: MissionView, patience_s: float) -> Verdict:
@@ -206,20 +204,25 @@ def _conclusion(view: MissionView) -> Verdict:
 
 def _recovery(view: MissionView, reason: str) -> Verdict | None:
     """What is next in the recovery of a mission whose robots are safe; None if it ends."""
-    if view.step in (Step.PLANNING, Step.DECIDING, Step.STUCK) and not view.cancel_requested:
+    if (
+        view.step in (RecoveryStep.PLANNING, RecoveryStep.DECIDING, RecoveryStep.STUCK)
+        and not view.cancel_requested
+    ):
         return Verdict(state=view.state, wait_s=EXTENSION_S, reason=view.reason)
-    if view.step is Step.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
+    if view.step is RecoveryStep.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
         return None
-    if view.step is Step.WAITING and view.left_s > 0:
+    if view.step is RecoveryStep.WAITING and view.left_s > 0:
         return Verdict(state=MissionState.RECOVERING, wait_s=view.left_s, reason=reason)
-    if view.tries_left > 0 and (not view.no_way or view.step is Step.WAITING):
+    if view.tries_left > 0 and (not view.no_way or view.step is RecoveryStep.WAITING):
         reason = _what_happened(view)
         return Verdict(
-            state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=Step.PLANNING
+            state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=RecoveryStep.PLANNING
         )
     if view.policy is Policy.AUTO:
         return None
-    return Verdict(state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=Step.STUCK)
+    return Verdict(
+        state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=RecoveryStep.STUCK
+    )
 
 
 def _what_happened(view: MissionView) -> str:
@@ -285,7 +288,7 @@ def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: 
 
 def _owes_an_answer(script: ScriptView, *, over: bool) -> bool:
     """One that has not agreed to its script yet has time to, until it is silent or the expected time is over."""
-    return script.open_question or (script.delivery == "pending" and (over or script.is_silent))
+    return script.open_question or (script.delivery is Delivery.PENDING and (over or script.is_silent))
 
 
 def _going_on(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:

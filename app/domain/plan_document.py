@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.domain.states import PlanState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
 from planner import (
     CausalLink,
@@ -147,14 +147,16 @@ class PlanBody(PlanPart):
 
     @classmethod
     def of_plan_net(cls, net: PlanNet, knowledge_base: KnowledgeBase, **particulars: object) -> Self:
-        """The body of a plan-net; `particulars` are the fields that it does not hold (id, world …)."""
-        form = _Form(knowledge_base)
+        """The body of a plan-net; `particulars` are the fields that a plan-net does not have (id, world …)."""
+        convert = _ToRelations(knowledge_base)
         return cls.model_validate(
             {
-                "goals": form.all(net.goals),
-                "actions": [form.action(action) for action in net.actions],
+                "goals": convert.all(net.goals),
+                "actions": [convert.action(action) for action in net.actions],
                 "causal_links": [
-                    CausalLinkBody(producer=link.producer, fact=form.one(link.fact), consumer=link.consumer)
+                    CausalLinkBody(
+                        producer=link.producer, fact=convert.one(link.fact), consumer=link.consumer
+                    )
                     for link in net.causal_links
                 ],
                 "orderings": [
@@ -169,7 +171,7 @@ class PlanBody(PlanPart):
                 "energy_j": net.energy_j,
                 "critical_path": net.critical_path,
                 "clearances": net.clearances,
-                "late": [LateGoalBody(goal=form.one(goal), late_s=s) for goal, s in net.late.items()],
+                "late": [LateGoalBody(goal=convert.one(goal), late_s=s) for goal, s in net.late.items()],
                 **particulars,
             }
         )
@@ -196,12 +198,12 @@ class PlanBody(PlanPart):
 
         :raises planner.KnowledgeBaseError: if the knowledge base does not know its facts.
         """
-        back = _Back(knowledge_base, self.objects)
+        convert = _FromRelations(knowledge_base, self.objects)
         return PlanNet(
-            goals=back.all(self.goals),
-            actions=tuple(back.action(action) for action in self.actions),
+            goals=convert.all(self.goals),
+            actions=tuple(convert.action(action) for action in self.actions),
             causal_links=tuple(
-                CausalLink(producer=link.producer, fact=back.one(link.fact), consumer=link.consumer)
+                CausalLink(producer=link.producer, fact=convert.one(link.fact), consumer=link.consumer)
                 for link in self.causal_links
             ),
             orderings=tuple(
@@ -209,7 +211,7 @@ class PlanBody(PlanPart):
                 for o in self.orderings
             ),
             recruitment=dict(self.recruitment),
-            late={back.one(late.goal): late.late_s for late in self.late},
+            late={convert.one(late.goal): late.late_s for late in self.late},
         )
 
 
@@ -221,8 +223,8 @@ def _facts_of(net: PlanNet) -> Iterable[Fact]:
         yield link.fact
 
 
-class _Form:
-    """Planner's form to rel/ref form."""
+class _ToRelations:
+    """Planner's form to rel/ref convert."""
 
     def __init__(self, knowledge_base: KnowledgeBase) -> None:
         self._knowledge_base = knowledge_base
@@ -238,11 +240,12 @@ class _Form:
         return ActionBody.model_validate(slots | {slot: self.all(slots[slot]) for slot in FACT_SLOTS})
 
 
-class _Back:
-    """Rel/ref form to planner's form."""
+class _FromRelations:
+    """Rel/ref form to planner's convert."""
 
     def __init__(self, knowledge_base: KnowledgeBase, objects: Mapping[str, str]) -> None:
-        self._knowledge_base, self._objects = knowledge_base, objects
+        self._knowledge_base = knowledge_base
+        self._objects = objects
 
     def one(self, fact: SymbolicFact) -> Fact:
         return planner_fact(fact, self._knowledge_base, self._objects)

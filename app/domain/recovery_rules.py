@@ -24,27 +24,23 @@ FAILURES = 2
 class Policy(StrEnum):
     """What an operator wants of a mission's recovery."""
 
-    AUTO = "auto"  # repaired plans are approved at once
-    ASK = "ask"  # an operator decides on them
-    NEVER = "never"  # the mission ends with its first failure
-
-
-class Step(StrEnum):
-    """Where the recovery of a mission stands, once its robots are safe."""
-
-    PLANNING = "planning"
-    DECIDING = "deciding"  # a repaired plan waits for an operator's decision
-    WAITING = "waiting"  # others use what a plan would need; it is planned again later
-    STUCK = "stuck"  # there is no plan, or it was tried too often: an operator must see to it
-    ENDING = "ending"  # an operator has turned the repair down: the mission ends
+    AUTO = "auto"
+    """Repaired plans are approved at once."""
+    ASK = "ask"
+    """An operator decides on repaired plans."""
+    NEVER = "never"
+    """The mission ends with its first failure."""
 
 
 class Measure(StrEnum):
     """What was done about a failure."""
 
-    RETRY = "retry"  # the rest of the same plan, as it was
-    REPAIR = "repair"  # another plan by the same robots
-    REPLAN = "replan"  # another plan, without some of them, or without what one of them fails at
+    RETRY = "retry"
+    """The rest of the same plan, as it was."""
+    REPAIR = "repair"
+    """Another plan by the same robots."""
+    REPLAN = "replan"
+    """Another plan, without some of the robots, or without what one of them fails at."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,55 +2,19 @@
 
 from enum import StrEnum
 
-from robots.wire import ScriptState
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS
 
-
-class GoalState(StrEnum):
-    SUBMITTED = "submitted"  # waits for the planner or, with a reason, for a running mission
-    PLANNING = "planning"
-    PLANNED = "planned"
-    UNSOLVABLE = "unsolvable"
-    COMMITTED = "committed"
-    FINISHED = "finished"
-    WITHDRAWN = "withdrawn"
-
-
-class PlanState(StrEnum):
-    PROPOSED = "proposed"
-    APPROVED = "approved"
-    REJECTED = "rejected"
-    SUPERSEDED = "superseded"
-    EXPIRED = "expired"
-
-
-class MissionState(StrEnum):
-    PENDING = "pending"
-    DISPATCHING = "dispatching"
-    RUNNING = "running"
-    PAUSED = "paused"
-    UNKNOWN = "unknown"
-    RECOVERING = "recovering"
-    COMPLETED = "completed"
-    PARTIALLY_COMPLETED = "partially_completed"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-    @property
-    def ended(self) -> bool:
-        return self in ENDED
-
-
-ENDED = frozenset(
-    {
-        MissionState.COMPLETED,
-        MissionState.PARTIALLY_COMPLETED,
-        MissionState.FAILED,
-        MissionState.CANCELLED,
-    }
-)
-
-
-TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
+__all__ = [
+    "ENDED",
+    "TERMINAL_SCRIPTS",
+    "Connection",
+    "GoalState",
+    "MissionState",
+    "PlanState",
+]
 
 
 class Connection(StrEnum):

@@ -1,105 +1,184 @@
-"""What robots' reports make of the facts: effects of actions that ended, percepts of robots that stopped before.
+"""How robots' reports change the facts: effects of actions that ended, percepts of robots that stopped or moved.
 
-What a report says of something that newer is known of is late, and not believed any more.
+A report about something of which something newer is known is late, and not believed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.events import FactsReconciled, LateReport
-from app.domain.world_model import Change, Facts, applied, reconciled
-from app.domain.world_model.timeliness import Subject, known_since, timely
+from app.domain.events import (
+    FactsReconciled,
+    LateReport,
+    TeleoperationBegan,
+    TeleoperationEnded,
+    UpkeepReported,
+)
+from app.domain.world_model import Change, apply_action, reconcile_report
+from app.domain.world_model.beliefs import ROBOT_POSITION
+from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
-from app.missions.clearance import has_ended, scripts_of
+from app.missions.clearance import action_has_ended
 from app.store import MissionRow, ScriptRow
-from app.store.facts import source_of
+from app.store.facts import WorldFacts, source_of
 from app.workflows.mission_wakeups import wake_missions
-from planner import Fact, PlanNet, PlanNetAction
-from robots.wire import ScriptReport, ScriptState, SymbolicFact
+from planner import PlanNet, PlanNetAction
+from robots.wire import PacketState, ScriptReport, ScriptState, UpkeepReport
 
-BROKEN_OFF = (ScriptState.FAILED, ScriptState.CANCELLED)
+STOPPED = (ScriptState.FAILED, ScriptState.CANCELLED)
+"""The states of a script whose robot has stopped before its end."""
 
 
 class BeliefUpdates:
-    """Changes the facts inside the caller's transaction; other missions look again at what they count on."""
+    """Changes the facts inside the caller's transaction, and wakes the missions that may have counted on them."""
 
     def __init__(self, core: Core) -> None:
-        self._core, self._facts, self._events = core, core.facts, core.events
+        self._facts = core.facts
+        self._events = core.events
+        self._workflows = core.workflows
+        self._plan_nets = core.plan_nets
+        self._knowledge_base = core.knowledge_base
 
-    def came_true(
-        self, session: Session, action_id: str, at_s: float, script: ScriptRow, mission: MissionRow
+    def apply_effects(
+        self,
+        session: Session,
+        actions: Iterable[str],
+        *,
+        at_s: float,
+        script: ScriptRow,
+        mission: MissionRow,
+        scripts: Sequence[ScriptRow],
     ) -> None:
-        """An action has ended. What is known to have been done after it stands, for reports overtake each other."""
-        net = self._core.plan_nets.of(session, script.plan_id)
-        scripts = scripts_of(session, mission, script.plan_id)
-        self._facts.lock(session, mission.world)
-        before = self._facts.facts(session, mission.world)
-        after = applied(before, net.action(action_id))
-        touched = after ^ before
-        for one in _done_since(net, action_id, scripts):
-            after = applied(after, one)
-        change = Change(add=(after - before) & touched, remove=(before - after) & touched)
-        # NOTE: a robot that was stopped has looked round since; what the others reported later is counted in already.
-        going_on = [source_of(one.robot) for one in scripts if one.state not in BROKEN_OFF]
-        newer = known_since(self._facts.dated(session, mission.world), at_s, but=going_on)
-        late = script.plan_id != mission.plan_id or script.abandoned
-        self._change(session, mission, at_s, script.robot, before, change, newer, corrects=late)
+        """Make true what actions bring about that have ended. What was done after them stands: reports may overtake
+        each other.
+
+        :param at_s: when they were reported to have ended (world's clock).
+        :param script: that of the robot that reported so.
+        :param scripts: all of the same plan.
+        """
+        net = self._plan_nets.of(session, script.plan_id)
+        world = self._facts.locked(session, mission.world)
+        # A robot that was stopped has looked round since; what the others reported later is counted in below.
+        going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
+        for action_id in actions:
+            before = world.facts
+            after = apply_action(before, net.action(action_id))
+            touched = after ^ before
+            for later in _done_since(net, action_id, scripts):
+                after = apply_action(after, later)
+            change = Change(add=(after - before) & touched, remove=(before - after) & touched)
+            self._believe(
+                session,
+                world,
+                change,
+                newer=newer_subjects(world.dated, at_s, but=going_on),
+                mission=mission,
+                robot=script.robot,
+                at_s=at_s,
+                corrects=script.plan_id != mission.plan_id or script.abandoned,
+            )
 
     def reconcile(
         self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
     ) -> None:
-        """A script ended before its time: what the robot perceives stands, what it had begun does not count."""
-        self._facts.lock(session, mission.world)
-        facts = self._facts.facts(session, mission.world)
-        change = reconciled(facts, script.robot, report.perceived, self._core.knowledge_base)
-        newer = known_since(self._facts.dated(session, mission.world), report.at_s)
-        self._change(session, mission, report.at_s, script.robot, facts, change, newer, corrects=True)
+        """Believe what a robot perceives whose script ended early; what it had begun does not count."""
+        world = self._facts.locked(session, mission.world)
+        change = reconcile_report(world.facts, script.robot, report.perceived, self._knowledge_base)
+        self._believe(
+            session,
+            world,
+            change,
+            newer=newer_subjects(world.dated, report.at_s),
+            mission=mission,
+            robot=script.robot,
+            at_s=report.at_s,
+            corrects=True,
+        )
         if change.notes:
             self._events.append(
                 session, FactsReconciled(subject=mission.world, robot=script.robot, notes=change.notes)
             )
 
-    def _change(
+    def note_upkeep(self, session: Session, report: UpkeepReport, *, world: str, robot: str) -> None:
+        """Believe what a robot perceives after it did what no mission asked for, unless something newer is known."""
+        facts = self._facts.locked(session, world)
+        last_placed_s = max(
+            (
+                one.at_s
+                for one in facts.believed
+                if one.fact.predicate == ROBOT_POSITION and one.fact.args[0] == robot
+            ),
+            default=0.0,
+        )
+        if report.at_s >= last_placed_s:
+            before = facts.facts
+            seen = reconcile_report(before, robot, report.perceived, self._knowledge_base)
+            change = without_outdated(before, seen, newer_subjects(facts.dated, report.at_s))
+            if facts.change(
+                add=change.add, remove=change.remove, source=source_of(robot), at_s=report.at_s, corrects=True
+            ):
+                wake_missions(session, self._workflows, world, f"facts:{facts.version}")
+        if (event := _upkeep_event(report, world=world, robot=robot)) is not None:
+            self._events.append(session, event)
+
+    def _believe(
         self,
         session: Session,
-        mission: MissionRow,
-        at_s: float,
-        robot: str,
-        facts: Facts,
+        world: WorldFacts,
         change: Change,
-        newer: frozenset[Subject],
         *,
+        newer: frozenset[Subject],
+        mission: MissionRow,
+        robot: str,
+        at_s: float,
         corrects: bool,
     ) -> None:
-        kept = timely(facts, change, newer)
-        before = self._facts.version(session, mission.world)
-        version = self._facts.change(
-            session,
-            mission.world,
-            add=kept.add,
-            remove=kept.remove,
-            source=source_of(robot),
-            at_s=at_s,
-            corrects=corrects,
+        kept = without_outdated(world.facts, change, newer)
+        changed = world.change(
+            add=kept.add, remove=kept.remove, source=source_of(robot), at_s=at_s, corrects=corrects
         )
-        if passed_over := tuple(sorted(str(self._said(fact)) for fact in change.add - kept.add)):
+        passed_over = tuple(
+            sorted(str(symbolic(fact, self._knowledge_base)) for fact in change.add - kept.add)
+        )
+        if passed_over:
             late = LateReport(subject=mission.world, robot=robot, at_s=at_s, passed_over=passed_over)
             self._events.append(session, late)
-        if version != before and (corrects or passed_over):
-            key = f"facts:{version}"
-            wake_missions(session, self._core.workflows, mission.world, key, but=mission.id)
+        if changed and (corrects or passed_over):
+            key = f"facts:{world.version}"
+            wake_missions(session, self._workflows, mission.world, key, but=mission.id)
 
-    def _said(self, fact: Fact) -> SymbolicFact:
-        return symbolic(fact, self._core.knowledge_base)
+
+def _upkeep_event(
+    report: UpkeepReport, *, world: str, robot: str
+) -> UpkeepReported | TeleoperationBegan | TeleoperationEnded | None:
+    """The event of the report; None for progress on the way of a robot that an operator drives."""
+    if report.driver is None:
+        return UpkeepReported(
+            subject=robot,
+            world=world,
+            packet=report.tag,
+            state=report.state,
+            at_s=report.at_s,
+            detail=report.detail,
+        )
+    if report.state is PacketState.RUNNING and report.detail:
+        return None
+    drive = TeleoperationBegan if report.state is PacketState.RUNNING else TeleoperationEnded
+    return drive(
+        subject=robot,
+        world=world,
+        driver=report.driver,
+        packet=report.tag,
+        at_s=report.at_s,
+        detail=report.detail,
+    )
 
 
 def _done_since(net: PlanNet, action_id: str, scripts: Sequence[ScriptRow]) -> tuple[PlanNetAction, ...]:
-    """What is known to have been done after the action, in order.
-
-    Its report may come late: others went on with what it brought about, and theirs came before it.
-    """
+    """The actions that started later and are known to have ended, in order."""
     begun_s = net.action(action_id).earliest_start_s
-    later = [one for one in net.actions if one.earliest_start_s > begun_s and has_ended(scripts, one.id)]
+    later = [
+        one for one in net.actions if one.earliest_start_s > begun_s and action_has_ended(scripts, one.id)
+    ]
     return tuple(sorted(later, key=lambda one: one.earliest_start_s))

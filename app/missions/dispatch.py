@@ -7,8 +7,10 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import MissionDispatching
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.script import Delivery
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
-from app.domain.states import MissionState
 from app.store import MissionRow, ScriptRow
 from robots.wire import BehaviourScript
 
@@ -50,15 +52,13 @@ class ScriptDispatcher:
         for script in organised.scripts:
             newest = script.model_copy(update={"revision": mission.revision})
             session.add(_script_row(newest, mission.plan_id))
-        if mission.state == MissionState.PAUSED:
-            mission.resume_to = MissionState.DISPATCHING
-        else:
-            mission.state = MissionState.DISPATCHING
+        mission_lifecycle.dispatch(mission)
         if mission.revision > 1:
             mission.revised_at_s = now_s
             begun_s = now_s if mission.started_at_s is None else mission.started_at_s
             mission.estimate_s = max(now_s - begun_s + net.makespan_s, mission.original_estimate_s)
-        mission.reason, mission.stopped_for, mission.failure, mission.asked_at = "", "", None, None
+        mission.stopped_for = ""
+        mission.asked_at = None
         mission.enquire_at_s = now_s + net.makespan_s + mission.margin_s
         self._core.events.append(
             session,
@@ -85,7 +85,7 @@ def _script_row(script: BehaviourScript, plan_id: str) -> ScriptRow:
         plan_id=plan_id,
         robot=script.robot,
         body=script.model_dump(mode="json"),
-        delivery="pending",
+        delivery=Delivery.PENDING,
         packets={},
         perceived=[],
     )

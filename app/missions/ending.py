@@ -4,7 +4,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.domain.events import GoalFinished, MissionEnded
-from app.domain.states import GoalState, MissionState, PlanState
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.script import withdraw
 from app.planning.proposals import close_plans
 from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.event_log import EventLog
@@ -28,20 +33,17 @@ def end_mission(
     """
     scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
     for script in scripts:
-        if script.abandoned:
-            continue
-        script.question = script.control = script.clearance = None
-        if script.delivery == "pending":
-            script.delivery = "withdrawn"
-    mission.state, mission.recovery_step = state, None
-    mission.ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
-    late_s = 0.0 if mission.deadline_s is None else mission.ended_at_s - mission.deadline_s
+        if not script.abandoned:
+            withdraw(script)
+    ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
+    late_s = 0.0 if mission.deadline_s is None else ended_at_s - mission.deadline_s
     if state is MissionState.COMPLETED and late_s > 0:
         reason, failure = f"came true {late_s:.0f} s after the deadline", FailureCategory.DEADLINE
-    mission.reason, mission.failure = reason, failure
+    mission_lifecycle.end(mission, state, reason=reason, failure=failure, ended_at_s=ended_at_s)
+    recovery.end(mission)
     goal = session.get_one(GoalRow, mission.goal_id)
     close_plans(session, events, goal, PlanState.EXPIRED, "its mission has ended")
-    goal.state, goal.outcome, goal.reason = GoalState.FINISHED, state.value, reason
+    goal_lifecycle.finish(goal, outcome=state.value, reason=reason)
     events.append(
         session,
         MissionEnded(
@@ -50,7 +52,7 @@ def end_mission(
             state=state,
             reason=reason,
             failure=failure,
-            ended_at_s=mission.ended_at_s,
+            ended_at_s=ended_at_s,
         ),
     )
     events.append(session, GoalFinished(subject=goal.id, outcome=state, reason=reason))

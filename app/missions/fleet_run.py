@@ -1,10 +1,10 @@
-"""A world whose fleet comes and goes by itself: each run it proclaims is met before its robots are spoken with."""
+"""A world whose fleet starts by itself: the record follows the run it drives before its robots are spoken with."""
 
 from collections.abc import Callable
 from typing import Protocol
 
 from app.core import Core
-from app.missions.world_start import meet_world
+from app.missions.world_start import start_world_run
 from app.planning.waiting_goals import WaitingGoals
 from app.store import WorldRow
 from robots.world import WorldFile
@@ -27,7 +27,7 @@ class Fleet(Protocol):
 
 
 class FleetRun:
-    """Brings the record in step with the run that a world's fleet drives, then lets its robots be spoken with."""
+    """Starts in the record each run that a world's fleet drives, then lets its robots be spoken with."""
 
     def __init__(
         self,
@@ -41,24 +41,26 @@ class FleetRun:
         """
         :param speaks: True while this process, of those that share the record, is the one that keeps it for the world.
         """
-        self._core, self._world, self._fleet = core, world, fleet
+        self._core = core
+        self._world = world
+        self._fleet = fleet
         self._waiting = waiting
         self._speaks = speaks
 
     def look(self) -> None:
-        """Meet the fleet if it drives another run than was taken up. To be called again and again, cheap if not."""
+        """Start the fleet's run if it is another than was taken up. Called often; cheap if it is not."""
         run = self._fleet.run
         if run is None or run == self._fleet.taken_up:
             return
         if self._speaks():
-            self._meet(run)
+            self._start(run)
         elif not self._is_recorded(run):
             return
         self._fleet.take_up(run)
 
-    def _meet(self, run: str) -> None:
+    def _start(self, run: str) -> None:
         with self._core.database.write() as session:
-            if not meet_world(session, self._core, self._world, run):
+            if not start_world_run(session, self._core, self._world, run):
                 self._waiting.release(session, self._world.name)
 
     def _is_recorded(self, run: str) -> bool:

@@ -1,10 +1,9 @@
-"""A mission's life as a durable workflow: organise, dispatch, monitor, recover, conclude.
+"""A mission's durable workflow: organise, dispatch, monitor, recover, conclude.
 
 Every step reads the record and writes it in one transaction, so a step that runs again after a crash finds what it did
 before and does nothing twice. Between steps the workflow sleeps until a report or the monitor's next instant.
 """
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,28 +13,31 @@ from sqlalchemy.orm import Session
 
 from app.agents.running_world import RunningWorld
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MISSION_PHASES, MissionOverdue, MissionRobotsAsked
 from app.domain.ids import new_id
-from app.domain.mission_monitor import Verdict, cancelled, is_overdue, review
-from app.domain.recovery_rules import Step
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState, active_state, assess, has_ended, with_overdue
+from app.domain.lifecycles.recovery import RecoveryStep
+from app.domain.lifecycles.script import ask, order
+from app.domain.mission_monitor import Verdict, cancelled, review
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.ending import end_mission
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
-from app.missions.recovery import MissionRecovery
+from app.missions.recovery import RecoverySteps
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
-from app.store.mission_record import locked_after_goal
-from app.store.script_orders import give
+from app.store.records import lock_mission
 from app.workflows import MISSION_LIFE, MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
 from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
 
-TURNS = 25
-"""After so many looks at the mission another workflow goes on with it."""
-SETTLED_S = 1.0
+LOOKS_PER_WORKFLOW = 25
+"""After so many looks at the mission another workflow continues with it."""
+FIRST_SLEEP_S = 1.0
+"""The longest sleep after a workflow's first look (wall clock)."""
 LONGEST_SLEEP_S = 30.0
 SHORTEST_SLEEP_S = 0.1
+"""The bounds of a sleep between two looks (wall clock)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,74 +75,80 @@ class MissionLife:
         self,
         core: Core,
         *,
-        dispatching: ScriptDispatcher,
+        dispatcher: ScriptDispatcher,
         times: Mapping[str, WorldTime],
         patience_s: float,
-        recovery: MissionRecovery,
+        recovery: RecoverySteps,
         waiting: WaitingGoals,
         silent_in_s: Callable[[str], float],
+        clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
         :param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains.
         """
-        self._database, self._events, self._workflows = core.database, core.events, core.workflows
+        self._database = core.database
+        self._events = core.events
+        self._workflows = core.workflows
         self._views = MissionViews(core, silent_in_s=silent_in_s)
-        self._dispatching = dispatching
+        self._dispatcher = dispatcher
         self._recovery = recovery
         self._waiting = waiting
-        self._times, self._patience_s = times, patience_s
+        self._times = times
+        self._patience_s = patience_s
+        self._clock = clock
 
     def run(self, mission_id: str) -> None:
         """The workflow. A step that keeps failing ends the mission, so that it does not hold its robots for ever."""
-        or_give_up(lambda: self._live(mission_id), partial(self._give_up, mission_id))
+        or_give_up(lambda: self._run(mission_id), partial(self._give_up, mission_id))
 
-    def _live(self, mission_id: str) -> None:
+    def _run(self, mission_id: str) -> None:
         workflow = this_workflow()
         if not step("organise", lambda: self._organise(mission_id)):
             return
-        for turn in range(TURNS):
-            sleep_s = step("monitor", lambda: self._monitor(mission_id))
+        for look in range(LOOKS_PER_WORKFLOW):
+            sleep_s = step("monitor", lambda: self.monitor(mission_id))
             if sleep_s is None:
                 return
-            # What was about to wake the workflow before this one woke that: the first look may have come too early.
-            sleep_until_woken(sleep_s if turn else min(sleep_s, SETTLED_S))
-        step("begin anew", lambda: self._begin_anew(mission_id, workflow))
+            # A message to the workflow before this one may have come after its last look.
+            sleep_until_woken(sleep_s if look else min(sleep_s, FIRST_SLEEP_S))
+        step("begin anew", lambda: self._continue_as_new(mission_id, workflow))
 
-    def _begin_anew(self, mission_id: str, workflow: str) -> None:
-        """Have another workflow go on: one that is taken over does its recorded steps again, so they must be few."""
+    def _continue_as_new(self, mission_id: str, workflow: str) -> None:
+        """Have another workflow continue: one that is recovered replays its recorded steps, so they must be few."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
-            if mission.workflow == workflow and not MissionState(mission.state).ended:
+            mission = lock_mission(session, mission_id)
+            if mission.workflow == workflow and not has_ended(mission):
                 mission.workflow = new_id("life")
                 self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
 
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
-            return not MissionState(mission.state).ended and self._dispatched(session, mission)
+            mission = lock_mission(session, mission_id)
+            return not has_ended(mission) and self._ensure_dispatched(session, mission)
 
-    def _dispatched(self, session: Session, mission: MissionRow) -> bool:
+    def _ensure_dispatched(self, session: Session, mission: MissionRow) -> bool:
         """Have the scripts of the mission's plan delivered if they are not yet; False if that ended the mission."""
-        if mission.cancel_requested and not self._dispatching.is_dispatched(session, mission):
+        if mission.cancel_requested and not self._dispatcher.is_dispatched(session, mission):
             self._close(session, mission, cancelled())
             return False
         times = self._times[mission.world]
-        why_not = self._dispatching.dispatch(session, mission, times.clock.now_s(), answer_s=times.answer_s)
+        why_not = self._dispatcher.dispatch(session, mission, times.clock.now_s(), answer_s=times.answer_s)
         if why_not:
             self._fail(session, mission, why_not)
         return not why_not
 
-    def _monitor(self, mission_id: str) -> float | None:
+    def monitor(self, mission_id: str) -> float | None:
         """Judge the mission once and act on it; answers how long to sleep (wall clock), None at its end."""
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
-            if MissionState(mission.state).ended or not self._dispatched(session, mission):
+            mission = lock_mission(session, mission_id)
+            if has_ended(mission) or not self._ensure_dispatched(session, mission):
                 return None
             scripts = scripts_of_all_plans(session, mission_id)
             times = self._times[mission.world]
-            view = self._views.of(session, mission, scripts, times.clock.now_s())
+            now_s = times.clock.now_s()
+            view = self._views.of(session, mission, scripts, now_s=now_s, wall_s=self._clock.epoch_s())
             verdict = review(view, patience_s=times.patience_s(self._patience_s))
             if verdict.state.ended:
                 self._close(session, mission, verdict)
@@ -150,7 +158,10 @@ class MissionLife:
             self._act(session, mission, scripts, verdict, view.now_s)
             if verdict.recover is not None:
                 self._recovery.take(session, mission, view, verdict)
-            if verdict.state is MissionState.UNKNOWN or mission.recovery_step not in (None, Step.WAITING):
+            if verdict.state is MissionState.UNKNOWN or mission.recovery_step not in (
+                None,
+                RecoveryStep.WAITING,
+            ):
                 return LONGEST_SLEEP_S  # an answer, a plan or a decision wakes the workflow
             if mission.asked_at is not None:
                 return min(self._patience_s, 1.0)
@@ -168,49 +179,52 @@ class MissionLife:
             if script.plan_id != mission.plan_id:
                 continue
             if script.robot in verdict.cancel:
-                give(script, ControlVerb.CANCEL)
+                order(script, ControlVerb.CANCEL)
             if script.robot in verdict.ask:
-                script.question = f"{script.id}:status:{now_s:.3f}"
+                ask(script, f"{script.id}:status:{now_s:.3f}")
         if verdict.ask or verdict.cancel:
-            mission.asked_at = time.time()
+            mission.asked_at = self._clock.epoch_s()
         if verdict.enquire_at_s is not None:
-            mission.asked_at, mission.enquire_at_s = None, verdict.enquire_at_s
+            mission.asked_at = None
+            mission.enquire_at_s = verdict.enquire_at_s
             if mission.started_at_s is not None:
                 estimate_s = verdict.enquire_at_s - mission.started_at_s - mission.margin_s
                 mission.estimate_s = max(estimate_s, mission.original_estimate_s)
-        self._show(session, mission, verdict)
+        self._assess(session, mission, verdict)
 
-    def _show(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
-        """The mission's state and why; one that is paused stays so until it is resumed, whatever befalls it."""
-        paused = mission.state == MissionState.PAUSED
-        goes_on = paused and verdict.state is not MissionState.PAUSED
-        state = mission.resume_to if goes_on else mission.state
-        if (state, mission.reason) == (verdict.state, verdict.reason):
+    def _assess(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
+        """Record how the mission stands, and tell what is new."""
+        same_state = verdict.state in (MissionState.PAUSED, active_state(mission))
+        newly_overdue = verdict.is_overdue and not mission.is_overdue
+        if same_state and mission.reason == verdict.reason and not newly_overdue:
             return
-        changed = state != verdict.state or verdict.ask or verdict.cancel
-        overdue = is_overdue(verdict.reason) and not is_overdue(mission.reason)
-        if goes_on:
-            mission.resume_to = verdict.state
-        else:
-            mission.state = verdict.state
-        mission.reason, mission.failure = verdict.reason, verdict.failure
+        assess(
+            mission,
+            verdict.state,
+            reason=verdict.reason,
+            failure=verdict.failure,
+            is_overdue=verdict.is_overdue,
+        )
         shown = MissionState(mission.state)
-        if overdue:
+        if newly_overdue:
             late = MissionOverdue(subject=mission.id, deadline_s=mission.deadline_s, state=shown)
             self._events.append(session, late)
-        if changed:
+        if not same_state or verdict.ask or verdict.cancel:
+            reason = with_overdue(verdict.reason, is_overdue=verdict.is_overdue)
             told = MissionRobotsAsked if verdict.ask else MISSION_PHASES[verdict.state]
-            self._events.append(session, told(subject=mission.id, reason=verdict.reason, state=shown))
+            self._events.append(session, told(subject=mission.id, reason=reason, state=shown))
 
     def _give_up(self, mission_id: str, reason: str) -> None:
         with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
-            if not MissionState(mission.state).ended:
+            mission = lock_mission(session, mission_id)
+            if not has_ended(mission):
                 self._fail(session, mission, reason)
 
     def _fail(self, session: Session, mission: MissionRow, reason: str) -> None:
-        failed, why = MissionState.FAILED, FailureCategory.INTERNAL
-        self._close(session, mission, Verdict(state=failed, wait_s=0, reason=reason, failure=why))
+        verdict = Verdict(
+            state=MissionState.FAILED, wait_s=0, reason=reason, failure=FailureCategory.INTERNAL
+        )
+        self._close(session, mission, verdict)
 
     def _close(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
         self._views.forget(mission.id)

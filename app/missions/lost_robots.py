@@ -1,10 +1,9 @@
-"""Lost robots: an operator gives them up, and they come back when they are heard again, or found.
+"""Lost robots: an operator declares them lost; they count again when they are heard, or declared found.
 
 What a lost robot was to do is not waited for any more. It is told to stop whenever it is heard, also after its mission
 has ended, and counts again once it has said what became of its script.
 """
 
-import time
 from collections.abc import Mapping, Sequence
 
 from sqlalchemy import select
@@ -12,23 +11,23 @@ from sqlalchemy.orm import Session
 
 from app.agents.robot_board import RobotBoard
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Conflict
 from app.domain.events import RobotDeclaredLost, RobotFound, ScriptAbandoned
-from app.domain.states import ENDED, Connection, MissionState
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.script import abandon
+from app.domain.states import Connection
 from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
-from app.store.lost_robots import lost_rows
-from app.store.mission_record import UNENDED
-from app.store.script_orders import give
+from app.store.records import UNENDED_SCRIPT, lost_robots
 from robots.clock import Clock
-from robots.wire import ControlVerb
 
 CONTACT = "contact"
 """Who found a robot that was heard again."""
 
 
 class LostRobots:
-    """Gives robots up and takes them back."""
+    """Declares robots lost and restores them."""
 
     def __init__(
         self,
@@ -37,11 +36,16 @@ class LostRobots:
         clocks: Mapping[str, Clock],
         board: RobotBoard,
         waiting: WaitingGoals,
+        wall_clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        self._core, self._database, self._events = core, core.database, core.events
+        """:param clocks: the worlds' clocks by the world's name."""
+        self._database = core.database
+        self._events = core.events
+        self._workflows = core.workflows
         self._clocks = clocks
         self._board = board
         self._waiting = waiting
+        self._wall_clock = wall_clock
 
     def declare_lost(self, world: str, robot: str, *, actor: str, comment: str) -> None:
         """Do without the robot from now on. Its missions are recovered without it; to say it again changes nothing."""
@@ -80,17 +84,17 @@ class LostRobots:
                     f"{robot} has not said yet what became of {', '.join(owed)}; it counts again once it has"
                 )
                 raise Conflict(detail, code="script-unresolved")
-            self._take_back(session, row, actor, comment)
+            self._restore(session, row, actor, comment)
 
-    def welcome(self, world: str) -> None:
-        """Count on those again that were silent, are heard, and have said what became of their scripts."""
+    def restore_in_contact(self, world: str) -> None:
+        """Restore the robots that were silent, are heard, and have said what became of their scripts."""
         with self._database.read() as session:
-            candidates = [row.robot for row in lost_rows(session, world) if self._is_back(session, row)]
+            candidates = [row.robot for row in lost_robots(session, world) if self._is_back(session, row)]
         for robot in candidates:
             with self._database.write() as session:
                 row = session.get(LostRobotRow, (world, robot), with_for_update=True)
                 if row is not None and self._is_back(session, row):
-                    self._take_back(session, row, CONTACT, "")
+                    self._restore(session, row, CONTACT, "")
 
     def _is_back(self, session: Session, row: LostRobotRow) -> bool:
         heard = row.silent and self._in_contact(row.world, row.robot)
@@ -98,9 +102,9 @@ class LostRobots:
 
     def _in_contact(self, world: str, robot: str) -> bool:
         view = self._board.views(world).get(robot)
-        return view is not None and view.connection(time.time()) is Connection.ONLINE
+        return view is not None and view.connection(self._wall_clock.epoch_s()) is Connection.ONLINE
 
-    def _take_back(self, session: Session, row: LostRobotRow, actor: str, comment: str) -> None:
+    def _restore(self, session: Session, row: LostRobotRow, actor: str, comment: str) -> None:
         session.delete(row)
         found = RobotFound(subject=row.robot, world=row.world, actor=actor, comment=comment)
         self._events.append(session, found)
@@ -109,11 +113,9 @@ class LostRobots:
 
     def _abandon(self, session: Session, script: ScriptRow) -> None:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
-        script.abandoned, script.question, script.clearance = True, None, None
-        if not script.stopping:
-            give(script, ControlVerb.CANCEL)
+        abandon(script)
         self._events.append(session, ScriptAbandoned(subject=script.id, robot=script.robot))
-        self._core.workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
+        self._workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
 
 
 def _is_unanswering(session: Session, world: str, robot: str) -> bool:
@@ -135,7 +137,7 @@ def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRo
             MissionRow.state.not_in(ENDED),
             ScriptRow.robot == robot,
             ScriptRow.plan_id == MissionRow.plan_id,
-            *UNENDED,
+            *UNENDED_SCRIPT,
         )
     )
     return session.scalars(query).all()
@@ -150,7 +152,7 @@ def _owed(session: Session, world: str, robot: str) -> Sequence[str]:
             MissionRow.world == world,
             ScriptRow.robot == robot,
             ScriptRow.abandoned,
-            *UNENDED,
+            *UNENDED_SCRIPT,
         )
     )
     return session.scalars(query).all()

@@ -9,12 +9,13 @@ from app.core import Core
 from app.domain.errors import Conflict, unrecorded
 from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
 from app.domain.ids import new_id
-from app.domain.recovery_rules import TRIES, Policy, Step
-from app.domain.states import MissionState
-from app.planning.mission_progress import note
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
+from app.domain.lifecycles.recovery import RecoveryStep, try_again
+from app.domain.lifecycles.script import can_be_ordered, order
+from app.domain.recovery_rules import Policy
 from app.store import MissionRow, ScriptRow
-from app.store.paging import page
-from app.store.script_orders import can_be_ordered, give
+from app.store.records import page
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]
@@ -80,8 +81,8 @@ class MissionService:
             _refuse_ended(mission, "paused")
             if mission.cancel_requested:
                 raise Conflict(f"mission {mission.id} is being cancelled", code="being-cancelled")
-            if mission.state != MissionState.PAUSED:
-                mission.resume_to, mission.state = mission.state, MissionState.PAUSED
+            if not is_paused(mission):
+                mission_lifecycle.pause(mission)
                 self._order(session, mission, ControlVerb.PAUSE, actor, comment)
             return _with_scripts(session, mission)
 
@@ -89,17 +90,16 @@ class MissionService:
         """Go on after a pause; or look for a way again where none was found and an operator was asked."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
-            if mission.recovery_step == Step.STUCK and mission.state != MissionState.PAUSED:
+            if mission.recovery_step == RecoveryStep.STUCK and not is_paused(mission):
                 return self._try_again(session, mission, actor, comment)
-            if mission.state != MissionState.PAUSED:
+            if not is_paused(mission):
                 raise Conflict(f"mission {mission.id} is {mission.state}, not paused", code="not-paused")
-            mission.state, mission.resume_to = mission.resume_to or MissionState.RUNNING, None
+            mission_lifecycle.resume(mission)
             self._order(session, mission, ControlVerb.RESUME, actor, comment)
             return _with_scripts(session, mission)
 
     def _try_again(self, session: Session, mission: MissionRow, actor: str, comment: str) -> Mission:
-        mission.recovery_step, mission.tries_left = None, TRIES
-        note(mission, outcome="taken up")
+        try_again(mission)
         state = MissionState(mission.state)
         self._events.append(
             session, MissionResumed(subject=mission.id, actor=actor, comment=comment, state=state)
@@ -115,7 +115,7 @@ class MissionService:
         self._events.append(session, ordered(subject=mission.id, actor=actor, comment=comment, state=state))
         for script in _scripts(session, mission.id):
             if can_be_ordered(script, mission):
-                give(script, verb)
+                order(script, verb)
 
 
 def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> MissionRow:
@@ -126,7 +126,7 @@ def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> M
 
 
 def _refuse_ended(mission: MissionRow, verb: str) -> None:
-    if MissionState(mission.state).ended:
+    if has_ended(mission):
         raise Conflict(
             f"mission {mission.id} is {mission.state}: it cannot be {verb} any more", code="mission-ended"
         )

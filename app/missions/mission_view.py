@@ -1,6 +1,5 @@
 """A mission as its record shows it to the monitor's rules."""
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 from typing import Any
@@ -9,50 +8,64 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.broken_links import cut
+from app.domain.broken_links import broken_links
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.recovery import RecoveryStep, why_no_plan
+from app.domain.lifecycles.script import Delivery
 from app.domain.mission_monitor import EXTENSION_S, MissionView, ScriptView
-from app.domain.recovery_rules import Policy, Step
-from app.domain.states import MissionState
+from app.domain.recovery_rules import Policy
 from app.domain.world_model.vocabulary import symbolic
-from app.planning.mission_progress import begun, done, no_way
+from app.missions.mission_progress import begun, done
 from app.store import MissionRow, ScriptRow
 from planner import Fact
 from robots.wire import FailureCategory, PacketState, ScriptState
 
 REMEMBERED = 2000
-"""Of so many missions it is remembered what they count on."""
+"""The number of missions whose last comparison with the facts is kept in memory."""
 
-Known = tuple[tuple[str, ...], tuple[str, ...]]
+Beliefs = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 class MissionViews:
-    """Reads missions; what they count on is held against the facts only when either has changed."""
+    """Reads missions; what they count on is compared with the facts only when either has changed."""
 
     def __init__(self, core: Core, *, silent_in_s: Callable[[str], float]) -> None:
         """:param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains."""
-        self._core, self._silent_in_s, self._lock = core, silent_in_s, Lock()
-        self._known: dict[str, tuple[object, Known]] = {}
+        self._core = core
+        self._silent_in_s = silent_in_s
+        self._lock = Lock()
+        self._known: dict[str, tuple[object, Beliefs]] = {}
 
     def of(
-        self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow], now_s: float
+        self,
+        session: Session,
+        mission: MissionRow,
+        scripts: Sequence[ScriptRow],
+        *,
+        now_s: float,
+        wall_s: float,
     ) -> MissionView:
-        """:param scripts: all of the mission's, of every plan it had."""
+        """
+        :param scripts: all of the mission's, of every plan it had.
+        :param now_s: the world's clock.
+        :param wall_s: the wall clock, seconds since 1970-01-01 UTC.
+        """
         current = [script for script in scripts if script.plan_id == mission.plan_id]
-        missed, lacking = self._beliefs(session, mission, current)
+        missed, broken = self._beliefs(session, mission, current)
         return MissionView(
             state=MissionState(mission.state),
             now_s=now_s,
             enquire_at_s=mission.enquire_at_s if mission.enquire_at_s is not None else now_s + EXTENSION_S,
             estimate_s=mission.original_estimate_s,
-            asked_for_s=None if mission.asked_at is None else time.time() - mission.asked_at,
+            asked_for_s=None if mission.asked_at is None else wall_s - mission.asked_at,
             cancel_requested=mission.cancel_requested,
             scripts=[_script(script, silent_in_s=self._silent_in_s(script.robot)) for script in current],
             missed=missed,
-            cut=lacking,
+            broken=broken,
             policy=Policy(mission.recovery),
-            step=None if mission.recovery_step is None else Step(mission.recovery_step),
+            step=None if mission.recovery_step is None else RecoveryStep(mission.recovery_step),
             tries_left=mission.tries_left,
-            no_way=no_way(mission),
+            no_way=why_no_plan(mission),
             done_before=any(
                 script.state == ScriptState.FINISHED for script in scripts if script not in current
             ),
@@ -65,9 +78,10 @@ class MissionViews:
         with self._lock:
             self._known.pop(mission_id, None)
 
-    def _beliefs(self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow]) -> Known:
+    def _beliefs(self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow]) -> Beliefs:
         """The goals that are not believed true, and what the plan counts on that is not, in words."""
-        begun_, done_ = begun(scripts), done(scripts)
+        begun_ = begun(scripts)
+        done_ = done(scripts)
         key = (self._core.facts.version(session, mission.world), mission.plan_id, begun_, done_)
         with self._lock:
             before, known = self._known.get(mission.id, (None, ((), ())))
@@ -75,16 +89,16 @@ class MissionViews:
             return known
         net = self._core.plan_nets.of(session, mission.plan_id)
         facts = self._core.facts.facts(session, mission.world)
-        links = cut(net, facts, begun=begun_, done=done_)
-        missed = tuple(self._said(goal) for goal in net.goals if goal not in facts)
-        known = (missed, tuple(dict.fromkeys(self._said(link.fact) for link in links)))
+        links = broken_links(net, facts, begun=begun_, done=done_)
+        missed = tuple(self._words(goal) for goal in net.goals if goal not in facts)
+        known = (missed, tuple(dict.fromkeys(self._words(link.fact) for link in links)))
         with self._lock:
             if len(self._known) >= REMEMBERED:
                 self._known.clear()
             self._known[mission.id] = (key, known)
         return known
 
-    def _said(self, fact: Fact) -> str:
+    def _words(self, fact: Fact) -> str:
         return str(symbolic(fact, self._core.knowledge_base))
 
 
@@ -110,7 +124,7 @@ def _script(script: ScriptRow, *, silent_in_s: float) -> ScriptView:
     failed = _failed(script)
     return ScriptView(
         robot=script.robot,
-        delivery=script.delivery,
+        delivery=Delivery(script.delivery),
         state=None if script.state is None else ScriptState(script.state),
         open_question=script.question is not None,
         stopping=script.stopping,

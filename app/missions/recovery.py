@@ -1,33 +1,31 @@
-"""A mission's recovery as a durable workflow: its plan repaired, and approved or proposed as the operator wished."""
+"""A mission's recovery: its plan repaired by a durable workflow, and approved or proposed as the operator wished."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import MissionRepairProposed, MissionStuck
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState, has_ended
+from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
-from app.domain.plan_document import RepairsBody
-from app.domain.recovery_rules import LeftOut, Policy, Step, category_of, left_out, measure_of, needs_decision
-from app.domain.states import MissionState
+from app.domain.recovery_rules import LeftOut, Policy, category_of, left_out, measure_of, needs_decision
 from app.domain.world_model.beliefs import OBJECT_POSITION
-from app.missions.recovery_watch import RecoveryWatch
+from app.missions.mission_progress import progress_of
 from app.planning.approval import RECOVERY, PlanApproval
+from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
-from app.planning.mission_progress import note, progress_of, troubles_of
-from app.planning.pool.pool import PlanningWorker, WorkerClosed
-from app.planning.pool.process import WorkFailed
-from app.planning.problem_builder import GoalProblem, ProblemBuilder
+from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.work import RepairWork, Solution, Solutions, WorkResult
+from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
-from app.planning.repairs import RepairWork, ReplacedPlan
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, ScriptRow
-from app.store.mission_record import locked_after_goal
-from app.workflows import or_give_up, step
-from planner.repair import Repair
+from app.store.event_log import EventLog
+from app.store.records import lock_mission
 from robots.clock import Clock
 
 LOOK_AGAIN_S = 20.0
@@ -35,124 +33,125 @@ LOOK_AGAIN_S = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Sought:
-    """A repair that is sought."""
+class RepairTask(PlanningTask):
+    """A repair that is planned without the robots and packets left out."""
 
-    posed: GoalProblem
-    old: ReplacedPlan
-    work: RepairWork
+    replaces: ReplacedPlan
     left_out: LeftOut
 
 
-class MissionRecovery:
+class RecoverySteps:
     """Takes the steps of missions' recovery that the monitor asks for."""
+
+    def __init__(self, events: EventLog, *, requests: PlanningRequests) -> None:
+        self._events = events
+        self._requests = requests
+
+    def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
+        """Take the step that the monitor's verdict names."""
+        if verdict.recover is RecoveryStep.PLANNING:
+            # An attempt that waited for others repeats the last one; its troubles are counted already.
+            troubles = () if view.step is RecoveryStep.WAITING else view.troubles
+            failure = category_of(view.troubles).value
+            self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
+        else:
+            recovery.get_stuck(mission)
+            state = MissionState(mission.state)
+            self._events.append(session, MissionStuck(subject=mission.id, reason=verdict.reason, state=state))
+
+
+class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
+    """Repairs the plans of missions."""
+
+    step_name = "recover"
 
     def __init__(
         self,
         core: Core,
         *,
-        posing: ProblemBuilder,
-        proposing: Proposals,
+        problems: ProblemBuilder,
+        proposals: Proposals,
         worker: PlanningWorker,
         limits: PlanningLimits,
         clocks: Mapping[str, Clock],
         requests: PlanningRequests,
         approval: PlanApproval,
     ) -> None:
-        self._core, self._database, self._events = core, core.database, core.events
-        self._posing, self._proposing, self._worker = posing, proposing, worker
-        self._limits, self._clocks = limits, clocks
+        super().__init__(core, worker=worker)
+        self._plan_nets = core.plan_nets
+        self._problems = problems
+        self._proposals = proposals
+        self._limits = limits
+        self._clocks = clocks
         self._requests = requests
         self._approval = approval
 
-    def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
-        """Take the step that the monitor's verdict names."""
-        if verdict.recover is Step.PLANNING:
-            # An attempt that waited for others repeats the last one; its troubles are counted already.
-            troubles = () if view.step is Step.WAITING else view.troubles
-            failure = category_of(view.troubles).value
-            self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
-        else:
-            mission.recovery_step = verdict.recover
-            state = MissionState(mission.state)
-            self._events.append(session, MissionStuck(subject=mission.id, reason=verdict.reason, state=state))
+    def load(self, session: Session, subject_id: str, *, lock: bool) -> MissionRow:
+        if lock:
+            return lock_mission(session, subject_id)
+        return session.get_one(MissionRow, subject_id)
 
-    def run(self, mission_id: str) -> None:
-        """The workflow."""
-        or_give_up(
-            lambda: step("recover", lambda: self._recover(mission_id)), partial(self._give_up, mission_id)
-        )
+    def turn(self, subject: MissionRow) -> Hashable:
+        return len(subject.attempts) if _is_wanted(subject) else None
 
-    def _give_up(self, mission_id: str, reason: str) -> None:
-        with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
-            session.get_one(GoalRow, mission.goal_id).planning = None
-            if _is_sought(mission):
-                self._requests.end_without_plan(session, mission, reason)
-
-    def _recover(self, mission_id: str) -> None:
-        with self._database.write() as session:
-            mission = session.get_one(MissionRow, mission_id, with_for_update=True)
-            if not _is_sought(mission):
-                return
-            sought = self._sought(session, mission)
-            note(mission, without=list(sought.left_out.words))
-            attempt = len(mission.attempts)
-            watch = RecoveryWatch(self._database, self._events, mission)
-        repair: Repair | None = None
-        reason = sought.posed.refusal
-        try:
-            if not reason:
-                repair = self._worker.do(sought.work, sought.work.request.time_limit_s, watch)
-                reason = repair.result.reason or repair.result.status.value
-        except WorkFailed as failure:
-            reason = failure.reason
-        except WorkerClosed:  # the service ends; this workflow is taken up again when it is back
-            return
-        with self._database.write() as session:
-            mission = locked_after_goal(session, mission_id)
-            session.get_one(GoalRow, mission.goal_id).planning = None
-            # The next attempt may have begun meanwhile, if another process has taken this one over.
-            if not _is_sought(mission) or len(mission.attempts) != attempt:
-                return
-            if repair is not None and repair.plan_net is not None:
-                self._found(session, mission, sought, repair)
-            elif sought.posed.waits_for and not sought.posed.why_never(self._core.knowledge_base):
-                self._wait(session, mission, sought.posed)
-            else:
-                self._requests.end_without_plan(session, mission, _in_words(reason, sought))
-
-    def _sought(self, session: Session, mission: MissionRow) -> _Sought:
+    def begin(self, session: Session, subject: MissionRow) -> RepairTask | None:
+        mission = subject
+        if not _is_wanted(mission):
+            return None
         goal = session.get_one(GoalRow, mission.goal_id)
+        goal.stop_requested = False  # it was meant for the first plan
         without = left_out(troubles_of(mission))
-        posed = self._posing.pose(session, goal).without(without.robots)
-        net = self._core.plan_nets.of(session, mission.plan_id)
-        here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
-        scripts = session.scalars(select(ScriptRow).where(*here)).all()
+        recovery.note_left_out(mission, without.words)
+        built = self._problems.build(session, goal).without(without.robots)
+        net = self._plan_nets.of(session, mission.plan_id)
+        of_plan = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
+        scripts = session.scalars(select(ScriptRow).where(*of_plan)).all()
         now_s = self._clocks[mission.world].now_s()
+        request = self._limits.request(PlanningWish.from_json(goal.limits))
         work = RepairWork(
-            knowledge_base=self._core.knowledge_base,
+            knowledge_base=self._knowledge_base,
             plan_net=net,
-            problem=replace(posed.problem, facts=without.withhold(posed.problem.facts)),
-            request=self._limits.request(PlanningWish.from_json(goal.limits)),
+            problem=replace(built.problem, facts=without.withhold(built.problem.facts)),
+            request=request,
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
         )
-        old = ReplacedPlan(plan_id=mission.plan_id, plan_net=net)
-        return _Sought(posed=posed, old=old, work=work, left_out=without)
+        return RepairTask(
+            problem=built,
+            work=work,
+            time_limit_s=request.time_limit_s,
+            replaces=ReplacedPlan(plan_id=mission.plan_id, plan_net=net),
+            left_out=without,
+        )
 
-    def _found(self, session: Session, mission: MissionRow, sought: _Sought, repair: Repair) -> None:
+    def conclude(
+        self, session: Session, subject: MissionRow, task: RepairTask, result: WorkResult[Solutions]
+    ) -> None:
+        if result.answer is not None:
+            self._found(session, subject, task, result.answer[0])
+        elif result.waits_for:
+            self._wait(session, subject, result.waits_for)
+        else:
+            self._requests.end_without_plan(session, subject, _in_words(result.why, task))
+
+    def give_up(self, session: Session, subject: MissionRow, reason: str) -> None:
+        if _is_wanted(subject):
+            self._requests.end_without_plan(session, subject, reason)
+
+    def _found(self, session: Session, mission: MissionRow, task: RepairTask, solution: Solution) -> None:
         """Have the repaired plan approved, or decided on."""
         goal = session.get_one(GoalRow, mission.goal_id)
-        repairs: RepairsBody | None = sought.old.repaired_by(repair)
-        plan = self._proposing.propose(session, goal, repair.result, sought.posed, repairs)
-        # NOTE: who was left out before is not new; only of who is, the operator need hear again.
-        measure = measure_of(repair.course, without=sought.left_out.concerns(sought.old.plan_net))
+        repair = solution.repair
+        assert repair is not None
+        repairs = task.replaces.repaired_by(solution)
+        plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs)
+        # NOTE: an operator is asked again only if the old plan still used what is left out now.
+        measure = measure_of(repair.course, without=task.left_out.concerns(task.replaces.plan_net))
         words = repair.difference.words if repair.difference else ()
-        note(mission, measure=measure.value, plan_id=plan.id, outcome="proposed", detail="; ".join(words[:1]))
+        recovery.propose(mission, plan_id=plan.id, measure=measure, detail="; ".join(words[:1]))
         goal.plan_id = plan.id
         session.flush()
         if needs_decision(Policy(mission.recovery), measure):
-            mission.recovery_step = Step.DECIDING
+            recovery.ask_operator(mission)
             mission.reason = f"{mission.attempts[-1]['reason']}; plan {plan.id} waits for a decision"
             self._events.append(
                 session,
@@ -167,26 +166,26 @@ class MissionRecovery:
         else:
             self._approval.approve_or_expire(session, plan, goal, actor=RECOVERY, comment="")
 
-    def _wait(self, session: Session, mission: MissionRow, posed: GoalProblem) -> None:
+    def _wait(self, session: Session, mission: MissionRow, waits_for: str) -> None:
         """Others use what a plan would need: look again later, if it may be tried again."""
-        waits_for = posed.narrowed(self._core.knowledge_base).waits_for
         now_s = self._clocks[mission.world].now_s()
-        mission.recovery_step = Step.WAITING
         mission.enquire_at_s = now_s + max(LOOK_AGAIN_S, mission.original_estimate_s / 2)
-        note(mission, outcome="no plan", detail=f"waits for {waits_for}")
+        recovery.wait(mission, f"waits for {waits_for}")
         self._requests.wake_after_attempt(session, mission)
 
 
-def _is_sought(mission: MissionRow) -> bool:
-    return mission.recovery_step == Step.PLANNING and not MissionState(mission.state).ended
+def _is_wanted(mission: MissionRow) -> bool:
+    return mission.recovery_step == RecoveryStep.PLANNING and not has_ended(mission)
 
 
-def _in_words(reason: str, sought: _Sought) -> str:
-    without, robots = sought.left_out.words, sought.left_out.robots
+def _in_words(reason: str, task: RepairTask) -> str:
+    without = task.left_out.words
     others = f" without {', '.join(without)}" if without else ""
     held = [
-        f for f in sorted(sought.posed.whole.facts) if f.predicate == OBJECT_POSITION and f.args[2] in robots
+        fact
+        for fact in sorted(task.problem.whole.facts)
+        if fact.predicate == OBJECT_POSITION and fact.args[2] in task.left_out.robots
     ]
     return "; ".join(
-        [f"no plan was found{others}: {reason}", *(f"{f.args[2]} holds {f.args[0]}" for f in held)]
+        [f"no plan was found{others}: {reason}", *(f"{fact.args[2]} holds {fact.args[0]}" for fact in held)]
     )

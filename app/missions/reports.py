@@ -1,5 +1,9 @@
-"""The book of robots' reports: each recorded once, with its consequences, in one transaction."""
+"""Robots' reports: each recorded once, with its consequences, in one transaction."""
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
@@ -13,14 +17,32 @@ from app.domain.events import (
     ScriptReported,
     ScriptStatus,
 )
-from app.domain.states import TERMINAL_SCRIPTS, MissionState
+from app.domain.lifecycles.mission import MissionState, begin_work, has_ended, is_paused
+from app.domain.lifecycles.script import (
+    TERMINAL_SCRIPTS,
+    Delivery,
+    acknowledge,
+    ask,
+    end,
+    follow_order,
+    forget,
+    has_terminated,
+    hear,
+    note_answer,
+    order,
+    order_label,
+    refuse,
+    reissue_if_diverged,
+    settle_clearance,
+    settle_order,
+    unanswered_order,
+)
+from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
-from app.missions.clearance import has_ended, renew_clearances, scripts_of
-from app.missions.upkeep import note_upkeep
+from app.missions.clearance import action_has_ended, packets_of, renew_clearances
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
-from app.store.script_orders import give, insist, unanswered
 from robots.wire import (
     Acknowledgement,
     ControlVerb,
@@ -35,17 +57,34 @@ from robots.wire import (
 )
 
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
-FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptState.RUNNING}
-"""How a robot stands that has agreed to an order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Subject:
+    """What a report is about.
+
+    :param scripts: all of the plan that the script belongs to.
+    """
+
+    script: ScriptRow
+    mission: MissionRow
+    scripts: Sequence[ScriptRow]
+
+    @property
+    def is_current(self) -> bool:
+        """True if the mission carries the script's plan out now."""
+        return self.script.plan_id == self.mission.plan_id
 
 
 class MissionReports:
     """Records what robots say. A message whose id is known already changes nothing."""
 
     def __init__(self, core: Core, *, waiting: WaitingGoals) -> None:
-        self._core = core
-        self._database, self._workflows, self._events = core.database, core.workflows, core.events
-        self._holdings, self._believing = core.holdings, BeliefUpdates(core)
+        self._database = core.database
+        self._workflows = core.workflows
+        self._events = core.events
+        self._reservations = core.holdings
+        self._beliefs = BeliefUpdates(core)
         self._waiting = waiting
 
     def record(self, message: Message, world: str) -> bool:
@@ -57,110 +96,117 @@ class MissionReports:
             self._database.lock(session, message.id)  # another process may hear it, too
             if session.get(MessageRow, message.id) is not None:
                 return False
-            body = message.body
-            if isinstance(body, UpkeepReport):
+            if isinstance(message.body, UpkeepReport):
                 session.add(_row(message))
-                note_upkeep(session, self._core, world=world, robot=message.sender, report=body)
+                self._beliefs.note_upkeep(session, message.body, world=world, robot=message.sender)
                 return True
-            script = session.get(ScriptRow, getattr(body, "script_id", ""))
-            if script is None or script.robot != message.sender:
+            subject = _subject_of(session, message)
+            if subject is None:
                 return False
-            # The mission is locked first: its other scripts change with it.
-            mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
-            session.refresh(script, with_for_update=True)
             session.add(_row(message))
-            before = self._holdings.of_mission(session, mission)
-            self._consequences(session, message, script, mission)
-            if self._holdings.of_mission(session, mission) != before:
-                self._waiting.release(session, mission.world)
-            if not MissionState(mission.state).ended:  # its workflow is over, and may be forgotten
-                self._workflows.wake(session, mission.workflow, message.id)
+            if _may_free(message) and subject.is_current:
+                before = self._reserved(session, subject)
+                self._apply(session, message, subject)
+                if self._reserved(session, subject) != before:
+                    self._waiting.release(session, world)
+            else:
+                self._apply(session, message, subject)
+            if not has_ended(subject.mission):  # its workflow is over, and may be forgotten
+                self._workflows.wake(session, subject.mission.workflow, message.id)
             return True
 
-    def _consequences(
-        self, session: Session, message: Message, script: ScriptRow, mission: MissionRow
-    ) -> None:
+    def _reserved(self, session: Session, subject: _Subject) -> Reservation:
+        return self._reservations.of_scripts(session, subject.mission.plan_id, subject.scripts)
+
+    def _apply(self, session: Session, message: Message, subject: _Subject) -> None:
         match message.body:
             case Acknowledgement():
-                self._answered(session, message, script, mission, "acknowledged")
-            case Refusal():
-                self._answered(session, message, script, mission, "refused")
+                self._answer(session, message, subject, refusal=None)
+            case Refusal(reason=reason):
+                self._answer(session, message, subject, refusal=reason)
             case PacketReport() as report:
-                self._packet(session, report, script, mission)
-                insist(script, mission)
+                self._packet(session, report, subject)
+                reissue_if_diverged(subject.script, subject.mission)
             case ScriptReport() as report:
-                self._ended(session, report, script, mission)
+                self._script_ended(session, report, subject)
             case StatusReport() as report:
-                self._status(session, message, report, script)
-                insist(script, mission)
+                self._status(session, message, report, subject.script)
+                reissue_if_diverged(subject.script, subject.mission)
 
-    def _answered(
-        self, session: Session, message: Message, script: ScriptRow, mission: MissionRow, delivery: str
-    ) -> None:
-        """The robot agreed to or refused a request: of a script, of a control, or a clearance."""
-        reason = message.body.reason if isinstance(message.body, Refusal) else ""
-        if message.in_reply_to == f"{script.id}:request":
-            if script.delivery == "pending" and script.stopping and delivery == "refused":
-                # It was told to drop the script before that came.
-                script.delivery, script.state = "withdrawn", ScriptState.CANCELLED
-            elif script.delivery == "pending":
-                script.delivery, script.detail = delivery, reason
-                if delivery == "acknowledged" and mission.state == MissionState.PAUSED:
-                    # It was on its way when the operator paused the mission.
-                    give(script, ControlVerb.PAUSE)
-                answered = ScriptAcknowledged if delivery == "acknowledged" else ScriptRefused
-                self._events.append(session, answered(subject=script.id, robot=script.robot, reason=reason))
-        elif script.control is not None and message.in_reply_to == f"{script.id}:{script.control}":
-            order = unanswered(script)
-            if order is not None and delivery == "acknowledged":
-                _stands(script, FOLLOWED.get(order.verb, script.state), message.sent_at_s)
-            self._settled(session, script, "control", refused=delivery == "refused", reason=reason)
-        elif script.clearance is not None and message.in_reply_to == f"{script.id}:{script.clearance}":
-            self._settled(session, script, "clearance", refused=delivery == "refused", reason=reason)
+    def _answer(self, session: Session, message: Message, subject: _Subject, *, refusal: str | None) -> None:
+        """The robot has answered a request: of the script, of an order on it, or a clearance.
 
-    def _settled(self, session: Session, script: ScriptRow, kind: str, *, refused: bool, reason: str) -> None:
-        """An order or a clearance is answered. Why one was refused the robot is asked: the script has ended, and its
-        report is on the way; or it is not known any more; or the robot has followed an order with a greater number,
-        of a record that was lost.
+        :param refusal: why it does not agree, None if it does.
         """
-        sent = getattr(script, kind)
-        setattr(script, kind, None)
-        if not refused:
-            return
-        if script.state not in TERMINAL_SCRIPTS:
-            script.question = f"{script.id}:status:{sent}"
-        script.detail = reason
-        if kind == "control":
-            self._events.append(
-                session,
-                ControlRefused(subject=script.id, robot=script.robot, control=sent, reason=reason),
-            )
-        else:
-            self._events.append(
-                session,
-                ClearanceRefused(subject=script.id, robot=script.robot, clearance=sent, reason=reason),
-            )
+        script = subject.script
+        control = unanswered_order(script)
+        if message.in_reply_to == f"{script.id}:request":
+            if script.delivery == Delivery.PENDING:
+                self._delivered(session, subject, refusal)
+        elif control is not None and message.in_reply_to == f"{script.id}:{order_label(control)}":
+            if refusal is None:
+                follow_order(script, control.verb, message.sent_at_s)
+            else:
+                settle_order(script)
+                label = order_label(control)
+                self._ask_why(script, label, refusal)
+                refused = ControlRefused(subject=script.id, robot=script.robot, control=label, reason=refusal)
+                self._events.append(session, refused)
+        elif script.clearance is not None and message.in_reply_to == f"{script.id}:{script.clearance}":
+            clearance = script.clearance
+            settle_clearance(script)
+            if refusal is not None:
+                self._ask_why(script, clearance, refusal)
+                self._events.append(
+                    session,
+                    ClearanceRefused(
+                        subject=script.id, robot=script.robot, clearance=clearance, reason=refusal
+                    ),
+                )
 
-    def _packet(self, session: Session, report: PacketReport, script: ScriptRow, mission: MissionRow) -> None:
+    def _delivered(self, session: Session, subject: _Subject, refusal: str | None) -> None:
+        script = subject.script
+        if refusal is None:
+            acknowledge(script)
+            if is_paused(subject.mission):  # the script was on its way when the operator paused the mission
+                order(script, ControlVerb.PAUSE)
+            self._events.append(session, ScriptAcknowledged(subject=script.id, robot=script.robot, reason=""))
+        else:
+            refuse(script, refusal)
+            if script.delivery == Delivery.REFUSED:
+                self._events.append(
+                    session, ScriptRefused(subject=script.id, robot=script.robot, reason=refusal)
+                )
+
+    def _ask_why(self, script: ScriptRow, refused: str, reason: str) -> None:
+        """Ask the robot how it stands after it refused an order or a clearance.
+
+        The script has ended and its report is on the way, or it is not known any more, or the robot has followed an
+        order with a greater number, of a record that was lost.
+        """
+        if not has_terminated(script):
+            ask(script, f"{script.id}:status:{refused}")
+        script.detail = reason
+
+    def _packet(self, session: Session, report: PacketReport, subject: _Subject) -> None:
+        script = subject.script
+        mission = subject.mission
         known = dict(script.packets.get(report.packet_id, {}))
-        state = known.get("state")
-        if state in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
-            return
+        if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
+            return  # it was overtaken on its way
         known |= {"state": report.state.value, "at_s": report.at_s, "detail": report.detail}
         if report.state is PacketState.RUNNING:
             known.setdefault("started_at_s", report.at_s)
         if report.state in TERMINAL_PACKETS:
             known["finished_at_s"] = report.at_s
         script.packets = {**script.packets, report.packet_id: known}
-        paused = report.state is PacketState.PAUSED
-        _stands(script, ScriptState.PAUSED if paused else ScriptState.RUNNING, report.at_s)
-        if script.plan_id == mission.plan_id:
-            self._started(session, mission, report.at_s)
+        is_standing = report.state is PacketState.PAUSED
+        hear(script, ScriptState.PAUSED if is_standing else ScriptState.RUNNING, report.at_s)
+        if subject.is_current:
+            self._note_start(session, mission, report.at_s)
         if report.state is PacketState.FINISHED:
-            if has_ended(scripts_of(session, mission, script.plan_id), report.packet_id):
-                self._believing.came_true(session, report.packet_id, report.at_s, script, mission)
+            self._actions_ended(session, [report.packet_id], report.at_s, subject)
             learn(session, mission.world, script, report.packet_id, known)
-            renew_clearances(session, self._events, mission)
         self._events.append(
             session,
             PacketReported(
@@ -174,69 +220,72 @@ class MissionReports:
             ),
         )
 
-    def _started(self, session: Session, mission: MissionRow, at_s: float) -> None:
+    def _note_start(self, session: Session, mission: MissionRow, at_s: float) -> None:
         """The first report of work starts the mission's expected time."""
         if mission.started_at_s is None:
             mission.started_at_s = at_s
             mission.enquire_at_s = at_s + mission.estimate_s + mission.margin_s
-        if mission.state in (MissionState.PENDING, MissionState.DISPATCHING):
-            mission.state = MissionState.RUNNING
+        if begin_work(mission):
             running = MissionRunning(subject=mission.id, started_at_s=at_s, state=MissionState(mission.state))
             self._events.append(session, running)
 
-    def _ended(self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow) -> None:
-        if script.state in TERMINAL_SCRIPTS:
+    def _actions_ended(
+        self, session: Session, packets: Iterable[str], at_s: float, subject: _Subject
+    ) -> None:
+        """The robot has done its part of actions: what has ended altogether has its effects."""
+        ended = [packet for packet in packets if action_has_ended(subject.scripts, packet)]
+        if ended:
+            self._beliefs.apply_effects(
+                session,
+                ended,
+                at_s=at_s,
+                script=subject.script,
+                mission=subject.mission,
+                scripts=subject.scripts,
+            )
+        if subject.is_current:
+            renew_clearances(session, self._events, subject.mission, subject.scripts)
+
+    def _script_ended(self, session: Session, report: ScriptReport, subject: _Subject) -> None:
+        script = subject.script
+        if has_terminated(script):
             return
-        script.state, script.detail = report.state, report.detail
-        script.heard_at_s = max(script.heard_at_s or 0.0, report.at_s)
-        script.category = report.category
-        script.perceived = [fact.model_dump(mode="json") for fact in report.perceived]
-        script.control = script.question = script.clearance = None
-        if script.delivery == "pending":
-            script.delivery = "withdrawn" if script.stopping else "acknowledged"
+        end(
+            script,
+            report.state,
+            at_s=report.at_s,
+            detail=report.detail,
+            category=report.category,
+            perceived=[fact.model_dump(mode="json") for fact in report.perceived],
+        )
         if report.state is ScriptState.FINISHED:
-            self._finish_all(session, report, script, mission)
-            renew_clearances(session, self._events, mission)
+            unreported = _finish_packets(script, report.at_s)
+            self._actions_ended(session, unreported, report.at_s, subject)
         else:
-            self._believing.reconcile(session, report, script, mission)
+            self._beliefs.reconcile(session, report, script, subject.mission)
         self._events.append(
             session,
             ScriptReported(
                 subject=script.id,
                 robot=script.robot,
-                mission=mission.id,
+                mission=subject.mission.id,
                 state=report.state,
                 at_s=report.at_s,
                 detail=report.detail,
             ),
         )
 
-    def _finish_all(
-        self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
-    ) -> None:
-        """A script that has finished has finished each of its packets, though the report of it is still under way."""
-        for packet in [one["id"] for one in script.body["packets"]]:
-            known = script.packets.get(packet, {})
-            if known.get("state") == PacketState.FINISHED:
-                continue
-            told = {"state": PacketState.FINISHED.value, "at_s": report.at_s, "finished_at_s": report.at_s}
-            script.packets = {**script.packets, packet: {**known, **told}}
-            if has_ended(scripts_of(session, mission, script.plan_id), packet):
-                self._believing.came_true(session, packet, report.at_s, script, mission)
-
     def _status(self, session: Session, message: Message, report: StatusReport, script: ScriptRow) -> None:
-        if message.in_reply_to == script.question:
-            script.question = None
+        note_answer(script, message.in_reply_to)
         script.orders = max(script.orders, report.order)
-        if script.state in TERMINAL_SCRIPTS:
+        if has_terminated(script):
             return
         if report.state is None:
-            script.state, script.category = ScriptState.FAILED, "robot"
-            script.detail = f"{script.robot} does not know the script it was given"
+            forget(script, f"{script.robot} does not know the script it was given")
         elif report.state not in TERMINAL_SCRIPTS:
             # A terminal state comes with its own report, which says what was perceived.
-            _stands(script, report.state, report.at_s)
-        self._note_waiting(report, script)
+            hear(script, report.state, report.at_s)
+        _note_waiting(script, report)
         self._events.append(
             session,
             ScriptStatus(
@@ -248,20 +297,54 @@ class MissionReports:
             ),
         )
 
-    def _note_waiting(self, report: StatusReport, script: ScriptRow) -> None:
-        """What the robot's packet waits for now; the report that it came up may be old or still under way."""
-        if report.packet_id is None or report.packet_state is not PacketState.INITIALIZING:
-            return
-        known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
-        if known["state"] == PacketState.INITIALIZING:
-            script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
+
+def _subject_of(session: Session, message: Message) -> _Subject | None:
+    """What the message is about, locked; None if that is no script of the sender's."""
+    script = session.get(ScriptRow, getattr(message.body, "script_id", ""))
+    if script is None or script.robot != message.sender:
+        return None
+    # The mission is locked first: its other scripts change with it.
+    mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
+    query = (
+        select(ScriptRow)
+        .where(ScriptRow.mission_id == mission.id, ScriptRow.plan_id == script.plan_id)
+        .order_by(ScriptRow.id)
+        .with_for_update()
+        .execution_options(populate_existing=True)
+    )
+    return _Subject(script=script, mission=mission, scripts=session.scalars(query).all())
 
 
-def _stands(script: ScriptRow, state: str | None, at_s: float) -> None:
-    """What the robot said last counts, not what came last."""
-    if script.state not in TERMINAL_SCRIPTS and at_s >= (script.heard_at_s or 0.0):
-        script.state = state
-    script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
+def _may_free(message: Message) -> bool:
+    """True if the message may end what a robot needs places and things for."""
+    match message.body:
+        case PacketReport(state=PacketState.FINISHED) | ScriptReport(state=ScriptState.FINISHED):
+            return True
+    return False
+
+
+def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:
+    """Note that every packet of a finished script has finished; answers those whose reports are still on the way."""
+    told = {"state": PacketState.FINISHED.value, "at_s": at_s, "finished_at_s": at_s}
+    packets = dict(script.packets)
+    unreported = [
+        packet
+        for packet in packets_of(script)
+        if packets.get(packet, {}).get("state") != PacketState.FINISHED
+    ]
+    for packet in unreported:
+        packets[packet] = {**packets.get(packet, {}), **told}
+    script.packets = packets
+    return unreported
+
+
+def _note_waiting(script: ScriptRow, report: StatusReport) -> None:
+    """Note what the robot's packet waits for now; the report that it came up may be old or still on its way."""
+    if report.packet_id is None or report.packet_state is not PacketState.INITIALIZING:
+        return
+    known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
+    if known["state"] == PacketState.INITIALIZING:
+        script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
 
 
 def _row(message: Message) -> MessageRow:

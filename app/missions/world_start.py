@@ -1,5 +1,5 @@
-"""Meeting the worlds when a service begins: one whose run the record knows goes on where it stood, any other begins
-afresh, as its file says, so what ran in it before is over.
+"""The start of worlds: one whose run the record knows continues where it stood; any other starts as its file says, and
+what ran in it before is over.
 """
 
 from collections.abc import Collection
@@ -10,8 +10,11 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
-from app.domain.events import GoalSubmitted, GoalWithdrawn
-from app.domain.states import ENDED, GoalState, MissionState, PlanState
+from app.domain.events import GoalWaiting, GoalWithdrawn
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
@@ -22,13 +25,12 @@ from app.store.event_log import EventLog
 from robots.wire import FailureCategory
 from robots.world import WorldFile
 
-UNMET = ""
-"""The run of a world whose fleet has not been heard of yet: its facts are as its file says."""
-OPEN_GOALS = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED)
+UNKNOWN_RUN = ""
+"""The run of a world whose fleet has not been heard yet: its facts are as its file says."""
 
 
 def recorded_run(settings: Settings, world: str) -> str | None:
-    """The run of a world that the record tells of; None if there is no record yet, or it knows none to go on with."""
+    """The run that the record's facts of a world belong to; None if there is no record, or no run to continue."""
     settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
     database = Database(settings.resolved_database_url())
     try:
@@ -42,30 +44,31 @@ def recorded_run(settings: Settings, world: str) -> str | None:
         database.close()
 
 
-def begin_world(session: Session, core: Core, world: RunningWorld) -> None:
-    """Meet the world if its run is known already; else expect its fleet."""
+def start_world(session: Session, core: Core, world: RunningWorld) -> None:
+    """Start the run that the world is in, or continue it; without one, wait for the run of its fleet."""
     if world.run is None:
-        expect_world(session, core, world.file)
+        await_fleet(session, core, world.file)
     else:
-        meet_world(session, core, world.file, world.run, why_afresh=world.why_afresh)
+        start_world_run(session, core, world.file, world.run, why_new=world.why_afresh)
 
 
-def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_afresh: str = "") -> bool:
-    """True if the world goes on: its run is the one that the record's facts belong to.
+def start_world_run(session: Session, core: Core, world: WorldFile, run: str, *, why_new: str = "") -> bool:
+    """Continue the run if the record's facts belong to it, and answer True; else start it, and answer False.
 
-    Else it begins afresh: facts as the file says, missions that ran have failed, open plans have expired, goals that
-    nobody has decided on wait to be planned again.
+    A run that starts has the facts of the world's file; missions that ran have failed, open plans have expired, goals
+    that nobody has decided on wait to be planned again.
 
-    :param why_afresh: why it could not go on, if that is known.
+    :param why_new: why the last run could not be continued, if that is known.
     """
-    core.database.lock(session, f"world {world.name}")  # another process may meet it just now
+    core.database.lock(session, f"world {world.name}")  # another process may start it just now
     row = session.get(WorldRow, world.name)
     if row is None:
         row = WorldRow(id=world.name, version=0)
         session.add(row)
-    row.title, row.layout = world.title or world.name, layout_of(world)
+    row.title = world.title or world.name
+    row.layout = layout_of(world)
     session.flush()
-    if row.run in (run, UNMET):
+    if row.run in (run, UNKNOWN_RUN):
         row.run = run
         return True
     row.run = run
@@ -76,29 +79,28 @@ def meet_world(session: Session, core: Core, world: WorldFile, run: str, *, why_
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name))
     _forget_abandoned(session, world.name)
-    reason = "the simulated world was started afresh" + (f": {why_afresh}" if why_afresh else "")
+    reason = "the simulated world was started afresh" + (f": {why_new}" if why_new else "")
     _end_missions(session, core.events, world.name, reason)
     _reopen_goals(session, core.events, world.name, reason, runs=True)
     return False
 
 
-def expect_world(session: Session, core: Core, world: WorldFile) -> None:
-    """Its fleet is not known yet: until it is the record stands, if there is one to go on with."""
+def await_fleet(session: Session, core: Core, world: WorldFile) -> None:
+    """Keep the record as it is, if there is one to continue, until the fleet's run is known."""
     row = session.get(WorldRow, world.name)
     known = row.run if row is not None else None
-    meet_world(session, core, world, UNMET if known is None else known)
+    start_world_run(session, core, world, UNKNOWN_RUN if known is None else known)
 
 
 def _forget_abandoned(session: Session, world_id: str) -> None:
     """Robots that were lost in a world that is no more need not be told to stop."""
     query = select(ScriptRow).join(MissionRow, MissionRow.id == ScriptRow.mission_id)
     for script in session.scalars(query.where(MissionRow.world == world_id, ScriptRow.abandoned)).all():
-        script.control = script.question = None
-        script.abandoned, script.delivery = False, "withdrawn"
+        release_abandoned(script)
 
 
-def part_from_others(session: Session, core: Core, running: Collection[str]) -> None:
-    """Worlds of the record that do not run: what ran in them is over, open goals are withdrawn; they will not go on."""
+def end_missions_of_absent_worlds(session: Session, core: Core, running: Collection[str]) -> None:
+    """End what ran in worlds of the record that do not run any more, and withdraw their goals."""
     for row in session.scalars(select(WorldRow).where(WorldRow.id.not_in(running))).all():
         row.run = None
         reason = f"world {row.id} does not run any more"
@@ -121,12 +123,12 @@ def _end_missions(session: Session, events: EventLog, world_id: str, reason: str
 
 
 def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str, *, runs: bool) -> None:
-    query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(OPEN_GOALS))
+    query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(goal_lifecycle.UNDECIDED))
     for goal in session.scalars(query).all():
         close_plans(session, events, goal, PlanState.EXPIRED, reason)
-        goal.state, goal.reason = GoalState.SUBMITTED if runs else GoalState.WITHDRAWN, reason
-        goal.outcome = None if runs else "world_not_running"
         if runs:
-            events.append(session, GoalSubmitted(subject=goal.id, text=goal.text, reason=reason))
+            goal_lifecycle.wait(goal, reason)
+            events.append(session, GoalWaiting(subject=goal.id, reason=reason))
         else:
+            goal_lifecycle.withdraw(goal, outcome="world_not_running", reason=reason)
             events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))

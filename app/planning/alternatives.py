@@ -1,9 +1,7 @@
-"""Alternatives to a goal's proposed plan, as a durable workflow: plans of their own, any of which may be approved."""
+"""Alternatives to a goal's proposed plan: found by a durable workflow, any of them may be approved."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
 from enum import StrEnum
-from functools import partial
 
 from sqlalchemy.orm import Session
 
@@ -16,91 +14,57 @@ from app.domain.events import (
     PlanClosed,
 )
 from app.domain.ids import new_id
+from app.domain.lifecycles import plan as plan_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.states import GoalState, PlanState
+from app.planning.job import PlanningJob, PlanningTask
 from app.planning.limits import PlanningLimits, PlanningWish
-from app.planning.pool.pool import PlanningWorker, WorkerClosed
-from app.planning.pool.process import WorkFailed
+from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.work import AlternativesWork, Solutions, WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
-from app.planning.progress_watch import GoalWatch
 from app.planning.proposals import Proposals, open_plans
 from app.store import GoalRow, PlanRow
-from app.store.goal_record import goal_to_change
-from app.workflows import FIND_ALTERNATIVES, PLANNING, or_give_up, step
-from planner import (
-    KnowledgeBase,
-    Observer,
-    PlanningEngine,
-    PlanningProblem,
-    PlanningRequest,
-    PlanningResult,
-    PlanningStatus,
-)
-from planner.alternatives import Alternative, alternatives
+from app.store.records import lock_goal
+from app.workflows import FIND_ALTERNATIVES, PLANNING
+from planner import PlanningResult, PlanningStatus
 
 FIRST = "proposed first"
 """The label of a plan that is best at nothing among the alternatives."""
 
 
 class Search(StrEnum):
-    """How the search for a goal's alternatives stands."""
+    """The state of the search for a goal's alternatives."""
 
     SEEKING = "seeking"
+    """It is queued or under way."""
     FOUND = "found"
+    """It has ended; the plans found are proposed."""
     FAILED = "failed"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sought:
-    """The work of finding alternatives."""
-
-    knowledge_base: KnowledgeBase
-    problem: PlanningProblem
-    request: PlanningRequest
-    count: int
-    proposed: PlanningResult
-
-    def __call__(self, engine: PlanningEngine, observer: Observer) -> tuple[Alternative, ...]:
-        return alternatives(
-            engine,
-            self.knowledge_base,
-            self.problem,
-            self.request,
-            observer,
-            k=self.count,
-            proposed=self.proposed,
-        )
+    """It has ended without a plan; the reason says why."""
 
 
 class Alternatives:
-    """Has alternatives to a proposed plan found, and answers them side by side."""
+    """Starts the search for alternatives to a proposed plan, and reads the plans side by side."""
 
-    def __init__(
-        self,
-        core: Core,
-        *,
-        posing: ProblemBuilder,
-        proposing: Proposals,
-        worker: PlanningWorker,
-        limits: PlanningLimits,
-    ) -> None:
-        self._database, self._events, self._workflows = core.database, core.events, core.workflows
-        self._knowledge_base, self._posing, self._proposing = core.knowledge_base, posing, proposing
-        self._worker, self._limits = worker, limits
+    def __init__(self, core: Core) -> None:
+        self._database = core.database
+        self._events = core.events
+        self._workflows = core.workflows
 
-    def seek(self, goal_id: str, count: int, *, actor: str) -> GoalRow:
-        """Have alternatives found; while they are being sought, asking again changes nothing.
+    def search(self, goal_id: str, count: int, *, actor: str) -> GoalRow:
+        """Have alternatives found; while they are searched for, asking again changes nothing.
 
         :raises Conflict: if the goal has no plan that is open to decision.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.state != GoalState.PLANNED:
                 raise Conflict(
                     f"goal {goal.id} is {goal.state}; only a plan that waits for a decision has alternatives",
                     code="no-open-plan",
                 )
-            if not _is_sought(goal):
+            if not _is_searched(goal):
                 goal.alternatives = {"state": Search.SEEKING.value, "count": count, "reason": ""}
                 goal.stop_requested = False
                 self._events.append(
@@ -120,49 +84,43 @@ class Alternatives:
                 rows = [session.get_one(PlanRow, goal.plan_id)]
         return sorted(rows, key=lambda row: float(row.body["makespan_s"]))
 
-    def run(self, goal_id: str) -> None:
-        """The workflow."""
-        or_give_up(
-            lambda: step("find alternatives", lambda: self._find(goal_id)), partial(self._give_up, goal_id)
-        )
 
-    def _give_up(self, goal_id: str, reason: str) -> None:
-        with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
-            if _is_sought(goal):
-                self._end(session, goal, Search.FAILED, reason)
+class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
+    """Finds alternatives to a goal's proposed plan."""
 
-    def _find(self, goal_id: str) -> None:
-        with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
-            if not _is_sought(goal):
-                return
-            posed, first = self._posing.pose(session, goal), goal.plan_id
-            work = self._sought(session, goal, posed)
-        watch = GoalWatch(self._database, self._events, goal_id, during=GoalState.PLANNED)
-        try:
-            found: Sequence[Alternative] = self._worker.do(work, work.request.time_limit_s, watch)
-            reason = posed.refusal or "no plan was found as the world is by now"
-        except WorkFailed as failure:
-            found, reason = (), failure.reason
-        except WorkerClosed:  # the service ends; what is sought is sought anew when it is asked for again
-            return
-        with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
-            goal.planning = None
-            if not _is_sought(goal) or goal.plan_id != first:
-                return
-            if found:
-                self._take(session, goal, found, posed)
-            self._end(session, goal, Search.FOUND if found else Search.FAILED, "" if found else reason)
+    step_name = "find alternatives"
 
-    def _sought(self, session: Session, goal: GoalRow, posed: GoalProblem) -> _Sought:
-        plan = session.get_one(PlanRow, goal.plan_id)
-        body = PlanBody.model_validate(plan.body)
-        return _Sought(
+    def __init__(
+        self,
+        core: Core,
+        *,
+        problems: ProblemBuilder,
+        proposals: Proposals,
+        worker: PlanningWorker,
+        limits: PlanningLimits,
+    ) -> None:
+        super().__init__(core, worker=worker)
+        self._problems = problems
+        self._proposals = proposals
+        self._limits = limits
+
+    def load(self, session: Session, subject_id: str, *, lock: bool) -> GoalRow:
+        return session.get_one(GoalRow, subject_id, with_for_update=lock)
+
+    def turn(self, subject: GoalRow) -> Hashable:
+        return subject.plan_id if _is_searched(subject) else None
+
+    def begin(self, session: Session, subject: GoalRow) -> PlanningTask | None:
+        goal = subject
+        if not _is_searched(goal):
+            return None
+        built = self._problems.build(session, goal)
+        request = self._limits.request(PlanningWish.from_json(goal.limits))
+        body = PlanBody.model_validate(session.get_one(PlanRow, goal.plan_id).body)
+        work = AlternativesWork(
             knowledge_base=self._knowledge_base,
-            problem=posed.problem,
-            request=self._limits.request(PlanningWish.from_json(goal.limits)),
+            problem=built.problem,
+            request=request,
             count=(goal.alternatives or {})["count"],
             proposed=PlanningResult(
                 status=PlanningStatus.SOLVED,
@@ -172,28 +130,41 @@ class Alternatives:
                 lower_bound_s=body.lower_bound_s,
             ),
         )
+        return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s)
 
-    def _take(
-        self, session: Session, goal: GoalRow, found: Iterable[Alternative], posed: GoalProblem
+    def conclude(
+        self, session: Session, subject: GoalRow, task: PlanningTask, result: WorkResult[Solutions]
     ) -> None:
-        """Propose what is new, say of each what it is best at; earlier alternatives not found again are closed."""
+        if result.answer is None:
+            self._end(session, subject, Search.FAILED, result.why)
+        else:
+            self._record(session, subject, result.answer, task.problem)
+            self._end(session, subject, Search.FOUND, "")
+
+    def give_up(self, session: Session, subject: GoalRow, reason: str) -> None:
+        if _is_searched(subject):
+            self._end(session, subject, Search.FAILED, reason)
+
+    def _record(self, session: Session, goal: GoalRow, found: Solutions, built: GoalProblem) -> None:
+        """Propose the new plans and label all; earlier alternatives that were not found again are closed."""
         known = {
             row.id: PlanBody.model_validate(row.body).to_plan_net(self._knowledge_base)
             for row in open_plans(session, goal.id)
         }
-        left = set(known) - {goal.plan_id}
+        outdated = set(known) - {goal.plan_id}
         session.get_one(PlanRow, goal.plan_id).label = FIRST
         for one in found:
-            plan_id = next((row for row, net in known.items() if net == one.plan_net), None)
+            plan_id = next((row for row, net in known.items() if net == one.result.plan_net), None)
             if plan_id is None:
-                plan = self._proposing.propose(session, goal, one.result, posed)
+                plan = self._proposals.propose(session, goal, one.result, built)
             else:
                 plan = session.get_one(PlanRow, plan_id)
-                left.discard(plan_id)
-            plan.label, plan.comparison = one.label, one.words
-        for plan_id in left:
+                outdated.discard(plan_id)
+            plan.label = one.label
+            plan.comparison = one.comparison
+        for plan_id in outdated:
             plan = session.get_one(PlanRow, plan_id)
-            plan.state, plan.reason = PlanState.SUPERSEDED, "newer alternatives were found"
+            plan_lifecycle.close(plan, PlanState.SUPERSEDED, "newer alternatives were found")
             closed = PlanClosed(subject=plan.id, goal=goal.id, state=PlanState.SUPERSEDED, reason=plan.reason)
             self._events.append(session, closed)
 
@@ -204,5 +175,5 @@ class Alternatives:
         self._events.append(session, ended(subject=goal.id, plans=plans, reason=reason))
 
 
-def _is_sought(goal: GoalRow) -> bool:
+def _is_searched(goal: GoalRow) -> bool:
     return goal.state == GoalState.PLANNED and (goal.alternatives or {}).get("state") == Search.SEEKING

@@ -1,27 +1,41 @@
-"""Operators' decisions on plans: approve or reject. A plan that the world has overtaken expires instead."""
+"""Operators' decisions on plans: approve or reject. A plan that the world has made stale expires instead."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.errors import Conflict, unrecorded
-from app.domain.events import GoalCommitted, GoalWithdrawn, MissionPending, PlanClosed, PlanDecided
+from app.domain.errors import Conflict
+from app.domain.events import (
+    GoalCommitted,
+    GoalWithdrawn,
+    MissionPending,
+    MissionRevised,
+    PlanClosed,
+    PlanDecided,
+)
 from app.domain.ids import new_id
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles import plan as plan_lifecycle
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.states import GoalState, MissionState, PlanState
-from app.planning.proposals import close_plans, open_plans
+from app.domain.world_model import broken_support, taken_by
+from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
+from app.domain.world_model.vocabulary import symbolic
+from app.planning.proposals import close_plans, open_plans, plan_row
 from app.planning.requests import PlanningRequests
-from app.planning.revision import revise, turn_down
-from app.planning.staleness import Staleness
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
-from app.store.paging import page
+from app.store.records import lost_robot_reasons, page
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
+from planner import Fact, PlanNet
 
 AUTOMATIC = "auto_approve"
 """Who decided on a plan whose goal was submitted with `auto_approve`."""
@@ -30,7 +44,7 @@ RECOVERY = "recovery"
 
 
 class PlanApproval:
-    """Reads plans and takes decisions on them."""
+    """Reads plans and records decisions on them."""
 
     def __init__(
         self,
@@ -39,17 +53,21 @@ class PlanApproval:
         margin: Margin,
         requests: PlanningRequests,
     ) -> None:
-        self._database, self._events, self._workflows = core.database, core.events, core.workflows
-        self._facts, self._plan_nets, self._staleness = core.facts, core.plan_nets, Staleness(core)
+        self._database = core.database
+        self._events = core.events
+        self._workflows = core.workflows
+        self._facts = core.facts
+        self._plan_nets = core.plan_nets
+        self._staleness = Staleness(core)
         self._margin = margin
         self._requests = requests
 
     def get(self, plan_id: str) -> PlanRow:
         with self._database.read() as session:
-            return _plan(session, plan_id)
+            return plan_row(session, plan_id)
 
-    def overtaken(self, plan: PlanRow) -> list[str]:
-        """Why the plan cannot be approved as it is, if it waits for a decision; approving has it repaired then."""
+    def why_stale(self, plan: PlanRow) -> list[str]:
+        """Why the plan, if it is proposed, cannot be approved as it is; approving it then has it repaired."""
         if plan.state != PlanState.PROPOSED:
             return []
         with self._database.read() as session:
@@ -67,9 +85,9 @@ class PlanApproval:
             return page(session, PlanRow, limit=limit, after=after, goal_id=goal_id, state=state)
 
     def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
-        """Approve a plan and start its mission; once approved, approving again answers the same mission.
+        """Approve a plan and start its mission; approving it again returns the same mission's id.
 
-        :raises Conflict: if it was decided otherwise, or the world has changed under it; then it is repaired.
+        :raises Conflict: if it was decided on otherwise, or the world has changed since; then it is repaired.
         """
         with self._database.write() as session:
             plan, goal = _to_decide(session, plan_id)
@@ -85,26 +103,27 @@ class PlanApproval:
     def approve_or_expire(
         self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str
     ) -> str | None:
-        """Approve inside the caller's transaction and answer the mission's id.
+        """Approve inside the caller's transaction and return the mission's id.
 
-        None if the world has changed under the plan: then it has expired, and a repaired one is to take its place.
+        None if the plan is stale: then it expires, and a repaired one is planned in its place.
         """
-        if goal.mission_id is not None:
-            session.get_one(MissionRow, goal.mission_id, with_for_update=True)  # before the world, as all do
-        # Of two plans that take the same robots, approved at once in two processes, one sees the other's mission.
+        if goal.mission_id is not None:  # locked before the world, as everywhere
+            session.get_one(MissionRow, goal.mission_id, with_for_update=True)
+        # If two processes approve plans for the same robots at once, the second sees the first one's mission.
         self._facts.lock(session, plan.world)
         stale = "; ".join(self._staleness.of(session, plan, goal))
         if not stale:
             return self._approve(session, plan, goal, actor=actor, comment=comment)
-        plan.state, plan.reason, goal.plan_id = PlanState.EXPIRED, stale, plan.id
+        plan_lifecycle.close(plan, PlanState.EXPIRED, stale)
+        goal.plan_id = plan.id
         expired = PlanClosed(
             subject=plan.id, goal=goal.id, state=PlanState.EXPIRED, reason=stale, actor=actor
         )
         self._events.append(session, expired)
         close_plans(session, self._events, goal, PlanState.EXPIRED, "another plan of the goal is repaired")
-        reason = f"the plan was overtaken: {stale}"
+        reason = f"the plan is out of date: {stale}"
         if goal.mission_id is None:
-            self._requests.plan_goal(session, goal, reason)
+            self._requests.plan_again(session, goal, reason)
         else:
             self._requests.recover_again(session, goal, reason)
         return None
@@ -112,16 +131,25 @@ class PlanApproval:
     def _approve(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
         self._decide(session, plan, PlanState.APPROVED, actor, comment)
         close_plans(
-            session, self._events, goal, PlanState.SUPERSEDED, f"plan {plan.id} was approved", but=plan.id
+            session, self._events, goal, PlanState.SUPERSEDED, f"plan {plan.id} was approved", keep=plan.id
         )
-        body = PlanBody.model_validate(plan.body)
         net = self._plan_nets.of(session, plan.id)
         margin_s = self._margin.of(net, learned_durations(session, plan.world), plan.world)
-        if goal.mission_id is not None:
-            mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
-            revise(session, self._events, self._workflows, mission, plan, goal, margin_s=margin_s)
-            return mission.id
-        mission_id = new_id("mission")
+        mission_id = goal.mission_id or new_id("mission")
+        is_repair = goal.mission_id is not None
+        goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission_id)
+        self._events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission_id))
+        if is_repair:
+            self._revise(session, mission_id, plan, margin_s)
+        else:
+            self._start(session, mission_id, plan, goal, margin_s)
+        return mission_id
+
+    def _start(
+        self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, margin_s: float
+    ) -> None:
+        """Record the mission that carries out the plan, and start its workflow."""
+        body = PlanBody.model_validate(plan.body)
         mission = MissionRow(
             id=mission_id,
             workflow=mission_id,
@@ -137,8 +165,6 @@ class PlanApproval:
             tries_left=TRIES,
         )
         session.add(mission)
-        goal.state, goal.plan_id, goal.mission_id = GoalState.COMMITTED, plan.id, mission.id
-        self._events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission.id))
         self._events.append(
             session,
             MissionPending(
@@ -150,12 +176,33 @@ class PlanApproval:
             ),
         )
         self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission.id)
-        return mission.id
+
+    def _revise(self, session: Session, mission_id: str, plan: PlanRow, margin_s: float) -> None:
+        """Have the mission carry out its repaired plan: what is done stays done, its robots get new scripts.
+
+        A paused mission's robots get them when it is resumed.
+        """
+        mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+        mission.plan_id = plan.id
+        mission.margin_s = margin_s
+        mission.revision += 1
+        recovery.approve(mission, plan.id)
+        mission_lifecycle.dispatch(mission)
+        self._events.append(
+            session,
+            MissionRevised(
+                subject=mission.id,
+                plan=plan.id,
+                revision=mission.revision,
+                state=MissionState(mission.state),
+            ),
+        )
+        self._workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
 
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
-        """Reject a plan; its goal is withdrawn with the last plan open. Rejecting again changes nothing.
+        """Reject a plan; its goal is withdrawn with its last open plan. Rejecting again changes nothing.
 
-        The mission that a repaired plan was for ends; its robots are safe.
+        If a repaired plan is rejected, its mission ends; its robots are safe.
         """
         with self._database.write() as session:
             plan, goal = _to_decide(session, plan_id)
@@ -165,35 +212,39 @@ class PlanApproval:
             self._decide(session, plan, PlanState.REJECTED, actor, comment)
             session.flush()
             if goal.mission_id is not None:
-                mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
-                turn_down(session, self._workflows, mission, plan, goal, comment)
+                self._reject_repair(session, goal.mission_id, plan, goal, comment)
                 return plan
-            if left := open_plans(session, goal.id):
-                goal.plan_id = left[0].id
+            if others := open_plans(session, goal.id):
+                if goal.plan_id != others[0].id:
+                    goal.plan_id = others[0].id
+                    goal.alternatives = None  # a search under way compares with the rejected plan
                 return plan
-            goal.state, goal.outcome = GoalState.WITHDRAWN, "plan_rejected"
-            goal.reason = f"plan rejected: {comment}" if comment else "plan rejected"
+            reason = f"plan rejected: {comment}" if comment else "plan rejected"
+            goal_lifecycle.withdraw(goal, outcome="plan_rejected", reason=reason)
             self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return plan
 
+    def _reject_repair(
+        self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, comment: str
+    ) -> None:
+        """The operator does not want the mission recovered this way: it ends."""
+        mission = session.get_one(MissionRow, mission_id, with_for_update=True)
+        goal.plan_id = mission.plan_id
+        remark = f": {comment}" if comment else ""
+        recovery.reject(mission, plan.id, f"the repair was rejected{remark}")
+        self._workflows.wake(session, mission.workflow, f"rejected:{plan.id}")
+
     def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
-        plan.state, plan.comment, plan.decided_by, plan.decided_at = state, comment, actor, utc_now()
+        plan_lifecycle.decide(plan, state, actor=actor, comment=comment, at=utc_now())
         self._events.append(
             session,
             PlanDecided(subject=plan.id, goal=plan.goal_id, state=state, actor=actor, comment=comment),
         )
 
 
-def _plan(session: Session, plan_id: str) -> PlanRow:
-    row = session.get(PlanRow, plan_id)
-    if row is None:
-        raise unrecorded("plan", plan_id)
-    return row
-
-
 def _to_decide(session: Session, plan_id: str) -> tuple[PlanRow, GoalRow]:
-    """The plan and its goal, locked: the goal first, as all do, so that two processes never wait for each other."""
-    plan = _plan(session, plan_id)
+    """The plan and its goal, locked: the goal first, as everywhere, so that no deadlock occurs."""
+    plan = plan_row(session, plan_id)
     goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
     session.refresh(plan, with_for_update=True)
     return plan, goal
@@ -207,3 +258,45 @@ def _refuse_decided(plan: PlanRow) -> None:
     if plan.state != PlanState.PROPOSED:
         why = f": {plan.reason}" if plan.reason else ""
         raise Conflict(f"plan {plan.id} is {plan.state}, not proposed{why}", code="plan-decided")
+
+
+class Staleness:
+    """Compares plans that wait for a decision with the present world."""
+
+    def __init__(self, core: Core) -> None:
+        self._facts = core.facts
+        self._reservations = core.holdings
+        self._plan_nets = core.plan_nets
+        self._knowledge_base = core.knowledge_base
+
+    def of(self, session: Session, plan: PlanRow, goal: GoalRow) -> list[str]:
+        """Each condition of the plan that no longer holds, with what holds instead, in words; empty if all hold."""
+        net = self._plan_nets.of(session, plan.id)
+        false = broken_support(net, self._facts.facts(session, plan.world))
+        believed = self._facts.believed(session, plan.world) if false else ()
+        return [
+            *(self._change(fact, believed) for fact in false),
+            *self._lost(session, net, plan.world),
+            *self._taken(session, net, goal),
+        ]
+
+    def _change(self, fact: Fact, believed: Sequence[DatedFact]) -> str:
+        now = [
+            f"{self._words(one.fact)}, {one.source} at {one.at_s:.0f} s"
+            for one in beliefs_contradicting(fact, believed)
+        ]
+        return f"{self._words(fact)} is no longer true" + (f": now {' and '.join(now)}" if now else "")
+
+    def _words(self, fact: Fact) -> str:
+        return str(symbolic(fact, self._knowledge_base))
+
+    def _lost(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
+        lost = lost_robot_reasons(session, world)
+        return (f"{robot} was declared lost" for robot in net.robots if robot in lost)
+
+    def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:
+        needed = taken_by(net)
+        for held in self._reservations.of_world(session, goal.world):
+            if held.mission_id != goal.mission_id and needed.overlaps(held.reservation):
+                shared = ", ".join(needed.shared(held.reservation))
+                yield f"{shared} now belong to mission {held.mission_id}"

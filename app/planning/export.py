@@ -1,10 +1,10 @@
-"""Plans' problems as PDDL, for whoever would check or plan them with other means."""
+"""Writes plans' problems as PDDL, to be checked or planned with other tools."""
 
 from pydantic import BaseModel, Field
 
 from app.core import Core
-from app.planning.current_problem import current_problem, plan_row
 from app.planning.problem_builder import ProblemBuilder
+from app.planning.proposals import plan_row
 from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 
 
@@ -24,21 +24,23 @@ class PddlBody(BaseModel):
 class PlanExport:
     """Writes the problems of plans as PDDL."""
 
-    def __init__(self, core: Core, *, posing: ProblemBuilder) -> None:
-        self._core, self._posing = core, posing
+    def __init__(self, core: Core, *, problems: ProblemBuilder) -> None:
+        self._database = core.database
+        self._knowledge_base = core.knowledge_base
+        self._problems = problems
 
     def pddl(self, plan_id: str, form: Form) -> PddlBody:
         """:raises NotFound: if there is no such plan.
         :raises Conflict: if its world does not run.
         """
-        with self._core.database.read() as session:
-            asked = current_problem(session, plan_row(session, plan_id), self._posing, self._core)
-        words = Vocabulary(self._core.knowledge_base, form)
+        with self._database.read() as session:
+            current = self._problems.current(session, plan_row(session, plan_id))
+        vocabulary = Vocabulary(self._knowledge_base, form)
         return PddlBody(
             plan_id=plan_id,
             form=form,
-            world_version=asked.world_version,
-            is_current=asked.is_current,
-            domain=domain_text(words),
-            problem=problem_text(words, asked.problem),
+            world_version=current.world_version,
+            is_current=current.is_current,
+            domain=domain_text(vocabulary),
+            problem=problem_text(vocabulary, current.problem),
         )

@@ -1,4 +1,4 @@
-"""Where goals come in: understood, checked against the world, recorded and sent to the planner in one transaction."""
+"""Takes goals: parses them, checks them against the world, records them and queues them for planning."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
@@ -14,28 +14,31 @@ from app.domain.goal_language.check import GoalIssue, blocking, check_goals
 from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.ids import new_id
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
-from app.domain.states import GoalState, PlanState
 from app.domain.world_model import Facts
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow
-from app.store.goal_record import goal_to_change
-from app.store.paging import page
+from app.store.records import lock_goal, page
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-OPEN = (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED, GoalState.COMMITTED)
 CANCELLED = "cancelled"
 """The outcome of a goal that was cancelled before it was carried out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalRequest:
-    """What an operator asked for: `text` or `goal`, not both; `deadline_s` from now, in the world's clock; `recovery`
-    as `Policy` has it, None leaves it to `auto_approve`.
+    """What an operator asks for.
+
+    :param text: a sentence; else `goal` is given.
+    :param deadline_s: from now, by the world's clock.
+    :param recovery: a `Policy`; None: as `auto_approve` suggests.
     """
 
     world: str | None
@@ -50,7 +53,7 @@ class GoalRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checked:
-    """What a sentence would be taken for: the goals, or what stands against them, and how it could go on."""
+    """How a sentence is understood: the goals, or the first issue with them, and possible completions."""
 
     goals: Sequence[SymbolicFact] = ()
     issue: Clarification | GoalIssue | None = None
@@ -58,7 +61,7 @@ class Checked:
 
 
 class GoalService:
-    """Takes goals and answers what became of them."""
+    """Takes, reads, stops and cancels goals."""
 
     def __init__(
         self,
@@ -72,19 +75,23 @@ class GoalService:
     ) -> None:
         """
         :param world: the running world of a name, or the only one; raises NotFound.
-        :param open_goals: so many goals may be open at a time.
+        :param open_goals: how many goals may be open at a time.
         """
-        self._database, self._events, self._facts = core.database, core.events, core.facts
+        self._database = core.database
+        self._events = core.events
+        self._facts = core.facts
         self._knowledge_base = core.knowledge_base
-        self._world, self._clocks, self._limits = world, clocks, limits
+        self._world = world
+        self._clocks = clocks
+        self._limits = limits
         self._requests = requests
         self._open_goals = open_goals
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
-        """Record a goal and have it planned. The same idempotency key answers the same goal again.
+        """Record a goal and have it planned. The same idempotency key returns the same goal again.
 
         :raises Invalid: if it is not understood or can never be achieved, naming the thing and the choices.
-        :raises Conflict: if the world stands against it now, likewise; nothing is recorded then.
+        :raises Conflict: if the present world contradicts it, likewise; nothing is recorded then.
         :raises Busy: if too many goals are open.
         """
         world = self._world(request.world)
@@ -121,7 +128,7 @@ class GoalService:
             return row
 
     def check(self, name: str | None, text: str) -> Checked:
-        """What `submit` would say of a sentence as things are. Nothing is recorded."""
+        """How `submit` would understand a sentence in the present world. Nothing is recorded."""
         world = self._world(name)
         with self._database.read() as session:
             facts = self._facts.facts(session, world.name)
@@ -132,7 +139,12 @@ class GoalService:
         return Checked(goals=parsed, issue=issue, completions=replacements(text, issue) if issue else ())
 
     def _refuse_too_many(self, session: Session) -> None:
-        count = session.scalar(select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(OPEN))) or 0
+        count = (
+            session.scalar(
+                select(func.count()).select_from(GoalRow).where(GoalRow.state.in_(goal_lifecycle.OPEN))
+            )
+            or 0
+        )
         if count >= self._open_goals:
             raise Busy(
                 f"{count} goals are open, as many as may be (MACTA_OPEN_GOALS); cancel some, decide on their plans, or "
@@ -148,13 +160,13 @@ class GoalService:
         return row
 
     def stop(self, goal_id: str, *, actor: str) -> GoalRow:
-        """Have the planning end and its best plan so far taken. Once planned, there is nothing to stop.
+        """End the planning with its best plan so far. Without effect once it is planned.
 
         :raises Conflict: if planning has not begun.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
-            if goal.state == GoalState.SUBMITTED:
+            goal = lock_goal(session, goal_id)
+            if goal.state in (GoalState.SUBMITTED, GoalState.WAITING):
                 raise Conflict(f"goal {goal.id} is not being planned yet", code="not-planning")
             if goal.state == GoalState.PLANNING and not goal.stop_requested:
                 goal.stop_requested = True
@@ -162,17 +174,18 @@ class GoalService:
             return goal
 
     def cancel(self, goal_id: str, *, actor: str, comment: str = "") -> GoalRow:
-        """Withdraw a goal that is not carried out yet. Its planning ends, a plan that is proposed expires.
+        """Withdraw a goal that no mission carries out yet. Its planning ends; its proposed plans expire.
 
         :raises Conflict: if a mission carries it out, or it has ended otherwise.
         """
         with self._database.write() as session:
-            goal = goal_to_change(session, goal_id)
+            goal = lock_goal(session, goal_id)
             if goal.outcome == CANCELLED:
                 return goal
             _refuse_begun(goal)
-            goal.state, goal.outcome, goal.planning = GoalState.WITHDRAWN, CANCELLED, None
-            goal.reason = f"cancelled: {comment}" if comment else "cancelled"
+            reason = f"cancelled: {comment}" if comment else "cancelled"
+            goal_lifecycle.withdraw(goal, outcome=CANCELLED, reason=reason)
+            goal.planning = None
             close_plans(session, self._events, goal, PlanState.EXPIRED, "its goal was cancelled")
             self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return goal
@@ -194,7 +207,7 @@ def _refuse_begun(goal: GoalRow) -> None:
         raise Conflict(
             f"goal {goal.id} is being carried out; cancel mission {goal.mission_id}", code="goal-committed"
         )
-    if goal.state not in (GoalState.SUBMITTED, GoalState.PLANNING, GoalState.PLANNED):
+    if goal.state not in goal_lifecycle.UNDECIDED:
         raise Conflict(f"goal {goal.id} is {goal.state}, it cannot be cancelled", code="goal-ended")
 
 

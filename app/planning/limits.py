@@ -1,4 +1,4 @@
-"""How long and to what end a goal is planned: the installation's limits, and what an operator wants within them."""
+"""How long a goal is planned and for which objective: the installation's limits, and an operator's wish within them."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -11,7 +11,7 @@ from planner import Objective, PlanningRequest
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningWish:
-    """What was asked for with a goal; None leaves it to the installation."""
+    """What was asked for with a goal; None: the installation's default."""
 
     time_limit_s: float | None = None
     effort_s: float | None = None
@@ -30,8 +30,8 @@ class PlanningLimits:
     """The installation's limits.
 
     :param time_limit_s: for goals that ask for none.
-    :param longest_s: the longest that a goal may ask for.
-    :param effort_s: time to improve a first plan; None leaves it to the engine.
+    :param longest_s: the maximum that a goal may ask for.
+    :param effort_s: time to improve a first plan; None: the engine's default.
     """
 
     time_limit_s: float = 30.0
@@ -60,7 +60,7 @@ class PlanningLimits:
                 )
 
     def request(self, wish: PlanningWish) -> PlanningRequest:
-        """What the engine is asked for."""
+        """The engine's request for a wish."""
         effort_s = self.effort_s if wish.effort_s is None else wish.effort_s
         limit_s = self.time_limit_s if wish.time_limit_s is None else wish.time_limit_s
         return PlanningRequest(

@@ -1,47 +1,61 @@
-"""The planning problem that a goal poses now: what is believed, what is free, what was learned, what is urgent."""
+"""Builds a goal's planning problem as of now: what is believed, what is free, what was learned, what is urgent."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
+from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.durations import Durations, Kind
 from app.domain.errors import Conflict
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_goals
-from app.domain.world_model import initial_spots, objects_of, planning_problem, spot_of
+from app.domain.lifecycles.plan import PlanState
+from app.domain.plan_document import PlanBody
+from app.domain.world_model import (
+    Facts,
+    Reservation,
+    broken_support,
+    initial_spots,
+    objects_of,
+    planning_problem,
+    spot_of,
+)
 from app.domain.world_model.beliefs import CAN
 from app.domain.world_model.reservation import is_withheld
 from app.domain.world_model.vocabulary import planner_fact
-from app.planning.berth_aims import with_chosen_berths
-from app.store import GoalRow, WorldRow
+from app.store import GoalRow, PlanRow, WorldRow
 from app.store.durations import learned_durations
-from app.store.lost_robots import lost_in
+from app.store.records import lost_robot_reasons
 from app.store.reservations import MissionReservation, all_reserved
-from planner import Fact, KnowledgeBase, PlanningProblem, scale_term
-from planner.bounds.contradiction import contradicting_goals
+from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, scale_term
 from planner.explanation.diagnosis import why_unsolvable
+from planner.problem.contradiction import contradicting_goals
 from planner.relaxation import is_relaxed_reachable
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-MOST_LOOKED_INTO = 8
-"""Of more missions and robots it is not found out which of them a goal waits for."""
+MAX_BLOCKERS = 8
+"""Among more missions and robots than these it is not worked out which of them block a goal."""
 
 Points = Callable[[str], Mapping[str, tuple[float, float]]]
-"""Where the robots of a world last said they are, (x, y) in metres; those that have not are where its file says."""
+"""By world, the last reported position of each robot, (x, y) in metres; one without a report is where the file says."""
 Resting = Callable[[str], Mapping[str, str]]
-"""The robots of a world that are not recruited now, each with the reason."""
+"""By world, the robots that are not recruited now, each with the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalProblem:
-    """A goal's planning problem, and what it was posed from.
+    """A goal's planning problem, and what it was built from.
 
     :param whole: the problem if nothing were reserved and no robot rested.
-    :param refusal: why the goal makes no sense in the world as it is by now; empty if it does.
+    :param refusal: why the goal makes no sense in the present world; empty if it does.
+    :param held: what other missions have reserved.
+    :param resting: the robots that are not recruited, each with the reason.
     :param factors: what durations are scaled by, by action and team size.
     :param releases: how often something had become free in the world by then.
     """
@@ -57,27 +71,29 @@ class GoalProblem:
 
     @property
     def waits_for(self) -> str:
-        """The missions and robots that a goal without a plan may wait for, in words; empty if there are none."""
+        """The missions and robots that may block the goal, in words; empty if there are none."""
         missions = [str(mission) for mission in self.held]
         robots = [f"{robot}, {why}" for robot, why in sorted(self.resting.items())]
         return " and ".join((*missions, *robots))
 
     def why_never(self, knowledge_base: KnowledgeBase) -> str:
-        """Why the goal would have no plan either if all of them were free, in words; empty if it may have one."""
+        """Why the goal would have no plan even if all of them were free, in words; empty if it may have one."""
         if not _is_hopeless(knowledge_base, self.whole):
             return ""
         return why_unsolvable(knowledge_base, self.whole)
 
     def without(self, robots: Collection[str]) -> "GoalProblem":
-        """The same, with robots that are not waited for."""
+        """The same without these robots: they are not waited for either."""
         facts = frozenset(fact for fact in self.whole.facts if not _is_ability(fact, of=robots))
         resting = {robot: why for robot, why in self.resting.items() if robot not in robots}
         return replace(self, whole=replace(self.whole, facts=facts), resting=resting)
 
-    def narrowed(self, knowledge_base: KnowledgeBase) -> "GoalProblem":
-        """Waiting only for those missions and robots of which each alone keeps the goal out of reach; for all of
-        them where none does so alone, or where they are too many to look into."""
-        if len(self.held) + len(self.resting) > MOST_LOOKED_INTO:
+    def blocking_only(self, knowledge_base: KnowledgeBase) -> "GoalProblem":
+        """The same with only those missions and robots that each block the goal alone.
+
+        All of them are left where none does so alone, or where they are too many to try.
+        """
+        if len(self.held) + len(self.resting) > MAX_BLOCKERS:
             return self
 
         def blocks(withheld: Callable[[Fact], bool]) -> bool:
@@ -102,8 +118,23 @@ def _is_ability(fact: Fact, *, of: Collection[str]) -> bool:
     return fact.predicate == CAN and fact.args[0] in of
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurrentProblem:
+    """A plan-net and its goal's problem as of now.
+
+    :param is_current: the plan is open to decision and the facts it rests on are true. The problem then leaves out
+        what other missions have reserved; else nothing is taken to be reserved.
+    """
+
+    goal: GoalRow
+    plan_net: PlanNet
+    problem: PlanningProblem
+    is_current: bool
+    world_version: int
+
+
 class ProblemBuilder:
-    """Poses planning problems from the record."""
+    """Builds planning problems from the record."""
 
     def __init__(
         self,
@@ -114,11 +145,17 @@ class ProblemBuilder:
         points: Points,
         resting: Resting,
     ) -> None:
-        self._facts, self._holdings, self._knowledge_base = core.facts, core.holdings, core.knowledge_base
-        self._worlds, self._clocks, self._points, self._resting = worlds, clocks, points, resting
+        """:param clocks: the worlds' clocks by the world's name."""
+        self._facts = core.facts
+        self._reservations = core.holdings
+        self._knowledge_base = core.knowledge_base
+        self._worlds = worlds
+        self._clocks = clocks
+        self._points = points
+        self._resting = resting
 
-    def pose(self, session: Session, goal: GoalRow) -> GoalProblem:
-        """What is to be planned for the goal now; what its own mission holds is at its disposal.
+    def build(self, session: Session, goal: GoalRow) -> GoalProblem:
+        """What is to be planned for the goal now; it may use what its own mission has reserved.
 
         :raises Conflict: if its world does not run.
         """
@@ -127,16 +164,19 @@ class ProblemBuilder:
         world = self._worlds[goal.world]
         facts = self._facts.facts(session, goal.world)
         held = [
-            one for one in self._holdings.of_world(session, goal.world) if one.mission_id != goal.mission_id
+            one
+            for one in self._reservations.of_world(session, goal.world)
+            if one.mission_id != goal.mission_id
         ]
+        reserved = all_reserved(held)
         stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-        wanted = with_chosen_berths(session, goal, stated, world, facts, all_reserved(held))
+        wanted = _with_chosen_berths(session, goal, stated, world, facts, reserved)
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        resting = {**self._resting(goal.world), **lost_in(session, goal.world)}
+        resting = {**self._resting(goal.world), **lost_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
-        said = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
-        spots, reserved = {**initial_spots(world), **said}, all_reserved(held)
+        reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
+        spots = {**initial_spots(world), **reported}
         able = frozenset(fact for fact in facts if not _is_ability(fact, of=resting))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
@@ -151,8 +191,27 @@ class ProblemBuilder:
             releases=session.get_one(WorldRow, goal.world).releases,
         )
 
+    def current(self, session: Session, plan: PlanRow) -> CurrentProblem:
+        """What the plan is compared with as the world is now.
+
+        :raises Conflict: if its world does not run.
+        """
+        goal = session.get_one(GoalRow, plan.goal_id)
+        built = self.build(session, goal)
+        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        is_current = plan.state == PlanState.PROPOSED and not broken_support(
+            net, self._facts.facts(session, plan.world)
+        )
+        return CurrentProblem(
+            goal=goal,
+            plan_net=net,
+            problem=built.problem if is_current else built.whole,
+            is_current=is_current,
+            world_version=built.world_version,
+        )
+
     def _urgent(self, problem: PlanningProblem, goal: GoalRow) -> PlanningProblem:
-        """The problem with the goal's deadline, from now on, and its priority."""
+        """The problem with the goal's priority and the time left until its deadline."""
         priorities: dict[Fact, int] = dict.fromkeys(problem.goals, goal.priority)
         if goal.deadline_at_s is None:
             return replace(problem, priorities=priorities)
@@ -168,3 +227,39 @@ def factors_of(learned: Durations) -> Mapping[Kind, float]:
 def _scaled(problem: PlanningProblem, factors: Mapping[Kind, float]) -> PlanningProblem:
     scales = {scale_term(*kind): factor for kind, factor in factors.items()}
     return replace(problem, functions={**problem.functions, **scales})
+
+
+def _with_chosen_berths(
+    session: Session,
+    goal: GoalRow,
+    wanted: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    reserved: Reservation,
+) -> Sequence[SymbolicFact]:
+    """The goal with a berth for each location that has several.
+
+    The berths of its last plan are kept unless a mission has reserved them; else berths are preferred that no mission
+    has reserved and no other open plan uses.
+    """
+    if all(len(row) == 1 for row in world.rows.values()):
+        return wanted
+    own, others = _target_locations(session, goal)
+    return assign_berths(
+        wanted, world, facts, preferred=own - reserved.locations, avoid=others | reserved.locations
+    )
+
+
+def _target_locations(session: Session, goal: GoalRow) -> tuple[frozenset[str], frozenset[str]]:
+    """The locations that the goal's last plan brings things to, and those of other goals' open plans."""
+    query = select(PlanRow.id, PlanRow.goal_id, PlanRow.body["goals"]).where(
+        PlanRow.world == goal.world, or_(PlanRow.id == goal.plan_id, PlanRow.state == PlanState.PROPOSED)
+    )
+    plans = [(plan, of, _locations(facts)) for plan, of, facts in session.execute(query)]
+    own = frozenset[str]().union(*(locations for plan, _, locations in plans if plan == goal.plan_id))
+    others = frozenset[str]().union(*(locations for _, of, locations in plans if of != goal.id))
+    return own, others
+
+
+def _locations(facts: Iterable[Mapping[str, Any]]) -> frozenset[str]:
+    return frozenset(fact["args"][-1] for fact in facts if fact["args"])

@@ -1,60 +1,77 @@
-"""A goal being planned: its progress goes to the record, operators' wishes to stop or cancel come from there."""
+"""Watches what is planned for a goal: records its progress, and reads operators' orders to stop or cancel."""
 
-import time
+from collections.abc import Callable
 from typing import Any
 
+from sqlalchemy.orm import Session
+
+from app.domain.clock import WallClock
 from app.domain.events import GoalProgress
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.planning.pool.process import Watch
 from app.store import Database, GoalRow
 from app.store.event_log import EventLog
 from planner import Progress
 
-TELL_S = 0.5
+RECORD_S = 0.5
 """Progress is recorded at most this often."""
-LOOK_S = 0.25
-"""Operators' wishes are looked for at most this often."""
+READ_S = 0.25
+"""Operators' orders are read at most this often."""
 
 
-class GoalWatch(Watch):
-    """Watches what is planned for one goal while the goal is in one state. For one thread."""
+class ProgressWatch(Watch):
+    """The watch of one turn of planning, whether for the goal itself or for its mission. For one thread."""
 
     def __init__(
-        self, database: Database, events: EventLog, goal_id: str, during: GoalState = GoalState.PLANNING
+        self,
+        database: Database,
+        events: EventLog,
+        goal_id: str,
+        *,
+        is_wanted: Callable[[Session], bool],
+        clock: WallClock,
     ) -> None:
-        self._database, self._events, self._goal_id, self._during = database, events, goal_id, during
+        """:param is_wanted: whether the record still wants this turn's result."""
+        self._database = database
+        self._events = events
+        self._goal_id = goal_id
+        self._is_wanted = is_wanted
+        self._clock = clock
         self._newest: Progress | None = None
-        self._told: dict[str, Any] = {}
-        # A plan that is found at once needs no word of its progress.
-        self._told_at, self._looked_at = time.monotonic(), float("-inf")
-        self._stop = self._cancelled = False
+        self._recorded: dict[str, Any] = {}
+        self._recorded_at_s = clock.monotonic_s()  # a plan that is found at once needs no progress
+        self._read_at_s = float("-inf")
+        self._stop = False
+        self._cancelled = False
 
     def progress(self, progress: Progress) -> None:
         self._newest = progress
-        self._tell()
+        self._record()
 
     def should_stop(self) -> bool:
-        self._tell()
-        self._look()
+        self._record()
+        self._read()
         return self._stop
 
     def is_cancelled(self) -> bool:
-        self._look()
+        self._read()
         return self._cancelled
 
-    def _look(self) -> None:
-        if time.monotonic() < self._looked_at + LOOK_S:
+    def _read(self) -> None:
+        if self._clock.monotonic_s() < self._read_at_s + READ_S:
             return
         with self._database.read() as session:
-            goal = session.get_one(GoalRow, self._goal_id)
-            self._stop, self._cancelled = goal.stop_requested, goal.state != self._during
-        self._looked_at = time.monotonic()
+            self._stop = session.get_one(GoalRow, self._goal_id).stop_requested
+            self._cancelled = not self._is_wanted(session)
+        self._read_at_s = self._clock.monotonic_s()
 
-    def _tell(self) -> None:
-        """Record the newest progress; an event only where more than the time has changed."""
-        if self._newest is None or time.monotonic() < self._told_at + TELL_S:
+    def _record(self) -> None:
+        """Record the newest progress; with an event only where more than the time has changed."""
+        newest = self._newest
+        if newest is None or self._clock.monotonic_s() < self._recorded_at_s + RECORD_S:
             return
-        newest, self._newest, self._told_at = self._newest, None, time.monotonic()
+        self._newest = None
+        self._recorded_at_s = self._clock.monotonic_s()
         news = {
             "engine": newest.engine,
             "makespan_s": newest.makespan_s,
@@ -63,19 +80,19 @@ class GoalWatch(Watch):
         planning = {**news, "elapsed_s": newest.elapsed_s}
         with self._database.write() as session:
             goal = session.get_one(GoalRow, self._goal_id, with_for_update=True)
-            if goal.state != self._during:
+            if not self._is_wanted(session):
                 return
             goal.planning = planning
-            if news != self._told:
+            if news != self._recorded:
                 self._events.append(
                     session,
                     GoalProgress(
                         subject=goal.id,
-                        state=self._during,
+                        state=GoalState(goal.state),
                         engine=newest.engine,
                         elapsed_s=newest.elapsed_s,
                         makespan_s=newest.makespan_s,
                         lower_bound_s=newest.lower_bound_s,
                     ),
                 )
-        self._told = news
+        self._recorded = news

@@ -1,4 +1,4 @@
-"""Plans as they enter the record: proposed to operators, and closed when they are not open to decision any more."""
+"""Plans in the record: proposed to operators, read, and closed when they are not open to decision any more."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil
@@ -7,10 +7,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.errors import unrecorded
 from app.domain.events import PlanClosed, PlanProposed
 from app.domain.ids import new_id
+from app.domain.lifecycles import plan as plan_lifecycle
+from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody, RepairsBody
-from app.domain.states import PlanState
 from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
@@ -20,22 +22,26 @@ from robots.clock import Clock
 
 
 class Proposals:
-    """Proposes plans for goals."""
+    """Records solutions as proposed plans."""
 
     def __init__(self, core: Core, *, clocks: Mapping[str, Clock]) -> None:
-        self._events, self._knowledge_base, self._clocks = core.events, core.knowledge_base, clocks
+        """:param clocks: the worlds' clocks by the world's name."""
+        self._events = core.events
+        self._knowledge_base = core.knowledge_base
+        self._clocks = clocks
 
     def propose(
         self,
         session: Session,
         goal: GoalRow,
         result: PlanningResult,
-        posed: GoalProblem,
+        built: GoalProblem,
         repairs: RepairsBody | None = None,
     ) -> PlanRow:
         """Record a solution as a proposed plan of the goal.
 
-        :param repairs: the plan that it takes the place of, if there is one.
+        :param built: the problem that it solves.
+        :param repairs: the plan that it replaces, if it repairs one.
         :raises ValueError: if the result is no solution.
         """
         plan_id = new_id("plan")
@@ -46,7 +52,7 @@ class Proposals:
             goal_id=goal.id,
             world=goal.world,
             state=PlanState.PROPOSED,
-            world_version=posed.world_version,
+            world_version=built.world_version,
             repairs=repairs,
         )
         plan = PlanRow(
@@ -56,8 +62,8 @@ class Proposals:
             state=PlanState.PROPOSED,
             reason=self._lateness(goal, body),
             body=body.model_dump(mode="json"),
-            world_version=posed.world_version,
-            duration_factors={key_of(kind): factor for kind, factor in posed.factors.items()},
+            world_version=built.world_version,
+            duration_factors={key_of(kind): factor for kind, factor in built.factors.items()},
         )
         session.add(plan)
         self._events.append(
@@ -69,15 +75,24 @@ class Proposals:
         return plan
 
     def _lateness(self, goal: GoalRow, plan: PlanBody) -> str:
-        """By how much the plan misses the goal's deadline if it starts now, in words; empty if it keeps it."""
+        """By how much the plan misses the goal's deadline if it starts now, in words; empty if it does not."""
         if goal.deadline_at_s is None:
             return ""
         ends_s = {action.id: action.earliest_end_s for action in plan.actions}
-        true_s = max(
-            (ends_s.get(x.producer, 0.0) for x in plan.causal_links if x.consumer == GOAL), default=0.0
+        achieved_s = max(
+            (ends_s.get(link.producer, 0.0) for link in plan.causal_links if link.consumer == GOAL),
+            default=0.0,
         )
-        late_s = ceil(self._clocks[goal.world].now_s() + true_s - goal.deadline_at_s)
+        late_s = ceil(self._clocks[goal.world].now_s() + achieved_s - goal.deadline_at_s)
         return f"ends {late_s} s after the deadline" if late_s > 0 else ""
+
+
+def plan_row(session: Session, plan_id: str) -> PlanRow:
+    """:raises NotFound: if there is no such plan."""
+    plan = session.get(PlanRow, plan_id)
+    if plan is None:
+        raise unrecorded("plan", plan_id)
+    return plan
 
 
 def open_plans(session: Session, goal_id: str) -> Sequence[PlanRow]:
@@ -87,11 +102,11 @@ def open_plans(session: Session, goal_id: str) -> Sequence[PlanRow]:
 
 
 def close_plans(
-    session: Session, events: EventLog, goal: GoalRow, state: PlanState, reason: str, *, but: str = ""
+    session: Session, events: EventLog, goal: GoalRow, state: PlanState, reason: str, *, keep: str = ""
 ) -> None:
-    """Take the goal's open plans from decision, but for one; the search for more of them ends."""
+    """Close the goal's open plans except the one to keep; the search for alternatives ends."""
     goal.alternatives = None
     for plan in open_plans(session, goal.id):
-        if plan.id != but:
-            plan.state, plan.reason = state, reason
+        if plan.id != keep:
+            plan_lifecycle.close(plan, state, reason)
             events.append(session, PlanClosed(subject=plan.id, goal=goal.id, state=state, reason=reason))

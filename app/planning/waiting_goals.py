@@ -1,4 +1,4 @@
-"""Goals that wait: planned again one after the other, the most urgent first, when something becomes free."""
+"""Plans waiting goals again, one after the other, the most urgent first, when something becomes free."""
 
 from collections.abc import Callable
 
@@ -7,62 +7,66 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.ids import new_id
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.store import GoalRow, WorldRow
 from app.workflows import PLAN_WAITING, WAITING, step
 
-TURNS = 25
-"""After so many goals another workflow goes on with the world's."""
+GOALS_PER_WORKFLOW = 25
+"""After this many goals a new workflow continues: one that is resumed repeats its recorded steps, so they are few."""
 
 
 class WaitingGoals:
-    """A goal waits in `submitted` with a reason. What becomes free in a world is counted (`WorldRow.releases`)
-    and a goal knows how much of it it has seen, so that none is planned twice against the same world."""
+    """Has goals in `waiting` planned again when something of their world becomes free.
+
+    What becomes free in a world is counted (`WorldRow.releases`). A goal stores the count it was last planned after,
+    so that none is planned twice against the same world.
+    """
 
     def __init__(self, core: Core) -> None:
-        self._database, self._workflows = core.database, core.workflows
+        self._database = core.database
+        self._workflows = core.workflows
         self._rested: set[str] = set()
 
     def rested(self, world: str) -> None:
-        """A robot of the world may be recruited again; told by whoever heard so, it counts at the next `look`."""
+        """Note that a robot of the world may be recruited again; the next `look` acts on it."""
         self._rested.add(world)
 
     def look(self, world: str) -> None:
-        """Release the world if a robot of it has rested meanwhile."""
+        """Plan the world's waiting goals again if a robot of it may be recruited again."""
         if world in self._rested:
             with self._database.write() as session:
                 self.release(session, world)
             self._rested.discard(world)
 
     def release(self, session: Session, world: str) -> None:
-        """Something of the world is free again; if the caller's transaction commits, goals that wait try anew."""
-        _locked(session, world).releases += 1
+        """Something of the world is free again: once the caller's transaction commits, waiting goals are planned."""
+        _world_to_change(session, world).releases += 1
         session.flush()
         if most_urgent(session, world) is not None:
             self._wake(session, world)
 
     def look_again(self, session: Session, goal: GoalRow) -> None:
-        """The goal begins to wait; have it planned again if something became free while it was planned."""
+        """The goal begins to wait: have it planned again if something became free while it was planned."""
         session.flush()
-        # The lock keeps a release from coming between: it would not see that the goal waits, nor the goal it.
-        if goal.releases_seen < _locked(session, goal.world).releases:
+        # Without the lock a release at the same time would not see the waiting goal, nor this the release.
+        if goal.releases_seen < _world_to_change(session, goal.world).releases:
             self._wake(session, goal.world)
 
     def run(self, world: str, *, plan: Callable[[str], None]) -> None:
-        """The workflow: plan the goals of a world that have not seen everything that became free."""
-        for _ in range(TURNS):
+        """The workflow: plan the world's waiting goals that were last planned before something became free."""
+        for _ in range(GOALS_PER_WORKFLOW):
             goal_id = step("next", lambda: self._next(world))
             if goal_id is None:
                 return
             plan(goal_id)
-        step("begin anew", lambda: self._begin_anew(world))
+        # The step's name is recorded with workflows that earlier versions have begun.
+        step("begin anew", lambda: self._continue_as_new(world))
 
     def _next(self, world: str) -> str | None:
         with self._database.read() as session:
             return most_urgent(session, world)
 
-    def _begin_anew(self, world: str) -> None:
-        """Have another workflow go on: one that is taken over does its recorded steps again, so they must be few."""
+    def _continue_as_new(self, world: str) -> None:
         with self._database.write() as session:
             self._wake(session, world)
 
@@ -70,7 +74,7 @@ class WaitingGoals:
         self._workflows.start(session, WAITING, PLAN_WAITING, new_id("waiting"), world)
 
 
-def _locked(session: Session, world: str) -> WorldRow:
+def _world_to_change(session: Session, world: str) -> WorldRow:
     query = select(WorldRow).where(WorldRow.id == world).with_for_update()
     return session.scalars(query.execution_options(populate_existing=True)).one()
 
@@ -80,13 +84,12 @@ def _releases(session: Session, world: str) -> int:
 
 
 def most_urgent(session: Session, world: str) -> str | None:
-    """The goal to plan next of those that wait and have not seen what became free: by priority, deadline, age."""
+    """The next waiting goal that was last planned before something became free: by priority, deadline, age."""
     query = (
         select(GoalRow.id)
         .where(
             GoalRow.world == world,
-            GoalRow.state == GoalState.SUBMITTED,
-            GoalRow.reason != "",
+            GoalRow.state == GoalState.WAITING,
             GoalRow.releases_seen < _releases(session, world),
         )
         .order_by(

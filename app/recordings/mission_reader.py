@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import select
 
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.store import Database, EventRow, GoalRow, MissionRow, PlanRow, ScriptRow
 
 MISSION_ID = re.compile(r"mission-[0-9a-f]+")

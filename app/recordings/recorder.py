@@ -9,14 +9,14 @@ from typing import Any
 from app.agents import RobotBoard
 from app.core import Core
 from app.domain.events import FactsChanged
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
 from app.recordings.mission_reader import MissionReader, MissionRecord, names_in
 from app.recordings.mission_recording import MissionRecording
 from app.recordings.recording_store import RecordingStore
 from app.recordings.replay import last_event
-from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_away
+from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_unavailable
 from app.store.event_log import envelope
 from app.workflows.background import Background
 from app.workflows.leases import ExecutorRegistry
@@ -67,7 +67,7 @@ class Recorder:
         self._recordings = recordings
         self._clock_map = ClockMap(clocks)
         self._bodies = bodies
-        self._drives = executors.speaks_for
+        self._drives = executors.holds_lease
         self._open: dict[str, MissionRecording] = {}
         self._last_seq = 0
         self._generation = -1
@@ -111,7 +111,7 @@ class Recorder:
                 self._close_all()
                 self._background.ending.wait(DISK_FULL_PAUSE_S)
             except Exception as error:
-                if is_away(error):
+                if is_unavailable(error):
                     logger.warning("recording paused: database unavailable")
                 else:
                     logger.exception("recording failed")

@@ -1,13 +1,13 @@
-"""The record: tables, migrations and transactions. SQLite embedded, PostgreSQL in production."""
+"""The database: tables, migrations, transactions and shared queries. SQLite embedded, PostgreSQL in production."""
 
 from app.store.engine import (
     WRITTEN,
     Database,
     after_commit,
     announce,
-    is_away,
+    is_unavailable,
     is_unwritable,
-    why_away,
+    unavailable_reason,
     write_last,
 )
 from app.store.tables import (
@@ -48,8 +48,8 @@ __all__ = [
     "WorldRow",
     "after_commit",
     "announce",
-    "is_away",
+    "is_unavailable",
     "is_unwritable",
-    "why_away",
+    "unavailable_reason",
     "write_last",
 ]

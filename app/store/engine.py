@@ -1,8 +1,8 @@
-"""Transactions on the record.
+"""Database transactions.
 
 On SQLite a write transaction takes the write lock at once (BEGIN IMMEDIATE), so that what it read is still true when
-it writes; readers go on beside it (WAL). On PostgreSQL rows that are read to be changed are locked by the caller, in
-the order goal, plan, mission, script, world; and other processes are told of what was written (`announce`).
+it writes; readers run concurrently (WAL). On PostgreSQL the caller locks the rows that it reads to change, in the order
+goal, plan, mission, script, world; and other processes are notified of what was written (`announce`).
 """
 
 import sqlite3
@@ -19,22 +19,22 @@ from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
 CHANNEL = "macta"
-"""Where processes that share a database tell each other what they wrote."""
+"""The PostgreSQL notification channel of the processes that share a database."""
 WRITTEN = "written"
-"""The topic of every write transaction that has left an event."""
+"""The topic of every write transaction that appended an event."""
 IN_ORDER = "in order"
-"""The lock under which rows that are numbered in order are written."""
-CANCELLED = "57014"
-"""PostgreSQL's state of a statement that was cancelled: the server is there."""
-UNWRITABLE = ("53100", "25006")
-"""PostgreSQL's states when the disk is full, and when only reading is allowed."""
-UNWRITABLE_HERE = (
+"""The name of the lock under which rows that are numbered in commit order are written."""
+STATEMENT_CANCELLED = "57014"
+"""PostgreSQL's SQLSTATE of a cancelled statement: the server is available."""
+POSTGRESQL_UNWRITABLE = ("53100", "25006")
+"""PostgreSQL's SQLSTATEs for a full disk and for a read-only transaction."""
+SQLITE_UNWRITABLE = (
     sqlite3.SQLITE_FULL,
     sqlite3.SQLITE_READONLY,
     sqlite3.SQLITE_IOERR,
     sqlite3.SQLITE_CANTOPEN,
 )
-"""SQLite's codes likewise, and when the disk does not do as it is told."""
+"""SQLite's codes likewise, and for I/O errors."""
 
 
 class Database:
@@ -44,18 +44,18 @@ class Database:
         self.url = url
         self.engine = _engine(url)
         self.name = uuid.uuid4().hex
-        """Of this process among those that share the database."""
+        """Identifies this process among those that share the database."""
         self.committed: list[Callable[[], None]] = []
-        """Called after each write transaction that has committed, in this process or, told so, in another."""
+        """Called after each committed write transaction of this process and, once notified, of other processes."""
 
     @property
     def shared(self) -> bool:
-        """True if other processes may work on it: PostgreSQL."""
+        """True if other processes may use the database: PostgreSQL."""
         return self.engine.dialect.name != "sqlite"
 
     @contextmanager
     def write(self) -> Iterator[Session]:
-        """One transaction that reads and writes; commits at the end, rolls back on an exception."""
+        """A read-write transaction; commits at the end, rolls back on an exception."""
         with self.engine.connect() as connection:
             if connection.dialect.name == "sqlite":
                 connection.exec_driver_sql("BEGIN IMMEDIATE")
@@ -73,7 +73,7 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """One consistent view; nothing is written."""
+        """A consistent read-only view."""
         with self.engine.connect() as connection:
             if connection.dialect.name == "sqlite":
                 connection.exec_driver_sql("BEGIN")
@@ -82,13 +82,13 @@ class Database:
             connection.rollback()
 
     def lock(self, session: Session, name: str) -> None:
-        """Have the write transaction hold the lock of this name to its end; on SQLite it is alone anyway."""
+        """Hold the named lock until the end of the write transaction; on SQLite it excludes all others anyway."""
         if self.shared:
             key = int.from_bytes(sha256(f"macta {name}".encode()).digest()[:8], signed=True)
             session.execute(select(func.pg_advisory_xact_lock(key)))
 
     def _write_last(self, session: Session) -> None:
-        """Number what is numbered in order, and tell other processes. Nothing is waited for after this lock."""
+        """Write the rows numbered in commit order and notify other processes; no lock is taken after this."""
         if rows := session.info.pop(_LAST, ()):
             self.lock(session, IN_ORDER)
             session.add_all(rows)
@@ -102,56 +102,61 @@ class Database:
         self.engine.dispose()
 
 
-_AFTER_COMMIT, _LAST, _TOPICS = "after_commit", "last", "topics"
+# Keys of `Session.info`.
+_AFTER_COMMIT = "after_commit"
+_LAST = "last"
+_TOPICS = "topics"
 
 
 def write_last(session: Session, row: object) -> None:
-    """Write a row at the very end of the session's write transaction.
+    """Insert a row at the very end of the session's write transaction, so that rows are numbered in commit order.
 
-    Rows that get their numbers so are seen in the order of their numbers: on PostgreSQL a transaction may else commit
-    after another that got higher ones.
+    On PostgreSQL a transaction could otherwise commit after another one that got higher numbers.
     """
     session.info.setdefault(_LAST, []).append(row)
 
 
 def announce(session: Session, topic: str) -> None:
-    """Tell the processes that share the database, once the session's write transaction has committed."""
+    """Notify other processes of a topic when the session's write transaction commits."""
     session.info.setdefault(_TOPICS, set()).add(topic)
 
 
 def is_unwritable(error: BaseException | None) -> bool:
-    """True if the record cannot be written for now: the disk is full, say. Nothing of the transaction is kept."""
+    """True if the database cannot be written for now, e.g. because the disk is full; the transaction is rolled back."""
     if isinstance(error, DBAPIError):
         error = error.orig
     if isinstance(error, psycopg.Error):
-        return error.sqlstate in UNWRITABLE
-    # NOTE: the extended codes have the code in their last byte.
+        return error.sqlstate in POSTGRESQL_UNWRITABLE
+    # The low byte of an extended error code is the primary code.
     return (
-        isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", 0) & 0xFF in UNWRITABLE_HERE
+        isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", 0) & 0xFF in SQLITE_UNWRITABLE
     )
 
 
-def is_away(error: BaseException) -> bool:
-    """True if the database cannot be used for now: its server does not answer, or ended the connection, a deadlock
-    included, or it cannot be written. Worth another try.
+def is_unavailable(error: BaseException) -> bool:
+    """True if the database cannot be used for now, so that a retry makes sense.
+
+    Its server does not answer or ended the connection (also after a deadlock), or it cannot be written.
     """
     if is_unwritable(error):
         return True
     if not isinstance(error, DBAPIError) or not isinstance(error.orig, psycopg.Error):
-        return False  # SQLite is always there
-    ended = isinstance(error, OperationalError | InterfaceError) and error.orig.sqlstate != CANCELLED
+        return False  # SQLite is always available
+    ended = (
+        isinstance(error, OperationalError | InterfaceError) and error.orig.sqlstate != STATEMENT_CANCELLED
+    )
     return ended or error.connection_invalidated
 
 
-def why_away(error: BaseException) -> str | None:
-    """In its driver's words why the database cannot be used for now; None if that is not what the error says."""
-    if not isinstance(error, DBAPIError) or not is_away(error):
+def unavailable_reason(error: BaseException) -> str | None:
+    """The driver's message if the error means that the database is unavailable, else None."""
+    if not isinstance(error, DBAPIError) or not is_unavailable(error):
         return None
     return str(error.orig).partition("\n")[0]
 
 
 def after_commit(session: Session, call: Callable[[], None]) -> None:
-    """Have this called, in this process, once the session's write transaction has committed."""
+    """Call a function of this process when the session's write transaction has committed."""
     session.info.setdefault(_AFTER_COMMIT, []).append(call)
 
 
@@ -168,7 +173,7 @@ def _engine(url: str) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: DBAPIConnection, _: ConnectionPoolEntry) -> None:
-        # The driver would begin transactions by itself, and too late: we begin them.
+        # The driver would begin transactions itself, but too late: `Database` begins them.
         connection.isolation_level = None
         cursor = connection.cursor()
         for pragma in ("busy_timeout=30000", "journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
@@ -176,7 +181,7 @@ def _engine(url: str) -> Engine:
         cursor.close()
 
     @event.listens_for(engine, "begin")
-    def _leave_begin_to_us(connection: Connection) -> None:
-        """No BEGIN of the driver's own."""
+    def _do_not_begin(connection: Connection) -> None:
+        """`Database` issues BEGIN."""
 
     return engine

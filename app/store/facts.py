@@ -1,4 +1,4 @@
-"""The world model's facts in the record: each with its source and time, each change counted in the world's version."""
+"""The world model's facts in the database: each with source and time; each change increments the world's version."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -8,11 +8,11 @@ from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
 from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
-from app.domain.world_model.timeliness import Dated, subjects_of
+from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
-from app.store import FactRow, WorldRow
-from app.store.doubts import note_unknown, unknowns
+from app.store import FactRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
+from app.store.unknowns import PLACED, unknown_rows
 from planner import Fact, KnowledgeBase
 
 
@@ -29,25 +29,28 @@ class FactStore:
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
 
-    def believed(self, session: Session, world: str) -> list[Dated]:
+    def believed(self, session: Session, world: str) -> list[DatedFact]:
         """Every fact with its source and time."""
         return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
-
-    def dated(self, session: Session, world: str) -> Sequence[Dated]:
-        """Every fact with its source and time; also the last word on what has no place by now."""
-        doubts = [
-            _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
-            for row in unknowns(session, world)
-        ]
-        return [*self.believed(session, world), *doubts]
 
     def version(self, session: Session, world: str) -> int:
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
 
     def lock(self, session: Session, world: str) -> WorldRow:
-        """The world's row, for this transaction alone to its end."""
+        """The world's row, locked until the end of the transaction."""
         query = select(WorldRow).where(WorldRow.id == world).with_for_update()
         return session.scalars(query.execution_options(populate_existing=True)).one()
+
+    def locked(self, session: Session, world: str) -> "WorldFacts":
+        """The world's facts, read under a lock on the world that lasts to the end of the transaction."""
+        return WorldFacts(
+            session,
+            self._events,
+            self._knowledge_base,
+            world=self.lock(session, world),
+            rows=self.rows(session, world),
+            unknown=unknown_rows(session, world),
+        )
 
     def change(
         self,
@@ -60,30 +63,86 @@ class FactStore:
         at_s: float,
         corrects: bool = False,
     ) -> int:
-        """Make facts true and false; what is both removed and added is true. Answers the world's version after it.
+        """Change the world's facts as `WorldFacts.change` does; answers the world's version after it."""
+        facts = self.locked(session, world)
+        facts.change(add=add, remove=remove, source=source, at_s=at_s, corrects=corrects)
+        return facts.version
 
-        :param corrects: what is removed was believed wrongly, rather than come to its end: it stays visible.
+
+class WorldFacts:
+    """All facts of one world in one transaction: read once, with the world locked, and changed together."""
+
+    def __init__(
+        self,
+        session: Session,
+        events: EventLog,
+        knowledge_base: KnowledgeBase,
+        *,
+        world: WorldRow,
+        rows: Iterable[FactRow],
+        unknown: Iterable[UnknownRow],
+    ) -> None:
+        self._session = session
+        self._events = events
+        self._knowledge_base = knowledge_base
+        self._world = world
+        self._rows = {row.atom: row for row in rows}
+        self._unknown = {row.name: row for row in unknown}
+
+    @property
+    def version(self) -> int:
+        return self._world.version
+
+    @property
+    def facts(self) -> frozenset[Fact]:
+        return frozenset(Fact(row.predicate, tuple(row.args)) for row in self._rows.values())
+
+    @property
+    def believed(self) -> Sequence[DatedFact]:
+        """Every fact with its source and time."""
+        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self._rows.values()]
+
+    @property
+    def dated(self) -> Sequence[DatedFact]:
+        """Every fact with its source and time, and the last belief about what has no place now."""
+        doubted = [
+            _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
+            for row in self._unknown.values()
+        ]
+        return [*self.believed, *doubted]
+
+    def change(
+        self,
+        *,
+        add: Iterable[Fact] = (),
+        remove: Iterable[Fact] = (),
+        source: str,
+        at_s: float,
+        corrects: bool = False,
+    ) -> bool:
+        """Make facts true and false; what is both removed and added is true. True if anything has changed.
+
+        :param corrects: what is removed was believed wrongly, rather than ended: it stays visible as `instead_of`.
         """
-        row = self.lock(session, world)
-        added, removed = set(add), set(remove)
-        known = {fact.atom: fact for fact in self.rows(session, world)}
-        gone = [known[str(fact)] for fact in removed - added if str(fact) in known]
-        new = [fact for fact in sorted(added) if str(fact) not in known]
+        world = self._world.id
+        added = set(add)
+        gone = [self._rows[str(fact)] for fact in set(remove) - added if str(fact) in self._rows]
+        new = [fact for fact in sorted(added) if str(fact) not in self._rows]
         before = [_belief(old) for old in gone if corrects and not _is_passing(old, source)]
         for old in gone:
-            session.delete(old)
-            del known[old.atom]
+            self._session.delete(old)
+            del self._rows[old.atom]
         for fact in new:
-            known[str(fact)] = _row(world, fact, source, at_s, before)
-            session.add(known[str(fact)])
-        note_unknown(session, world, gone=gone, left=known.values(), source=source, at_s=at_s)
+            self._rows[str(fact)] = _row(world, fact, source, at_s, before)
+            self._session.add(self._rows[str(fact)])
+        self._note_unknown(gone, source=source, at_s=at_s)
         if gone or new:
-            row.version += 1
+            self._world.version += 1
             self._events.append(
-                session,
+                self._session,
                 FactsChanged(
                     subject=world,
-                    version=row.version,
+                    version=self._world.version,
                     source=source,
                     added=self._relations(new),
                     removed=self._relations(Fact(old.predicate, tuple(old.args)) for old in gone),
@@ -92,8 +151,26 @@ class FactStore:
         if before:
             believed = tuple(map(self._belief, before))
             contradicted = FactsContradicted(subject=world, source=source, at_s=at_s, believed=believed)
-            self._events.append(session, contradicted)
-        return row.version
+            self._events.append(self._session, contradicted)
+        self._session.flush()  # so that the next change can delete what this one has added
+        return bool(gone or new)
+
+    def _note_unknown(self, gone: Iterable[FactRow], *, source: str, at_s: float) -> None:
+        """Keep the last belief about each object and robot that has lost its place, until it has one again."""
+        placed = {row.args[0] for row in self._rows.values() if row.predicate in PLACED}
+        for name in placed & self._unknown.keys():
+            self._session.delete(self._unknown.pop(name))
+        for row in gone:
+            name = row.args[0]
+            if row.predicate not in PLACED or name in placed:
+                continue
+            unknown = self._unknown.setdefault(name, UnknownRow(world=self._world.id, name=name))
+            unknown.believed = {"predicate": row.predicate, "args": list(row.args)}
+            unknown.believed_by = row.source
+            unknown.believed_at_s = row.at_s
+            unknown.source = source
+            unknown.since_s = at_s
+            self._session.add(unknown)
 
     def _relations(self, facts: Iterable[Fact]) -> tuple[str, ...]:
         """The facts as text in the rel/ref form of the API."""
@@ -105,12 +182,12 @@ class FactStore:
 
 
 def source_of(robot: str) -> str:
-    """Who said a fact that a robot reported."""
+    """The source of facts that a robot reported."""
     return f"report of {robot}"
 
 
 def _is_passing(old: FactRow, source: str) -> bool:
-    """True of what follows from other facts, and of where a robot stood that says itself where it stands now."""
+    """True of derived facts, and of the former position of a robot that reports its position itself."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
     return old.predicate in (VACANT, CLEAR)
@@ -120,12 +197,12 @@ def _belief(row: FactRow) -> dict[str, Any]:
     return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
 
 
-def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> Dated:
-    return Dated(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
+def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> DatedFact:
+    return DatedFact(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
 
 
 def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict[str, Any]]) -> FactRow:
-    """:param before: what was believed wrongly; the fact stands for what is of the same thing."""
+    """:param before: facts that were believed wrongly; those about the same things are kept with the new fact."""
     about = subjects_of(fact)
     contradicted = [
         one for one in before if not about.isdisjoint(subjects_of(Fact(one["predicate"], tuple(one["args"]))))

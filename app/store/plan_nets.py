@@ -1,4 +1,4 @@
-"""Plan-nets read back from the record, the newest kept in memory: a plan never changes once it is recorded."""
+"""Plan-nets read from the database, with a cache: a plan never changes once it is stored."""
 
 from collections import OrderedDict
 from threading import Lock
@@ -9,19 +9,19 @@ from app.domain.plan_document import PlanBody
 from app.store import PlanRow
 from planner import KnowledgeBase, PlanNet
 
-REMEMBERED = 200
-"""So many plan-nets are kept."""
+CACHE_SIZE = 200
 
 
 class PlanNets:
-    """Thread-safe."""
+    """A cache of the plan-nets used last. Thread-safe."""
 
     def __init__(self, knowledge_base: KnowledgeBase) -> None:
-        self._knowledge_base, self._lock = knowledge_base, Lock()
+        self._knowledge_base = knowledge_base
+        self._lock = Lock()
         self._known: OrderedDict[str, PlanNet] = OrderedDict()
 
     def of(self, session: Session, plan_id: str) -> PlanNet:
-        """:raises planner.KnowledgeBaseError: if the knowledge base does not know the plan's facts any more."""
+        """:raises planner.KnowledgeBaseError: if the plan's facts are no longer in the vocabulary."""
         with self._lock:
             net = self._known.get(plan_id)
         if net is None:
@@ -30,6 +30,6 @@ class PlanNets:
         with self._lock:
             self._known[plan_id] = net
             self._known.move_to_end(plan_id)
-            if len(self._known) > REMEMBERED:
+            if len(self._known) > CACHE_SIZE:
                 self._known.popitem(last=False)
         return net

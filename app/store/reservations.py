@@ -1,4 +1,4 @@
-"""What running missions still need: their robots, places and samples are not to be planned with."""
+"""Reservations of running missions: the robots, places and samples that new plans must leave alone."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import ENDED
-from app.domain.world_model import Reservation, all_of, named_in, needed_by
+from app.domain.lifecycles.mission import ENDED
+from app.domain.world_model import Reservation, named_in, needed_by, union_of
 from app.store import MissionRow, ScriptRow
 from app.store.plan_nets import PlanNets
 from robots.wire import PacketState, ScriptState
 
-REMEMBERED = 200
-"""So many plans' needs are kept in memory."""
+CACHE_SIZE = 200
+"""Plans whose needs are cached."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +29,7 @@ class MissionReservation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Needs:
-    """What a plan needs: its goals until the mission's end, each action's things until all its robots are done."""
+    """What a plan needs: its goals' names until the mission's end, each action's until all its robots are done."""
 
     goals: Reservation
     actions: Mapping[str, tuple[tuple[str, ...], Reservation]]
@@ -45,13 +45,13 @@ class _Needs:
             for action, (robots, needs) in self.actions.items()
             if any(robot not in idle and (action, robot) not in done for robot in robots)
         )
-        return all_of([self.goals, *open_])
+        return union_of([self.goals, *open_])
 
 
 class Reservations:
-    """Reads from the record what missions still need; robots' reports make it less and less.
+    """Reads from the database what missions still need; it shrinks as robots report progress.
 
-    What a robot that failed or was stopped was to do is still needed: the mission is recovered with it, or ends.
+    What a failed or stopped robot was to do stays reserved until the mission is recovered or ends.
     """
 
     def __init__(self, plan_nets: PlanNets) -> None:
@@ -59,7 +59,7 @@ class Reservations:
         self._needs: dict[str, _Needs] = {}
 
     def of_world(self, session: Session, world: str) -> Sequence[MissionReservation]:
-        """The running missions of a world that still need something, oldest first."""
+        """The running missions of a world with what each still needs, oldest first."""
         query = (
             select(MissionRow)
             .where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
@@ -72,23 +72,29 @@ class Reservations:
 
     def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
         """What a running mission still needs."""
-        columns = (ScriptRow.robot, ScriptRow.state, ScriptRow.packets)
-        query = select(*columns).where(
+        query = select(ScriptRow).where(
             ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id
         )
-        scripts = session.execute(query).all()
-        idle = {robot for robot, state, _ in scripts if state == ScriptState.FINISHED}
-        done = {
-            (packet, robot)
-            for robot, _, packets in scripts
-            for packet, known in packets.items()
-            if known["state"] == PacketState.FINISHED
-        }
-        return self._of_plan(session, mission.plan_id).left(idle, done)
+        return self.of_scripts(session, mission.plan_id, session.scalars(query).all())
+
+    def of_scripts(self, session: Session, plan_id: str, scripts: Iterable[ScriptRow]) -> Reservation:
+        """What a running mission still needs.
+
+        :param scripts: all of the plan that it carries out now.
+        """
+        idle = set[str]()
+        done = set[tuple[str, str]]()
+        for script in scripts:
+            if script.state == ScriptState.FINISHED:
+                idle.add(script.robot)
+            for packet, known in script.packets.items():
+                if known["state"] == PacketState.FINISHED:
+                    done.add((packet, script.robot))
+        return self._of_plan(session, plan_id).left(idle, done)
 
     def _of_plan(self, session: Session, plan_id: str) -> _Needs:
         if plan_id not in self._needs:
-            if len(self._needs) >= REMEMBERED:
+            if len(self._needs) >= CACHE_SIZE:
                 self._needs.clear()
             net = self._plan_nets.of(session, plan_id)
             self._needs[plan_id] = _Needs(
@@ -100,4 +106,4 @@ class Reservations:
 
 def all_reserved(held: Iterable[MissionReservation]) -> Reservation:
     """Everything that some running mission still needs."""
-    return all_of(one.reservation for one in held)
+    return union_of(one.reservation for one in held)

@@ -1,17 +1,18 @@
 """The tables. JSON columns hold the wire and API bodies as they were; times ending in `_s` are the world's clock."""
 
-from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import JSON, ForeignKey, Index, Integer, String
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
+from app.domain.clock import SYSTEM_CLOCK, iso_utc
+
 ID = String(120)
 
 
 def utc_now() -> str:
-    """The wall clock as ISO 8601 in UTC, milliseconds."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    """The default of columns that hold an instant."""
+    return iso_utc(SYSTEM_CLOCK.epoch_s())
 
 
 class Base(DeclarativeBase):
@@ -161,6 +162,7 @@ class MissionRow(Base):
     enquire_at_s: Mapped[float | None]
     asked_at: Mapped[float | None]
     cancel_requested: Mapped[bool] = mapped_column(default=False)
+    is_overdue: Mapped[bool] = mapped_column(default=False)
     revision: Mapped[int] = mapped_column(default=1)
     revised_at_s: Mapped[float | None]
     stopped_for: Mapped[str] = mapped_column(default="")
@@ -174,10 +176,8 @@ class MissionRow(Base):
 class ScriptRow(Base):
     """A behaviour script of one of a mission's plans and what is known of its execution.
 
-    `delivery` is pending, acknowledged, refused or withdrawn; `control` a verb the robot has not acknowledged yet;
-    `question` the id of a status query it has not answered yet; `packets` each packet's state and times as reported;
-    `cleared` the actions it is to know the end of, `clearance` names the message of it that is not acknowledged yet;
-    `heard_at_s` is when the robot last said how it stands; `abandoned` if its robot was lost before it had ended.
+    `packets`: each packet's state and times as reported; `cleared`: the actions whose end it is to know of. The others
+    are explained by the script's life cycle.
     """
 
     __tablename__ = "scripts"
@@ -188,6 +188,7 @@ class ScriptRow(Base):
     body: Mapped[dict[str, Any]]
     delivery: Mapped[str] = mapped_column(index=True)
     control: Mapped[str | None]
+    control_number: Mapped[int | None]
     orders: Mapped[int] = mapped_column(default=0)
     stopping: Mapped[bool] = mapped_column(default=False)
     state: Mapped[str | None]
@@ -229,10 +230,14 @@ class TuningRow(Base):
     decided_at: Mapped[str | None]
 
     def set(self, tuning: dict[str, Any], *, actor: str, comment: str) -> None:
-        """Another version, to be delivered."""
+        """Make it a new version that is to be delivered."""
         self.version += 1
-        self.tuning, self.delivery, self.detail = tuning, "pending", ""
-        self.comment, self.decided_by, self.decided_at = comment, actor, utc_now()
+        self.tuning = tuning
+        self.delivery = "pending"
+        self.detail = ""
+        self.comment = comment
+        self.decided_by = actor
+        self.decided_at = utc_now()
 
 
 class MessageRow(Base):

@@ -1,7 +1,7 @@
-"""Durable workflows: the one package that knows DBOS.
+"""Durable workflows: the only package that knows DBOS.
 
-The domain tables are the record; a workflow is the mechanism that carries a goal or a mission on, also after a crash.
-A workflow and a message to it are started inside the transaction that makes them necessary, so neither can be lost.
+The service's own tables are authoritative; a workflow is the mechanism that carries a goal or mission on, also after a
+crash. A workflow, or a message to one, is started inside the transaction that makes it necessary, so neither is lost.
 """
 
 from app.workflows.engine import Workflows

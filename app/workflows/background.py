@@ -1,4 +1,4 @@
-"""A thread beside the service's others, for the length of its life."""
+"""A thread that runs for the length of the service's life."""
 
 import threading
 from collections.abc import Callable
@@ -7,7 +7,7 @@ JOIN_S = 5.0
 
 
 class Background:
-    """Work that goes on until it is told to end: it looks at `ending`, or waits on it, between its turns."""
+    """Work in a daemon thread that goes on until `ending` is set: it checks that, or waits on it, between its turns."""
 
     def __init__(self, name: str, work: Callable[[], None]) -> None:
         self.ending = threading.Event()
@@ -17,9 +17,9 @@ class Background:
         self._thread.start()
 
     def end(self) -> bool:
-        """Tell it to end and wait for that; False if it never began."""
+        """Set `ending` and join the thread; False if it was never started."""
         self.ending.set()
-        began = self._thread.ident is not None
-        if began:
+        was_started = self._thread.ident is not None
+        if was_started:
             self._thread.join(timeout=JOIN_S)
-        return began
+        return was_started

@@ -1,32 +1,31 @@
-"""Starts, wakes and runs workflows, and has those run again that a process left or lost."""
+"""Starts, wakes and runs workflows, and recovers those that a process left or lost."""
 
 import logging
-import sqlite3
 import threading
-import time
 import uuid
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from math import inf
 
 from dbos import DBOS, DBOSClient, DBOSConfig, DBOSPortableJSONSerializer, EnqueueOptions
-from dbos._sys_db import SystemDatabase
-from sqlalchemy import ExceptionContext, event
 from sqlalchemy.orm import Session
 
-from app.store import after_commit, announce, is_unwritable
-from app.workflows.queue_listener import Listener
+from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.store import after_commit, announce
+from app.workflows.dbos_internals import executing_workflows, message_waker, reenqueue
+from app.workflows.queue_listener import QueueListener
 from app.workflows.queues import MISSIONS, QUEUES, Queue
 from app.workflows.steps import CLOSING, WAKE
+from app.workflows.system_database import create_system_engine, retire
 
 APPLICATION = "macta"
 APPLICATION_VERSION = "2"
 """Raised when a workflow's steps change order, so that no old workflow is replayed by new code."""
 
-POLLING_S = 0.05
-SELDOM_S = 0.25
-"""How often queues are looked at while there is work: every process is told of new work, and every 50 ms kept a sixth
-of a core busy."""
+MESSAGE_POLLING_S = 0.05
+QUEUE_POLLING_S = 0.25
+"""Polling interval of queues while there is work: every process is notified of new work, and polling every 50 ms kept a
+sixth of a core busy."""
 EMBEDDED = "embedded"
 
 
@@ -38,31 +37,36 @@ class Workflows:
         database_url: str,
         *,
         serves: Collection[Queue] = QUEUES,
-        queue_polling_s: float = SELDOM_S,
+        queue_polling_s: float = QUEUE_POLLING_S,
+        clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
-        :param queue_polling_s: how often to look for workflows that nobody told of.
+        :param queue_polling_s: how often to look for workflows that were not announced.
         """
-        self._url, self._serves, self._queue_polling_s = database_url, serves, queue_polling_s
+        self.engine = create_system_engine(database_url)
+        """The connections of DBOS."""
+        self._serves = serves
+        self._queue_polling_s = queue_polling_s
+        self._clock = clock
         # A process that died left its workflows under its own name; the embedded service is one executor.
         self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
         self._closing = threading.Event()
         self._suspected: set[str] = set()
-        self._begins_until = inf
+        self._dequeues_until = inf
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
-        DBOS.listen_queues([])  # we do, see `Listener`
-        self._listeners: dict[str, Listener] = {}
+        DBOS.listen_queues([])  # `QueueListener` does
+        self._listeners: dict[str, QueueListener] = {}
 
     def _config(self) -> DBOSConfig:
         return {
             "name": APPLICATION,
-            "system_database_url": self._url,
+            "system_database_engine": self.engine,
             "application_version": APPLICATION_VERSION,
             "executor_id": self.executor,
             "serializer": DBOSPortableJSONSerializer(),
-            "notification_listener_polling_interval_sec": POLLING_S,
+            "notification_listener_polling_interval_sec": MESSAGE_POLLING_S,
             "log_level": "ERROR",
             "console_log_level": "ERROR",
         }
@@ -72,27 +76,29 @@ class Workflows:
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
             CLOSING.set(self._closing)
-            function(subject)
+            try:
+                function(subject)
+            finally:
+                self._poll_all()  # there is room for the next one
 
         DBOS.workflow(name=name)(workflow)
 
     def launch(self) -> None:
-        """Start executing: first what an earlier process left undone."""
+        """Start executing, first what an earlier process left undone."""
         DBOS.launch()
         for queue in QUEUES:
-            known = DBOS.register_queue(
+            registered = DBOS.register_queue(
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
             if queue in self._serves:
-                self._listeners[queue.name] = Listener(
-                    self._dbos, known, may_take=lambda: time.monotonic() < self._begins_until
+                self._listeners[queue.name] = QueueListener(
+                    self._dbos, registered, may_dequeue=self._may_dequeue, clock=self._clock
                 )
         self._client = DBOSClient(
-            system_database_url=self._url,
+            system_database_engine=self.engine,
             serializer=DBOSPortableJSONSerializer(),
             application_name=APPLICATION,
         )
-        event.listen(self._dbos._sys_db.engine, "handle_error", _as_locked)
 
     def start(self, session: Session, queue: Queue, name: str, workflow_id: str, subject: str) -> None:
         """Enqueue a workflow on one subject; it exists exactly if the caller's transaction commits."""
@@ -103,74 +109,82 @@ class Workflows:
             "app_version": APPLICATION_VERSION,
         }
         self._connected.enqueue_in_transaction(session, options, subject)
-        after_commit(session, lambda: self.look(queue))
+        after_commit(session, lambda: self.poll(queue))
         announce(session, queue.name)
 
     @property
     def topics(self) -> Mapping[str, Callable[[], None]]:
-        """What this process is to be told of by others on its database, and what it does then."""
-        return {queue.name: partial(self.look, queue) for queue in self._serves} | {"messages": self.rouse}
+        """The announcements of other processes that matter to this one, each with its handler."""
+        return {queue.name: partial(self.poll, queue) for queue in self._serves} | {
+            "messages": self.recheck_messages
+        }
 
-    def look(self, queue: Queue) -> None:
-        """A workflow of this queue was started, here or in another process."""
+    def poll(self, queue: Queue) -> None:
+        """Look for workflows in this queue now: one was started, here or in another process."""
         if queue.name in self._listeners:
-            self._listeners[queue.name].look()
+            self._listeners[queue.name].poll_now()
 
-    def may_begin(self, until: float) -> None:
-        """From then on (`time.monotonic`) nothing is taken from the queues, unless another instant is named before.
+    def dequeue_until(self, monotonic_s: float) -> None:
+        """Dequeue nothing after this instant, unless a later one is named before.
 
-        Whoever takes this process for dead would have what it takes run again at once, and so without end.
+        Other processes then take this one for dead: they would run again at once whatever it dequeues.
         """
-        self._begins_until = until
+        self._dequeues_until = monotonic_s
 
-    def rouse(self) -> None:
-        """Have every workflow that waits here look whether there is a message: it may not have been told of one.
+    def recheck_messages(self) -> None:
+        """Have every workflow that waits here look for a message whose notification may have been lost."""
+        message_waker(self._dbos)()
 
-        DBOS looks by itself only once a minute.
+    def recover_executor(self, executor: str) -> int:
+        """Put back into their queues the workflows that another executor left pending; returns their number."""
+        return self._reenqueue(self._pending(executor), executor)
+
+    def recover_lost(self) -> int:
+        """Put back into their queues the pending workflows of this process that it does not execute; their number.
+
+        They are lost if the database dies after it has committed a dequeue and before it has answered. A workflow that
+        is just being dequeued looks the same, so only one that is found at two calls in a row counts: call this often.
         """
-        _rouse(self._dbos._sys_db)
+        unclaimed = self._pending(self.executor) - executing_workflows(self._dbos)
+        lost = unclaimed & self._suspected
+        self._suspected = unclaimed
+        return self._reenqueue(lost, self.executor)
 
-    def take_over(self, executor: str) -> int:
-        """Have what another executor left undone run again, by whoever serves its queues; answers how many.
-
-        Only what is still that executor's: a workflow that was taken over already is left alone.
-        """
-        count = len(DBOS._recover_pending_workflows([executor]))
-        self._look_at_all(count)
-        return count
-
-    def take_up(self) -> int:
-        """Have what this process took from a queue and then lost run again; answers how many. To be called often.
-
-        A database that dies may have recorded that a workflow is ours and not have come to say so. What is not executed
-        here though it is ours at two calls in a row is such a one: whatever is just being taken is executed by then.
-        """
-        running = set(self._dbos._active_workflows_set.activeList())
-        mine = self._connected.list_workflows(
-            status="PENDING", executor_id=self.executor, load_input=False, load_output=False
+    def _pending(self, executor: str) -> set[str]:
+        found = self._connected.list_workflows(
+            status="PENDING",
+            executor_id=executor,
+            app_version=APPLICATION_VERSION,
+            load_input=False,
+            load_output=False,
         )
-        unclaimed = {one.workflow_id for one in mine} - running
-        lost, self._suspected = unclaimed & self._suspected, unclaimed
-        system = self._dbos._sys_db
-        count = sum(system.reenqueue_for_recovery(one, [self.executor], MISSIONS.name) for one in lost)
-        self._look_at_all(count)
+        return {one.workflow_id for one in found}
+
+    def _reenqueue(self, workflow_ids: Collection[str], executor: str) -> int:
+        count = sum(
+            reenqueue(self._dbos, one, executor=executor, default_queue=MISSIONS.name) for one in workflow_ids
+        )
+        if count:
+            self._poll_all()
         return count
 
-    def _look_at_all(self, count: int) -> None:
-        """So many workflows are to run again, of whatever queues."""
-        for listener in self._listeners.values() if count else ():
-            listener.look()
+    def _poll_all(self) -> None:
+        for listener in self._listeners.values():
+            listener.poll_now()
+
+    def _may_dequeue(self) -> bool:
+        return self._clock.monotonic_s() < self._dequeues_until
 
     def wake(self, session: Session, workflow_id: str, key: str) -> None:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
         self._connected.send_in_transaction(session, workflow_id, key, WAKE, key)
 
-    def forget(self, before: str, most: int) -> int:
-        """Delete workflows that were over before an instant (ISO 8601), so many at most; answers how many."""
+    def delete_finished(self, before: str, limit: int) -> int:
+        """Delete up to `limit` workflows that were over before an instant (ISO 8601); returns their number."""
         over = self._connected.list_workflows(
             status=["SUCCESS", "ERROR", "CANCELLED"],
             completed_before=before,
-            limit=most,
+            limit=limit,
             load_input=False,
             load_output=False,
         )
@@ -184,41 +198,18 @@ class Workflows:
         return self._client
 
     def close(self) -> None:
-        """Stop executing. What is under way is left as it is and taken up by the next `launch`."""
-        # Workflows that are cut off complain that the database is gone; they are meant to be.
+        """Stop executing. What is under way stays pending and is recovered by the next `launch`."""
+        # Workflows that are cut off log that the database is gone.
         logging.getLogger("dbos").setLevel(logging.CRITICAL)
         self._closing.set()
         for listener in self._listeners.values():
-            listener.end()
-        if self._client is None:
-            DBOS.destroy(destroy_registry=True)
-            return
-        system = self._dbos._sys_db
-        # Those that sleep need not look for the database for ever once they wake.
-        system._retry_connection_errors = False
-        self._client.destroy()
+            listener.stop()
+        wake = None if self._client is None else message_waker(self._dbos)
+        if self._client is not None:
+            self._client.destroy()
         DBOS.destroy(destroy_registry=True)
-        # A thread that slept on would hold up the process's end, and one that woke later would go on beside whoever
-        # has taken the workflow up: they wake now, and without a connection they can record nothing.
-        event.listen(system.engine, "do_connect", _refused)
-        _rouse(system)
-
-
-def _rouse(system: SystemDatabase) -> None:
-    for _, _, waiting in system.notifications_map.snapshot():
-        waiting.set()
-
-
-def _refused(*_: object) -> None:
-    """:raises RuntimeError: always: there are no connections any more."""
-    raise RuntimeError("the service has ended")
-
-
-def _as_locked(context: ExceptionContext) -> None:
-    """What cannot be written for now is tried again, as what is locked is: DBOS would give the workflow up.
-
-    :raises sqlite3.OperationalError: in place of SQLite's words for a full disk.
-    """
-    error = context.original_exception
-    if isinstance(error, sqlite3.Error) and is_unwritable(error):
-        raise sqlite3.OperationalError(f"database is locked: {error}") from error
+        # A thread that waited on would hold up the process's end; one that woke later would run beside whoever has
+        # recovered its workflow. They wake now, and without a connection they can record nothing.
+        retire(self.engine)
+        if wake is not None:
+            wake()

@@ -1,16 +1,15 @@
-"""A process' place among those that share its database.
+"""A process's place among those that share its database: heartbeats, and leases of worlds.
 
-Each says every `BEAT_S` that it lives. Of one that was silent for `DEAD_AFTER_S`, or has ended, the others take over
-the workflows, and the worlds it spoke for. Time is the database server's, so the machines' clocks need not agree. A
-process that was only held up may come back: it lays down by itself what it can no longer be sure of, takes up nothing
-more, and what both did meanwhile is recorded once, as steps and messages are anyway. While the server is away nobody
-can say anything: it counts from when the server is back.
+Each process writes a heartbeat every `HEARTBEAT_S`. Of one that was silent for `DEAD_AFTER_S`, or has ended, the others
+take over the workflows and the leases of worlds. Time is the database server's, so the machines' clocks need not agree.
+A process that was only held up may come back: by then it has let its leases lapse and dequeues nothing, and what both
+processes did meanwhile is recorded once, as steps and messages always are. While the server is unavailable nobody can
+write a heartbeat: silence counts from when the server is back.
 """
 
 import logging
 import os
 import socket
-import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
@@ -20,22 +19,21 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.dialects.postgresql import insert
 from sqlalchemy.orm import Session
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
 from app.domain.errors import Unavailable
-from app.store import Database, ExecutorRow, LeaseRow, is_away
-from app.store.tables import utc_now
+from app.store import Database, ExecutorRow, LeaseRow, is_unavailable
 from app.workflows.background import Background
 
-BEAT_S = 1.0
+HEARTBEAT_S = 1.0
 DEAD_AFTER_S = 6.0
 FORGOTTEN_AFTER_S = 60.0
-"""A dead process' row goes then; until then it is looked whether it came back, began something, and died again."""
-HELD_S = DEAD_AFTER_S - BEAT_S
-"""So long after its last beat a process counts on its worlds, and takes up workflows: less than it takes others to take
-them.
+"""A dead process's row is deleted then. Until then it is checked again: it may have come back and died anew."""
+LEASE_S = DEAD_AFTER_S - HEARTBEAT_S
+"""How long after a heartbeat a process relies on its leases and dequeues workflows: less than others take to take over.
 """
-ENDED = 0.0
-"""When a process that has ended in order was last seen."""
-TAKE_UP_S = 5.0
+ENDED_AT_S = 0.0
+"""`seen_at` of a process that has ended in order."""
+LOST_CHECK_S = 5.0
 """How often a process looks for workflows of its own that it has lost."""
 
 logger = logging.getLogger(__name__)
@@ -45,8 +43,9 @@ logger = logging.getLogger(__name__)
 class Executor:
     """A process as the others know it.
 
-    :param serves: the queues whose workflows it runs; `worlds` those it speaks for, towards their robots.
-    :param seen_s: seconds since it last said that it lives.
+    :param serves: the queues whose workflows it runs.
+    :param worlds: those whose lease it holds.
+    :param seen_s: seconds since its last heartbeat.
     """
 
     id: str
@@ -59,134 +58,151 @@ class Executor:
     alive: bool
 
 
-class Undone(Protocol):
-    """Workflows that a process has left undone, and who that is."""
+class RecoverableWorkflows(Protocol):
+    """The workflows of this process and of others, as `app.workflows.Workflows` has them."""
 
     @property
     def executor(self) -> str:
         """The name of this process."""
         ...
 
-    def may_begin(self, until: float) -> None:
-        """Others count on this process until that instant (`time.monotonic`): it may take up workflows till then."""
+    def dequeue_until(self, monotonic_s: float) -> None:
+        """Dequeue nothing after that instant of the process's monotonic clock."""
         ...
 
-    def take_over(self, executor: str) -> int:
-        """Have those of a dead executor run again; answers how many."""
+    def recover_executor(self, executor: str) -> int:
+        """Have those that a dead executor left pending run again; returns their number."""
         ...
 
-    def take_up(self) -> int:
-        """Have those run again that this process has lost; answers how many."""
+    def recover_lost(self) -> int:
+        """Have those run again that this process has lost; returns their number."""
         ...
 
 
 class ExecutorRegistry:
-    """Says that this process lives, holds the worlds it speaks for, and takes over what dead ones left.
+    """Writes this process's heartbeat, holds the leases of its worlds, and recovers what dead processes left.
 
-    On SQLite there is one process: it holds its worlds always, and nothing needs to be said.
+    On SQLite there is one process: it holds its leases always, and no heartbeat is needed.
     """
 
     def __init__(
         self,
         database: Database,
-        workflows: Undone,
+        workflows: RecoverableWorkflows,
         *,
         serves: Sequence[str],
-        speaks_for: Collection[str],
+        worlds: Collection[str],
+        clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
-        :param speaks_for: the worlds that this process may speak for.
+        :param serves: the queues whose workflows this process runs.
+        :param worlds: those that this process may hold the lease of.
         """
-        self._database, self._workflows, self._serves = database, workflows, list(serves)
+        self._database = database
+        self._workflows = workflows
+        self._serves = list(serves)
         self._executor = workflows.executor
-        self._speaks_for = sorted(speaks_for)
-        self._take_up_at = 0.0
-        self._started_at = utc_now()
-        self._held: Mapping[str, float] = {}
-        self._background = Background("presence", self._run)
+        self._worlds = sorted(worlds)
+        self._clock = clock
+        self._lost_check_at_s = 0.0
+        self._started_at = iso_utc(clock.epoch_s())
+        self._leases_until: Mapping[str, float] = {}
+        self._background = Background("heartbeat", self._run)
 
     def register(self, simulates: Collection[str] = ()) -> None:
-        """Say that this process lives, before it begins anything that others would have to take over.
+        """Write the first heartbeat, before this process begins anything that others would have to recover.
 
-        :param simulates: the worlds that there are only here: nobody else is to speak for them. Waited for, should a
-            process that has just died have done so.
-        :raises Unavailable: if one that lives does.
+        :param simulates: the worlds that exist only in this process, so that nobody else may hold their lease. If a
+            process that has just died did, this waits until its lease has lapsed.
+        :raises Unavailable: if a living process does.
         """
-        give_up = time.monotonic() + DEAD_AFTER_S + 2 * BEAT_S
+        give_up_s = self._clock.monotonic_s() + DEAD_AFTER_S + 2 * HEARTBEAT_S
         while True:
-            self._beat()
-            others = [world for world in simulates if not self.speaks_for(world)]
+            self.beat()
+            others = [world for world in simulates if not self.holds_lease(world)]
             if not others:
                 return
-            if time.monotonic() > give_up:
+            if self._clock.monotonic_s() > give_up_s:
                 raise Unavailable(
                     f"another process on this database has world {', '.join(others)}; "
                     "give this one a database of its own, or reach the world's robots over --broker"
                 )
-            self._background.ending.wait(BEAT_S)
+            self._clock.wait(self._background.ending, HEARTBEAT_S)
 
     def start(self) -> None:
         if self._database.shared:
             self._background.start()
 
     def stop(self) -> None:
-        """Look after nobody any more; this process is about to end. Safe to call again."""
+        """Recover nothing more: this process is about to end. Safe to call again."""
         self._background.end()
 
     def close(self) -> None:
-        """What is left undone here is the others' from now on."""
+        """Let the others recover at once what is left undone here."""
         if not self._background.end():
             return
         try:
             with self._database.write() as session:
                 row = session.get(ExecutorRow, self._executor, with_for_update=True)
                 if row is not None:
-                    row.seen_at = ENDED
+                    row.seen_at = ENDED_AT_S
         except Exception as error:  # they will notice
-            logger.warning("the others could not be told that this process ends: %s", error)
+            logger.warning("could not record that this process ends: %s", error)
 
-    def speaks_for(self, world: str) -> bool:
+    def holds_lease(self, world: str) -> bool:
         """True if this process, and no other, is to deliver to the world's robots and to record what they report."""
         if not self._database.shared:
-            return world in self._speaks_for
-        return time.monotonic() < self._held.get(world, 0.0)
+            return world in self._worlds
+        return self._clock.monotonic_s() < self._leases_until.get(world, 0.0)
 
     def executors(self) -> Sequence[Executor]:
-        """All that are known, the longest there first."""
-        return executors(self._database)
+        """All known processes, the oldest first."""
+        return executors(self._database, self._clock)
 
-    def _run(self) -> None:
-        while not self._background.ending.is_set():
-            try:
-                self._beat()
-                self._look_after_dead()
-                self._look_after_own()
-            except Exception as error:
-                if is_away(error):
-                    logger.warning("no word to the other processes: the database is away")
-                else:
-                    logger.exception("no word to the other processes")
-            self._background.ending.wait(BEAT_S)
-
-    def _beat(self) -> None:
-        until = time.monotonic() + HELD_S
+    def beat(self) -> None:
+        """Write a heartbeat, and take or renew the leases that no living process holds."""
+        until = self._clock.monotonic_s() + LEASE_S
         with self._database.write() as session:
-            now = _now(session, self._database)
+            now = _now(session, self._database, self._clock)
             row = session.get(ExecutorRow, self._executor, with_for_update=True)
             if row is None:
                 row = ExecutorRow(id=self._executor)
                 session.add(row)
-            row.serves, row.host, row.pid = self._serves, socket.gethostname(), os.getpid()
-            row.started_at, row.seen_at = self._started_at, now
+            row.serves = self._serves
+            row.host = socket.gethostname()
+            row.pid = os.getpid()
+            row.started_at = self._started_at
+            row.seen_at = now
             session.flush()
             dead_before = _dead_before(session, self._database, now)
-            held = [world for world in self._speaks_for if self._holds(session, world, dead_before)]
-        self._held = dict.fromkeys(held, until)
+            held = [world for world in self._worlds if self._takes(session, world, dead_before)]
+        self._leases_until = dict.fromkeys(held, until)
         if self._database.shared:
-            self._workflows.may_begin(until)
+            self._workflows.dequeue_until(until)
 
-    def _holds(self, session: Session, world: str, dead_before: float) -> bool:
-        """Take the world, unless a living process has it."""
+    def recover(self) -> None:
+        """Recover what dead processes left and, every `LOST_CHECK_S`, what this one has lost."""
+        self._recover_from_dead()
+        if self._clock.monotonic_s() < self._lost_check_at_s:
+            return
+        self._lost_check_at_s = self._clock.monotonic_s() + LOST_CHECK_S
+        if count := self._workflows.recover_lost():
+            logger.warning("recovered %d workflows that this process had lost", count)
+
+    def _run(self) -> None:
+        while not self._background.ending.is_set():
+            try:
+                self.beat()
+                self.recover()
+            except Exception as error:
+                if is_unavailable(error):
+                    logger.warning("heartbeat failed: database unavailable")
+                else:
+                    logger.exception("heartbeat failed")
+            self._clock.wait(self._background.ending, HEARTBEAT_S)
+
+    def _takes(self, session: Session, world: str, dead_before: float) -> bool:
+        """Take or renew the lease of a world, unless a living process has it."""
         if self._database.shared:
             session.execute(insert(LeaseRow).values(world=world, holder="").on_conflict_do_nothing())
         elif session.get(LeaseRow, world) is None:
@@ -200,31 +216,24 @@ class ExecutorRegistry:
             lease.holder = self._executor
         return True
 
-    def _look_after_dead(self) -> None:
-        """Take over from those that are silent; of several processes at once, one does."""
+    def _recover_from_dead(self) -> None:
+        """Of several processes that see a dead one, the first to lock its row recovers from it."""
         with self._database.write() as session:
-            now = _now(session, self._database)
+            now = _now(session, self._database, self._clock)
             query = select(ExecutorRow).where(
                 ExecutorRow.seen_at < _dead_before(session, self._database, now)
             )
             for dead in session.scalars(query.with_for_update(skip_locked=True)).all():
-                if count := self._workflows.take_over(dead.id):
-                    logger.warning("took over %d workflows of %s on %s", count, dead.id, dead.host)
+                if count := self._workflows.recover_executor(dead.id):
+                    logger.warning("recovered %d workflows of executor %s on %s", count, dead.id, dead.host)
                 if dead.seen_at < now - FORGOTTEN_AFTER_S:
                     session.execute(delete(ExecutorRow).where(ExecutorRow.id == dead.id))
 
-    def _look_after_own(self) -> None:
-        if time.monotonic() < self._take_up_at:
-            return
-        self._take_up_at = time.monotonic() + TAKE_UP_S
-        if count := self._workflows.take_up():
-            logger.warning("took up %d workflows that were lost on their way here", count)
 
-
-def executors(database: Database) -> Sequence[Executor]:
-    """The processes on a database that are known, the longest there first."""
+def executors(database: Database, clock: WallClock = SYSTEM_CLOCK) -> Sequence[Executor]:
+    """The known processes on a database, the oldest first."""
     with database.read() as session:
-        now = _now(session, database)
+        now = _now(session, database, clock)
         worlds: dict[str, list[str]] = {}
         for lease in session.scalars(select(LeaseRow).order_by(LeaseRow.world)):
             worlds.setdefault(lease.holder, []).append(lease.world)
@@ -247,18 +256,18 @@ def _executor(row: ExecutorRow, worlds: Sequence[str], seen_s: float) -> Executo
     )
 
 
-def _now(session: Session, database: Database) -> float:
+def _now(session: Session, database: Database, clock: WallClock) -> float:
     """Epoch seconds, of the server where there is one."""
     if not database.shared:
-        return time.time()
+        return clock.epoch_s()
     return float(session.scalars(select(func.extract("epoch", func.clock_timestamp()))).one())
 
 
 def _dead_before(session: Session, database: Database, now: float) -> float:
-    """Who was last seen before this instant is dead: it was silent for so long, and the server there to hear."""
+    """A process last seen before this instant is dead: silent for `DEAD_AFTER_S` during which the server was up."""
     if not database.shared:
         return inf  # there is one process
     started_at = session.scalars(select(func.extract("epoch", func.pg_postmaster_start_time()))).one()
     if float(started_at) < now - DEAD_AFTER_S:
         return now - DEAD_AFTER_S
-    return ENDED + 1.0  # until then only those are gone that said so
+    return ENDED_AT_S + 1.0  # until then only those are dead that have ended in order

@@ -1,9 +1,9 @@
-"""Missions are looked at again when something may have changed what they count on."""
+"""Wakes the workflows of missions when something they rely on may have changed."""
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.store import MissionRow
 from app.workflows import Workflows
 
@@ -11,7 +11,7 @@ from app.workflows import Workflows
 def wake_missions(session: Session, workflows: Workflows, world: str, key: str, *, but: str = "") -> None:
     """Wake the running missions of a world, once per key, if the caller's transaction commits.
 
-    :param but: the mission that is woken anyway.
+    :param but: a mission that the caller wakes itself.
     """
     query = select(MissionRow.workflow).where(
         MissionRow.world == world, MissionRow.state.not_in(ENDED), MissionRow.id != but

@@ -1,36 +1,43 @@
-"""Hearing what other processes have written to a shared database: PostgreSQL's LISTEN and NOTIFY.
+"""Notifications of what other processes have written to a shared database: PostgreSQL's LISTEN and NOTIFY.
 
-A notification only says that it is worth looking; whoever looks reads the record. So nothing is lost with one that
-never comes, and after the connection was away everything is looked at once.
+A notification only says that something changed; its handler reads the tables. So nothing is lost with one that never
+comes, and after a reconnection every handler is called once.
 """
 
 import logging
 import math
-import time
 from collections.abc import Callable, Mapping
 
 import psycopg
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.store.engine import CHANNEL, WRITTEN, Database
 from app.workflows.background import Background
 
-LOOK_S = 0.5
-"""How long the thread waits before it looks whether it is to end."""
-BACK_OFF_S = 1.0
+RECEIVE_S = 0.5
+"""How long the thread waits for a notification before it checks whether it is to end."""
+RECONNECT_S = 1.0
 SETTLED_S = 5.0
-"""So long after it, whoever else lost a connection has it back, too; then everything is looked at once more."""
+"""So long after a reconnection the other processes have theirs, too; then every handler is called once more."""
 
 logger = logging.getLogger(__name__)
 
 
-class Listening:
-    """A thread that tells this process what others have announced; on SQLite there are no others."""
+class NotificationListener:
+    """A thread that receives what other processes announce; on SQLite there are no others."""
 
-    def __init__(self, database: Database, topics: Mapping[str, Callable[[], None]]) -> None:
-        """:param topics: what is called when something of a topic was announced, besides `Database.committed`."""
+    def __init__(
+        self,
+        database: Database,
+        topics: Mapping[str, Callable[[], None]],
+        *,
+        clock: WallClock = SYSTEM_CLOCK,
+    ) -> None:
+        """:param topics: handlers by topic, besides those in `Database.committed`."""
         self._database = database
         self._topics: Mapping[str, Callable[[], None]] = {WRITTEN: self._written, **topics}
-        self._background = Background("listening", self._run)
+        self._clock = clock
+        self._background = Background("notifications", self._run)
 
     def start(self) -> None:
         if self._database.shared:
@@ -44,34 +51,34 @@ class Listening:
             try:
                 self._listen()
             except psycopg.Error as error:
-                logger.warning("not told of what other processes write: %s", str(error).strip())
-                self._background.ending.wait(BACK_OFF_S)
+                logger.warning("listening for notifications failed: %s", str(error).strip())
+                self._clock.wait(self._background.ending, RECONNECT_S)
 
     def _listen(self) -> None:
         # A connection of its own, not the pool's: it waits all the time.
         given, options = self._database.engine.dialect.create_connect_args(self._database.engine.url)
         with psycopg.connect(*given, **options, autocommit=True, connect_timeout=5) as connection:
             connection.execute(f"LISTEN {CHANNEL}")
-            self._look_at_all()
-            settled_at = time.monotonic() + SETTLED_S
+            self._handle_all()
+            settled_s = self._clock.monotonic_s() + SETTLED_S
             while not self._background.ending.is_set():
-                if time.monotonic() >= settled_at:
-                    self._look_at_all()
-                    settled_at = math.inf
-                for notification in connection.notifies(timeout=LOOK_S):
+                if self._clock.monotonic_s() >= settled_s:
+                    self._handle_all()
+                    settled_s = math.inf
+                for notification in connection.notifies(timeout=RECEIVE_S):
                     topic, _, writer = notification.payload.partition(" ")
-                    if writer != self._database.name:  # its own writes are told without this detour
-                        self._heard(topic)
+                    if writer != self._database.name:  # its own writes are handled in `Database.write`
+                        self._handle(topic)
 
-    def _look_at_all(self) -> None:
+    def _handle_all(self) -> None:
         for topic in self._topics:
-            self._heard(topic)
+            self._handle(topic)
 
-    def _heard(self, topic: str) -> None:
+    def _handle(self, topic: str) -> None:
         try:
             self._topics.get(topic, lambda: None)()
         except Exception:
-            logger.exception("what another process announced (%s) could not be followed", topic)
+            logger.exception("handling of a notification failed (topic %s)", topic)
 
     def _written(self) -> None:
         for call in self._database.committed:

@@ -1,52 +1,55 @@
-"""Takes workflows from their queues as soon as there are any."""
+"""Dequeues workflows as soon as there are any."""
 
 import threading
-import time
 from collections.abc import Callable
-from typing import Any
 
-from dbos import DBOS
-from dbos._queue import queue_worker_thread
+from dbos import DBOS, Queue
 
-AWAKE_S = 5.0
-"""So long after the last workflow, or word of one, a queue is looked at as often as ever."""
-ASLEEP_S = 1.0
-"""How often then: what nobody tells of is what a dead process has left."""
+from app.domain.clock import WallClock
+from app.workflows.dbos_internals import work_queue
+
+ACTIVE_S = 5.0
+"""How long after the last notification a queue is polled at its own interval."""
+IDLE_POLLING_S = 1.0
+"""Polling interval after that. Workflows that nobody announced are those that a dead process has left."""
 
 
-class Listener:
-    """Takes the workflows of one queue in this process. DBOS looks every so often; this looks also when it is told that
-    there is one, which saves a goal half a poll, and seldom while there is nothing."""
+class QueueListener:
+    """A thread that dequeues the workflows of one queue into this process.
 
-    def __init__(self, dbos: DBOS, queue: Any, *, may_take: Callable[[], bool]) -> None:
-        """:param may_take: whether workflows may be taken just now; if not, they are left to others."""
-        active = dbos._active_workflows_set
-        self._pause = _Pause(may_take, is_busy=lambda: active.count_for_queue(queue.name) > 0)
+    It polls at the queue's interval, at once when notified, and less often while nothing happens.
+    """
+
+    def __init__(
+        self, dbos: DBOS, queue: Queue, *, may_dequeue: Callable[[], bool], clock: WallClock
+    ) -> None:
+        """:param may_dequeue: False while workflows are to be left to other processes."""
+        self._pause = PollPause(may_dequeue, clock=clock)
         self._thread = threading.Thread(
-            target=queue_worker_thread,
-            args=(self._pause, dbos, queue),
-            name=f"queue {queue.name}",
-            daemon=True,
+            target=work_queue, args=(dbos, queue, self._pause), name=f"queue {queue.name}", daemon=True
         )
         self._thread.start()
 
-    def look(self) -> None:
-        """Look now."""
+    def poll_now(self) -> None:
         self._pause.cut_short()
 
-    def end(self) -> None:
+    def stop(self) -> None:
         self._pause.set()
         self._thread.join()
 
 
-class _Pause(threading.Event):
-    """Between two looks: set at the end, and can be cut short. As long as nothing may be taken, one more follows."""
+class PollPause(threading.Event):
+    """The pause between two polls, as the stop event of a queue's worker: set at the end, cut short by `cut_short`.
 
-    def __init__(self, may_take: Callable[[], bool], *, is_busy: Callable[[], bool]) -> None:
+    While nothing may be dequeued, one pause follows another.
+    """
+
+    def __init__(self, may_dequeue: Callable[[], bool], *, clock: WallClock) -> None:
         super().__init__()
-        self._may_take, self._is_busy = may_take, is_busy
+        self._may_dequeue = may_dequeue
+        self._clock = clock
         self._over = threading.Event()
-        self._awake_until = time.monotonic() + AWAKE_S
+        self._active_until = clock.monotonic_s() + ACTIVE_S
 
     def cut_short(self) -> None:
         self._over.set()
@@ -57,16 +60,11 @@ class _Pause(threading.Event):
 
     def wait(self, timeout: float | None = None) -> bool:
         """Until it is set, cut short or over; True if it is set."""
+        polling_s = IDLE_POLLING_S if timeout is None else timeout
         while True:
-            is_told = self._over.wait(self._length_s(timeout))
-            self._over.clear()
-            if is_told:
-                self._awake_until = time.monotonic() + AWAKE_S
-            if self.is_set() or self._may_take():
+            is_active = self._clock.monotonic_s() < self._active_until
+            if self._clock.wait(self._over, polling_s if is_active else max(polling_s, IDLE_POLLING_S)):
+                self._over.clear()
+                self._active_until = self._clock.monotonic_s() + ACTIVE_S
+            if self.is_set() or self._may_dequeue():
                 return self.is_set()
-
-    def _length_s(self, awake_s: float | None) -> float | None:
-        now = time.monotonic()
-        if self._is_busy():
-            self._awake_until = now + AWAKE_S
-        return awake_s if awake_s is None or now < self._awake_until else max(awake_s, ASLEEP_S)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Queue:
-    """Where workflows of one kind wait for an executor; `at_once` is how many run in one process."""
+    """A queue of workflows; `at_once` is how many of them run in one process."""
 
     name: str
     at_once: int
@@ -21,7 +21,7 @@ PLAN_GOAL = "plan_goal"
 PLAN_WAITING = "plan_waiting"
 """Workflow: plan the waiting goals of one world, the most urgent first."""
 FIND_ALTERNATIVES = "find_alternatives"
-"""Workflow: look for alternatives to a goal's proposed plan."""
+"""Workflow: search for alternatives to a goal's proposed plan."""
 MISSION_LIFE = "mission_life"
 """Workflow: organise, dispatch and monitor one mission."""
 RECOVER_MISSION = "recover_mission"

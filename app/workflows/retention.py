@@ -1,27 +1,30 @@
-"""What is kept how long: old events, robots' messages, workflows and goals go, with all that was made for them; nothing
-that an open goal or mission needs."""
+"""Retention: old events, robots' messages, workflows and goals are deleted, with all that was made for the goals.
+
+Nothing is deleted that an open goal or mission needs.
+"""
 
 import logging
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import delete, func, or_, select
 
-from app.domain.states import ENDED, GoalState
+from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import ENDED
 from app.settings import Settings
 from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ScriptRow
-from app.store.mission_record import UNENDED
+from app.store.records import UNENDED_SCRIPT
 from app.workflows import Workflows
 from app.workflows.background import Background
 
 SWEEP_S = 3600.0
 BATCH = 5000
-"""Rows deleted in one transaction: whoever waits to write waits no longer than that takes."""
+"""Rows deleted in one transaction; other writers wait no longer than that takes."""
 GOALS = 100
 """Goals deleted in one transaction, with their plans, missions and scripts."""
 OVER = (GoalState.FINISHED, GoalState.WITHDRAWN, GoalState.UNSOLVABLE)
+DAY_S = 86400.0
 
 logger = logging.getLogger(__name__)
 
@@ -37,12 +40,12 @@ class Swept:
 
 
 class Retention:
-    """Sweeps the record now and then, in a thread of its own. Several processes may do so on one record.
+    """Deletes what is old once an hour, in a thread of its own. Several processes may do so on one database.
 
-    Events go oldest first and the newest stays: those that are left have no gaps, and numbers do not begin again.
-    Of a mission that is not over every message stays: its id keeps it from being taken twice. A goal goes with its
-    plans, missions and scripts at once, but while a lost robot is still to be told to stop. What was learned of
-    durations and what is believed of the world stay.
+    Events are deleted oldest first and the newest is kept: those that are left have no gaps, and numbers never start
+    again. Of a mission that is not over every message is kept: its id keeps it from being recorded twice. A goal is
+    deleted together with its plans, missions and scripts, but not while a lost robot is still to be told to stop.
+    Learned durations and facts are kept.
     """
 
     def __init__(
@@ -53,20 +56,23 @@ class Retention:
         days: float,
         goals_days: float,
         events: int,
-        now: Callable[[], float] = time.time,
+        clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
-        :param days: how long events, messages and workflows are kept; `goals_days`: goals that are over.
-        :param events: so many events at most are kept.
-        :param now: the wall clock, epoch seconds.
+        :param days: how long events, messages and finished workflows are kept.
+        :param goals_days: how long goals that are over are kept.
+        :param events: the most events that are kept.
         """
-        self._database, self._workflows = database, workflows
-        self._days, self._goals_days, self._events, self._now = days, goals_days, events, now
+        self._database = database
+        self._workflows = workflows
+        self._days = days
+        self._goals_days = goals_days
+        self._events = events
+        self._clock = clock
         self._background = Background("retention", self._run)
 
     @classmethod
     def of(cls, database: Database, workflows: Workflows, settings: Settings) -> "Retention":
-        """As the settings say."""
         return cls(
             database,
             workflows,
@@ -83,26 +89,25 @@ class Retention:
 
     def sweep(self) -> Swept:
         """Delete what is old."""
-        told, over = self._before(self._days), self._before(self._goals_days)
+        reported_before = self._days_ago(self._days)
+        over_before = self._days_ago(self._goals_days)
         return Swept(
-            events=self._in_batches(lambda: self._drop_events(told)),
-            messages=self._in_batches(lambda: self._drop_messages(told)),
-            workflows=self._in_batches(lambda: self._workflows.forget(told, BATCH // 10)),
-            goals=self._in_batches(lambda: self._drop_goals(over)),
+            events=self._in_batches(lambda: self._drop_events(reported_before)),
+            messages=self._in_batches(lambda: self._drop_messages(reported_before)),
+            workflows=self._in_batches(lambda: self._workflows.delete_finished(reported_before, BATCH // 10)),
+            goals=self._in_batches(lambda: self._drop_goals(over_before)),
         )
 
-    def _before(self, days: float) -> str:
-        """The instant so many days ago, as the record writes it."""
-        instant = datetime.fromtimestamp(self._now(), UTC) - timedelta(days=days)
-        return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    def _days_ago(self, days: float) -> str:
+        return iso_utc(self._clock.epoch_s() - days * DAY_S)
 
     def _run(self) -> None:
-        while not self._background.ending.wait(SWEEP_S):
+        while not self._clock.wait(self._background.ending, SWEEP_S):
             try:
                 swept = self.sweep()
-                logger.info("swept the record: %s", swept)
+                logger.info("deleted what is older than its retention: %s", swept)
             except Exception:
-                logger.exception("the record could not be swept")
+                logger.exception("retention sweep failed")
 
     def _in_batches(self, drop: Callable[[], int]) -> int:
         total = 0
@@ -145,7 +150,7 @@ class Retention:
         to_be_told = (
             select(missions.c.goal_id)
             .join(ScriptRow, ScriptRow.mission_id == missions.c.id)
-            .where(ScriptRow.abandoned, *UNENDED)
+            .where(ScriptRow.abandoned, *UNENDED_SCRIPT)
         )
         old = (
             select(GoalRow.id)

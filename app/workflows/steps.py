@@ -1,4 +1,4 @@
-"""What a workflow is made of: steps whose results are kept, and waiting until a message comes."""
+"""The parts of a workflow: steps whose results are recorded, and waiting for a message."""
 
 import logging
 import threading
@@ -9,12 +9,12 @@ from typing import Any
 from dbos import DBOS
 from dbos import error as dbos_error
 
-from app.store import is_away
+from app.store import is_unavailable
 
 WAKE = "wake"
 STEP_ATTEMPTS = 4
-AWAY_S = 0.5
-"""Pause before a step that found the database away is tried again."""
+UNAVAILABLE_RETRY_S = 0.5
+"""Pause before a step that found the database unavailable is tried again."""
 CLOSING: ContextVar[threading.Event] = ContextVar("closing")
 """Inside a workflow: set once the process ends."""
 
@@ -22,15 +22,15 @@ logger = logging.getLogger(__name__)
 
 
 class StepFailed(Exception):
-    """Raised when a step has failed as often as it is tried; the message says which and why."""
+    """Raised when a step has failed `STEP_ATTEMPTS` times; the message names it."""
 
 
 def step(name: str, function: Callable[[], Any]) -> Any:
-    """Run a step of the current workflow: its result, JSON data, is kept and not computed again on replay.
+    """Run a step of the current workflow. Its result, JSON data, is recorded and not computed again on replay.
 
-    A step that fails is tried again a few times, ever later; while the database is away, as often as it takes.
+    A step that fails is retried with increasing pauses; while the database is unavailable, without limit.
 
-    :raises StepFailed: if it failed every time.
+    :raises StepFailed: if it failed `STEP_ATTEMPTS` times.
     """
 
     def logged() -> Any:
@@ -38,11 +38,11 @@ def step(name: str, function: Callable[[], Any]) -> Any:
             try:
                 return function()
             except Exception as error:
-                if not is_away(error):
+                if not is_unavailable(error):
                     logger.exception("step %r failed", name)
                     raise
                 logger.warning("step %r waits for the database: %s", name, error)
-                if CLOSING.get().wait(AWAY_S):
+                if CLOSING.get().wait(UNAVAILABLE_RETRY_S):
                     raise
 
     try:
@@ -55,7 +55,7 @@ def step(name: str, function: Callable[[], Any]) -> Any:
 
 
 def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None:
-    """Take a workflow's steps; if one keeps failing, the step that gives up, with the reason, in place of the rest."""
+    """Run a workflow's steps; if one fails for good, run `give_up` with the reason as the last step."""
     try:
         work()
     except StepFailed as failure:
@@ -64,12 +64,12 @@ def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None
 
 
 def this_workflow() -> str:
-    """Inside a workflow, its id."""
+    """The id of the workflow that calls this."""
     workflow_id = DBOS.workflow_id
     assert workflow_id is not None
     return workflow_id
 
 
 def sleep_until_woken(timeout_s: float) -> None:
-    """Wait inside a workflow for a message on `WAKE`, `timeout_s` at most; the instant it ends at is durable."""
+    """Wait inside a workflow for a message, `timeout_s` at most; the end of the wait is recorded."""
     DBOS.recv(WAKE, timeout_seconds=timeout_s)

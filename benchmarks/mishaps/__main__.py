@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.mishaps.cases import Case, cases
 from benchmarks.mishaps.trial import OUTCOMES, Outcome, run
-from sim.trials.parallel import side_by_side
+from sim.trials.parallel import run_parallel
 
 
 def line(case: Case, outcomes: Sequence[Outcome]) -> str:
@@ -45,7 +45,7 @@ def main() -> None:
     began_s, found = time.monotonic(), dict[int, list[Outcome]]()
     total: Counter[str] = Counter()
     print(f"{'':42}{'  '.join(f'{how:>9}' for how in OUTCOMES)}  median longest s")
-    for (number, _), outcome in zip(orders, side_by_side(run, orders, workers=options.jobs), strict=True):
+    for (number, _), outcome in zip(orders, run_parallel(run, orders, workers=options.jobs), strict=True):
         found.setdefault(number, []).append(outcome)
         if len(found[number]) == options.seeds:
             print(line(dict(chosen)[number], found[number]), flush=True)

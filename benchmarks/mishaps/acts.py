@@ -6,20 +6,18 @@ from math import cos, nan, pi, sin
 
 import numpy as np
 
-from robots.physical.body import RADIUS_M, Pose, Sensor
-from robots.physical.geometry import wrap
-from sim.trials.mishaps import (
+from benchmarks.mishaps.injection import (
     Fault,
-    Mishaps,
+    FaultInjector,
     beams_read,
     dead,
     frozen,
-    has_room,
-    knock,
-    push,
     sees_nothing,
     sightings_read_nan,
 )
+from robots.physical.body import RADIUS_M, Pose, Sensor
+from robots.physical.geometry import wrap
+from sim.trials.mishaps import has_room, push
 from sim.world.simulation import Simulation
 
 
@@ -28,7 +26,7 @@ class Stage:
     """An undertaking under way, and the robot of it that something befalls."""
 
     simulation: Simulation
-    mishaps: Mishaps
+    faults: FaultInjector
     rng: np.random.Generator
     robot: str
     sample: str
@@ -45,9 +43,7 @@ def turned(stage: Stage) -> None:
     """Turned by hand on the spot, by a quarter to a half turn."""
     pose = stage.pose
     turn = stage.rng.choice([-1, 1]) * stage.rng.uniform(pi / 2, pi)
-    stage.mishaps.lift(
-        stage.simulation, stage.robot, replace(pose, heading_rad=wrap(pose.heading_rad + turn))
-    )
+    stage.faults.lift(stage.simulation, stage.robot, replace(pose, heading_rad=wrap(pose.heading_rad + turn)))
 
 
 def carried_off(stage: Stage) -> None:
@@ -58,7 +54,7 @@ def carried_off(stage: Stage) -> None:
         if abs(complex(x_m - stage.pose.x_m, y_m - stage.pose.y_m)) > 1 and has_room(
             stage.simulation, stage.robot, pose
         ):
-            stage.mishaps.lift(stage.simulation, stage.robot, pose)
+            stage.faults.lift(stage.simulation, stage.robot, pose)
             return
 
 
@@ -88,7 +84,7 @@ def knocked(by_m: float) -> Act:
             ):
                 break
         simulation.drop(stage.sample)
-        knock(simulation, stage.sample, point)
+        simulation.scene.set_down(stage.sample, point)
 
     return act
 
@@ -98,26 +94,26 @@ def put(point: tuple[float, float], sample: str = "") -> Act:
 
     def act(stage: Stage) -> None:
         stage.simulation.drop(sample or stage.sample)
-        knock(stage.simulation, sample or stage.sample, point)
+        stage.simulation.scene.set_down(sample or stage.sample, point)
 
     return act
 
 
 def switched_off(stage: Stage) -> None:
-    stage.mishaps.switch(stage.robot, on=False)
+    stage.faults.switch(stage.robot, on=False)
 
 
 def switched_on(stage: Stage) -> None:
-    stage.mishaps.switch(stage.robot, on=True)
+    stage.faults.switch(stage.robot, on=True)
 
 
 def jaws_fail(stage: Stage) -> None:
     """They stay as they are, open or closed."""
-    stage.mishaps.bodies[stage.robot].jaws_fail = True
+    stage.faults.bodies[stage.robot].jaws_fail = True
 
 
 def jaws_mended(stage: Stage) -> None:
-    stage.mishaps.bodies[stage.robot].jaws_fail = False
+    stage.faults.bodies[stage.robot].jaws_fail = False
 
 
 def twisted(turn_rad: float) -> Act:
@@ -126,7 +122,7 @@ def twisted(turn_rad: float) -> Act:
     def act(stage: Stage) -> None:
         turned_rad = stage.pose.heading_rad + stage.rng.choice([-1, 1]) * turn_rad
         lifted = replace(stage.pose, heading_rad=wrap(turned_rad))
-        stage.mishaps.lift(stage.simulation, stage.robot, lifted)
+        stage.faults.lift(stage.simulation, stage.robot, lifted)
 
     return act
 
@@ -143,16 +139,16 @@ def nudged(ahead_m: float, left_m: float) -> Act:
 
 def let_go(stage: Stage) -> None:
     """Its jaws open and stay open."""
-    body = stage.mishaps.bodies[stage.robot]
+    body = stage.faults.bodies[stage.robot]
     body.set_gripper(closed=False)
 
 
 def hidden(identity: str) -> Act:
-    return lambda stage: stage.mishaps.hide(identity)
+    return lambda stage: stage.faults.hide(identity)
 
 
 def shown(identity: str) -> Act:
-    return lambda stage: stage.mishaps.show(identity)
+    return lambda stage: stage.faults.show(identity)
 
 
 def boxed(at: tuple[float, float], side_m: float) -> Act:
@@ -175,26 +171,26 @@ def walled_in(stage: Stage) -> None:
 
 
 def sensor(fault: Callable[[], Fault]) -> Act:
-    return lambda stage: stage.mishaps.break_sensor(stage.robot, fault())
+    return lambda stage: stage.faults.break_sensor(stage.robot, fault())
 
 
 def mended(stage: Stage) -> None:
-    stage.mishaps.mend(stage.robot)
-    stage.mishaps.bodies[stage.robot].wheel_fault = None
+    stage.faults.mend(stage.robot)
+    stage.faults.bodies[stage.robot].wheel_fault = None
 
 
 def wheels_nan(stage: Stage) -> None:
-    stage.mishaps.bodies[stage.robot].wheel_fault = lambda pose: replace(pose, x_m=nan, heading_rad=nan)
+    stage.faults.bodies[stage.robot].wheel_fault = lambda pose: replace(pose, x_m=nan, heading_rad=nan)
 
 
 def wheels_frozen(stage: Stage) -> None:
-    body = stage.mishaps.bodies[stage.robot]
+    body = stage.faults.bodies[stage.robot]
     kept = body.get_position()
     body.wheel_fault = lambda _: kept
 
 
 def battery_nan(stage: Stage) -> None:
-    stage.mishaps.break_sensor(stage.robot, lambda readings: replace(readings, battery=nan))
+    stage.faults.break_sensor(stage.robot, lambda readings: replace(readings, battery=nan))
 
 
 WHISKER_FAULTS: dict[str, Callable[[], Fault]] = {

@@ -24,9 +24,9 @@ from benchmarks.mishaps.acts import (
     wheels_frozen,
     wheels_nan,
 )
+from benchmarks.mishaps.injection import dead, frozen, head_reads_nan, sees_nothing, sightings_read_nan
 from benchmarks.mishaps.undertakings import CARRIER, PARTNERS, Undertaking, errand, relocation
 from robots.physical.body import Sensor
-from sim.trials.mishaps import dead, frozen, head_reads_nan, sees_nothing, sightings_read_nan
 
 PASSES_S = 3.0
 """How long something passing lasts."""

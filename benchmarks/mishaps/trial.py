@@ -6,11 +6,11 @@ import numpy as np
 
 from benchmarks.mishaps.acts import Stage
 from benchmarks.mishaps.cases import Case, cases
+from benchmarks.mishaps.injection import FaultInjector
 from robots.physical.body import RADIUS_M, Pose
 from robots.wire import PacketState, ScriptState
 from robots.world.walls import clearance_m, panels_of
-from sim.trials.mishaps import Mishaps
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 WALL_M = RADIUS_M - 0.03
 """A rover whose middle is nearer to a wall's surface than this is in it."""
@@ -35,29 +35,29 @@ class Trial:
     """One case in one seed's world."""
 
     def __init__(self, case: Case, seed: int) -> None:
-        mishaps = Mishaps()
+        faults = FaultInjector()
         self._case, self._work = case, case.of()
-        self._crew = Crew(self._work.world, seed=seed, make_agent=mishaps.fit)
+        self._runner = ScriptRunner(self._work.world, seed=seed, make_agent=faults.make_agent)
         self._stage = Stage(
-            simulation=self._crew.simulation,
-            mishaps=mishaps,
+            simulation=self._runner.simulation,
+            faults=faults,
             rng=np.random.default_rng(seed),
             robot=case.robot,
             sample=self._work.sample,
         )
-        self._panels = panels_of(self._crew.world.walls)
+        self._panels = panels_of(self._runner.world.walls)
         self._done_s: float | None = None
         self._undone = self._given_up = False
         self._walled = False
 
     def run(self) -> Outcome:
-        work, simulation = self._work, self._crew.simulation
+        work, simulation = self._work, self._runner.simulation
         try:
-            over = self._crew.run(work.scripts, timeout_s=work.limit_s, meanwhile=self._meddle)
+            over = self._runner.run(work.scripts, timeout_s=work.limit_s, meanwhile=self._meddle)
             truth = simulation.truth()
         finally:
             simulation.close()
-        sample, ended = truth.samples[work.sample], self._crew.ended.values()
+        sample, ended = truth.samples[work.sample], self._runner.ended.values()
         failed = [one.detail for one in ended if one.state is ScriptState.FAILED]
         right = sample.place == work.goal and not sample.holders
         words = "; ".join(failed)
@@ -76,7 +76,7 @@ class Trial:
         )
 
     def _meddle(self) -> None:
-        now_s, case = self._crew.simulation.clock.now_s(), self._case
+        now_s, case = self._runner.simulation.clock.now_s(), self._case
         if self._done_s is None and self._ran_s() >= case.after_s:
             self._done_s = now_s
             case.do(self._stage)
@@ -89,7 +89,7 @@ class Trial:
             self._undone = True
             case.undo(self._stage)
         if not self._given_up and any(
-            one.state is not ScriptState.FINISHED for one in self._crew.ended.values()
+            one.state is not ScriptState.FINISHED for one in self._runner.ended.values()
         ):
             self._given_up = True
             self._make_safe()
@@ -99,20 +99,20 @@ class Trial:
     def _make_safe(self) -> None:
         """As the service does once one robot has failed: the others are to stop."""
         for script in self._work.scripts:
-            if script.id not in self._crew.ended:
-                self._crew.cancel(script)
+            if script.id not in self._runner.ended:
+                self._runner.cancel(script)
 
     def _ran_s(self) -> float:
         """How long the patterns of the case's packet have acted; -1 if they do not."""
         mine = {one.id for one in self._work.scripts if one.robot == self._case.robot}
-        last = next((one for one in reversed(self._crew.reports) if one.script_id in mine), None)
+        last = next((one for one in reversed(self._runner.reports) if one.script_id in mine), None)
         if (
             last is None
             or last.state is not PacketState.RUNNING
             or not last.packet_id.endswith(f"_{self._case.during.lower()}")
         ):
             return -1.0
-        return self._crew.simulation.clock.now_s() - last.at_s
+        return self._runner.simulation.clock.now_s() - last.at_s
 
 
 def run(order: tuple[int, int]) -> Outcome:

@@ -76,7 +76,8 @@ def rows(options: Options) -> list[Row]:
 
 
 def told(measure: Measure) -> Measure:
-    task, made = measure.task, measure.makespan_s
+    task = measure.task
+    made = measure.makespan_s
     came = f"{made:.1f} s, first after {measure.first_s:.3f} s" if made is not None else measure.reason[:100]
     what = f"{task.family} {task.samples} seed {task.seed} {task.engine}"
     print(f"{what}: {measure.status} {came} {measure.fault or ''}", file=sys.stderr, flush=True)

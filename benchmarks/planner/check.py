@@ -22,7 +22,8 @@ def fault_in_time(timed: Sequence[Timed], problem: PlanningProblem) -> str | Non
     """What goes wrong when the actions are carried out at these times, or None if the goals are achieved."""
     events = [(start, 1, number, act) for number, (start, _, act) in enumerate(timed)]
     events += [(end, 0, number, act) for number, (_, end, act) in enumerate(timed)]
-    state, achieved = set(problem.facts), set(problem.facts)
+    state = set(problem.facts)
+    achieved = set(problem.facts)
     needed: Counter[Fact] = Counter()
     busy: set[str] = set()
     for time_s, starts, _, act in sorted(events, key=lambda event: event[:3]):

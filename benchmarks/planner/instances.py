@@ -88,7 +88,8 @@ def _carried(family: str, stored: Callable[[int], int]) -> Callable[[int, int], 
     def make(samples: int, seed: int) -> Instance:
         chance = random.Random(f"{family}/{samples}/{seed}")
         world = _world(samples, max(2, samples), robots_for(samples))
-        doors, bays = _places(world, "door", chance), _places(world, "bay", chance)
+        doors = _places(world, "door", chance)
+        bays = _places(world, "bay", chance)
         pairs = list(zip(doors, bays, strict=False))[:samples]
         ways = [pair if n < stored(samples) else (pair[1], pair[0]) for n, pair in enumerate(pairs)]
         return _made(family, seed, world, ways)

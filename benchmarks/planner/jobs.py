@@ -37,7 +37,8 @@ class Jobs:
 
     def __init__(self, shop: Shop, stops: Mapping[str, Sequence[str]]) -> None:
         """:param stops: where robots may stop on a way, by area; none where they cannot be in each other's way."""
-        self._shop, self._stops = shop, stops
+        self._shop = shop
+        self._stops = stops
         self.model = cp_model.CpModel()
         self._horizon = sum(map(shop.longest, shop.legs))
         self._occupied: dict[tuple[str, str], list[cp_model.IntervalVar]] = defaultdict(list)
@@ -84,7 +85,8 @@ class Jobs:
 
     def _carry(self, job: Job) -> None:
         """From docking to releasing, straight or with a stop."""
-        leg, add = job.leg, self.model.add
+        leg = job.leg
+        add = self.model.add
         docked = job.dock + self._shop.docking(leg)
         none = [chosen.negated() for chosen, _ in job.detour.values()]
         haul = self._shop.haul(leg, leg.fetch, leg.deliver)
@@ -106,7 +108,8 @@ class Jobs:
             job = self._jobs[number]
             absent = self._flag(f"{robot}_not_{number}")
             job.by[robot] = absent.negated()
-            first, last = self._flag(f"{robot}_first_{number}"), self._flag(f"{robot}_last_{number}")
+            first = self._flag(f"{robot}_first_{number}")
+            last = self._flag(f"{robot}_last_{number}")
             self._first[robot, number] = first
             arcs += [(node, node, absent), (0, node, first), (node, 0, last)]
             self._come(job, robot, self._shop.stands[robot], None, first)
@@ -134,13 +137,15 @@ class Jobs:
         self.model.add_no_overlap([self._busy(robot, self._jobs[number]) for number in numbers])
 
     def _busy(self, robot: str, job: Job) -> cp_model.IntervalVar:
-        end, size = job.release + self._shop.releasing(job.leg), self._time("busy")
+        end = job.release + self._shop.releasing(job.leg)
+        size = self._time("busy")
         return self.model.new_optional_interval_var(job.dock, size, end, job.by[robot], robot)
 
     def _come(self, job: Job, robot: str, origin: str, before: Job | None, when: Var) -> None:
         """The robot's way to the place it fetches at, from where it stood or delivered last; `left` is when the
         first move away from there has ended."""
-        leg, add = job.leg, self.model.add
+        leg = job.leg
+        add = self.model.add
         ready = 0 if before is None else before.release + self._shop.releasing(before.leg)
         straight = [when, *(chosen.negated() for chosen, _ in job.stop.values())]
         drive = self._shop.way(robot, origin, leg)
@@ -165,7 +170,8 @@ class Jobs:
 
     def _end(self, job: Job, robot: str, last: Var) -> None:
         """After its last leg the robot stays, or makes way once more."""
-        leg, add = job.leg, self.model.add
+        leg = job.leg
+        add = self.model.add
         stays = [last, *(chosen.negated() for chosen, _ in job.park.values())]
         add(job.left == self._horizon).only_enforce_if(stays)
         for place, (chosen, there) in job.park.items():
@@ -259,7 +265,9 @@ class Jobs:
     def _done(
         self, solver: cp_model.CpSolver, job: Job, robot: str, place: str
     ) -> Iterator[tuple[int, GroundAction]]:
-        shop, leg, at = self._shop, job.leg, solver.value
+        shop = self._shop
+        leg = job.leg
+        at = solver.value
         stop, detour, park = (
             next(((p, at(there)) for p, (chosen, there) in what.items() if at(chosen)), None)
             for what in (job.stop, job.detour, job.park)
@@ -270,10 +278,12 @@ class Jobs:
         if place != leg.fetch:
             yield at(job.come), shop.navigate(robot, place, leg.fetch)
         yield at(job.dock), shop.dock(robot, leg)
-        rel, place = "at", leg.fetch
+        rel = "at"
+        place = leg.fetch
         if detour:
             yield detour[1], shop.transport(robot, leg, rel, place, detour[0])
-            rel, place = "near", detour[0]
+            rel = "near"
+            place = detour[0]
         yield at(job.carry), shop.transport(robot, leg, rel, place, leg.deliver)
         yield at(job.release), shop.release(robot, leg, rel, place)
         if park:

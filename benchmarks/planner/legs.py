@@ -37,7 +37,8 @@ class Shop:
     """
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self._base, self._problem = knowledge_base, problem
+        self._base = knowledge_base
+        self._problem = problem
         facts: dict[str, list[tuple[str, ...]]] = defaultdict(list)
         for fact in sorted(problem.facts):
             facts[fact.predicate].append(fact.args)

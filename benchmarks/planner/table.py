@@ -7,7 +7,8 @@ from statistics import linear_regression, median
 
 from benchmarks.planner.measure import OURS, Measure
 
-GROWTH_FROM, GROWTH_TO = 16, 256
+GROWTH_FROM = 16
+GROWTH_TO = 256
 
 
 @dataclass(slots=True, kw_only=True)

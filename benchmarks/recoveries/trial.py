@@ -11,19 +11,19 @@ import numpy as np
 
 from app.cli.ground_truth import holds
 from app.composition import Service
-from app.domain.recovery_rules import Step
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.recovery import RecoveryStep
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from app.store import MissionRow, PlanRow
 from benchmarks.far_world import FarWorld
+from benchmarks.mishaps.injection import FaultInjector
 from benchmarks.planned import planned
 from benchmarks.recoveries.cases import DISPATCH, Case, MissionStage
 from benchmarks.recoveries.watch import WatchedRadio
 from robots.wire import SymbolicFact
 from robots.world import load_world
-from sim.trials.mishaps import Mishaps
 from sim.truth import Truth
 from sim.world.simulation import Simulation
 
@@ -70,7 +70,7 @@ class Trial:
     def __init__(self, case: Case, seed: int, *, policy: str = "auto") -> None:
         self._case, self._seed, self._policy = case, seed, policy
         self._world = load_world(case.of.world)
-        self._mishaps, self._rng = Mishaps(), np.random.default_rng(seed)
+        self._faults, self._rng = FaultInjector(), np.random.default_rng(seed)
         self._radios = {
             spec.name: WatchedRadio(self._world.link_of(spec), robot=spec.name, seed=seed)
             for spec in self._world.robots
@@ -96,7 +96,7 @@ class Trial:
                 seed=self._seed,
                 radios=self._radios,
                 rate=RATE,
-                make_agent=self._mishaps.fit,
+                make_agent=self._faults.make_agent,
                 meanwhile=self._meddle,
             )
             with far, Service(settings, [far.running], worker=worker) as service:
@@ -131,7 +131,7 @@ class Trial:
         if self._stage is None:
             self._stage = MissionStage(
                 simulation=simulation,
-                mishaps=self._mishaps,
+                faults=self._faults,
                 rng=self._rng,
                 robot=robot,
                 sample=self._case.of.sample,
@@ -149,7 +149,7 @@ class Trial:
         while True:
             mission, _ = service.missions.get(mission_id)
             now_s = far.simulation.clock.now_s()
-            over = MissionState(mission.state).ended or mission.recovery_step == Step.STUCK
+            over = MissionState(mission.state).ended or mission.recovery_step == RecoveryStep.STUCK
             if over or now_s > begun_s + LIMIT_S or far.error is not None:
                 break
             self._operate(service, mission, now_s)
@@ -167,7 +167,7 @@ class Trial:
 
     def _operate(self, service: Service, mission: MissionRow, now_s: float) -> None:
         """Decide what is to be decided; give up who stays silent."""
-        if mission.recovery_step == Step.DECIDING:
+        if mission.recovery_step == RecoveryStep.DECIDING:
             self._decisions += 1
             service.plans.approve(mission.attempts[-1]["plan_id"], actor=OPERATOR, comment="")
         if mission.state != MissionState.UNKNOWN:
@@ -191,7 +191,7 @@ class Trial:
         elif state.ended:
             how = "ended" if mission.reason else "wrong"
         else:
-            how = "asked" if mission.recovery_step == Step.STUCK else "silent"
+            how = "asked" if mission.recovery_step == RecoveryStep.STUCK else "silent"
         unsafe = [
             name
             for name, radio in self._radios.items()

@@ -13,7 +13,7 @@ from robots.wire import (
     ScriptRequest,
 )
 from robots.world import LinkSpec
-from sim.world.radio import Radio, Way
+from sim.world.radio import Direction, Radio
 
 
 @dataclass(slots=True, kw_only=True)
@@ -56,8 +56,8 @@ class WatchedRadio(Radio):
         super().__init__(link, robot=robot, seed=seed)
         self.watch, self.broken = RobotWatch(), False
 
-    def send(self, way: Way, message: Message, now_s: float) -> None:
-        if way is Way.DOWN:
+    def send(self, way: Direction, message: Message, now_s: float) -> None:
+        if way is Direction.DOWN:
             self.watch.sent(message)
         else:
             self.watch.said(message)

@@ -1,19 +1,19 @@
-"""A proven lower bound of the makespan: what no plan-net of a problem, whatever its actions, can be quicker than.
+"""A proven lower bound of the makespan of every plan-net of a problem.
 
-Every plan-net takes each thing that has a goal along a path of its states (`Network.deeds`), and each agent along a
-path of its configurations (`Network.drives`). From that follow three bounds; the greatest counts.
+Every plan-net takes each thing that has a goal along a path of its states (edges: `Network.thing_edges`, here called
+moves), and each agent along a path of its configurations (`Network.agent_edges`). The bound is the greatest of three:
 
-1. *Critical path.* No deed begins before those before it on the thing's path have ended, nor before its agents can have
-   come into the configurations they must be in; the shortest such path is a bound for each thing.
+1. *Critical path.* A move starts only after the moves before it on the thing's path have ended and its agents can have
+   reached the configurations it needs; the shortest such path is a bound for each thing.
 2. *Work.* Give every configuration X a potential p(X) with p(Y) - p(X) <= d for every edge X -> Y of d seconds. Along
-   an agent's way the differences add up to that of its ends; so what it does beside deeds takes at least
-   p(last) - p(first), less the differences p(exit) - p(entry) of its deeds. With those charged to the deeds (none
-   becomes negative), each thing costs its cheapest path, whoever carries it. Deeds of different things are different
-   actions (one that moves several is shared out), so the costs add up. If k agents do all that is done by some set of
-   agents, the makespan is at least a k-th of the costs, plus, for each of the k, what passes before its first deed
-   and after its last: until it and a thing can be there, until that thing is where it is to be. The least over k
-   holds. Any potential gives a bound; ours is the dual of the assignment of the ways' ends to their beginnings.
-3. *Agents' goals.* An agent needs the shortest way to the configuration that is its goal.
+   an agent's path the differences add up to that of its ends, so an agent spends at least p(last) - p(first) less the
+   differences p(exit) - p(entry) of its moves outside of moves. With these differences charged to the moves (none
+   becomes negative), each thing costs its cheapest path, whichever agents carry it. Moves of different things are
+   different actions (the cost of an action that moves several is divided among them), so the costs add up. If k agents
+   do all the work of a set of agents, the makespan is at least a k-th of the costs plus, for each of the k, the time
+   before its first move (until it and a thing can be there) and after its last (until that thing is at its goal).
+   The least over k is a bound. Any potential gives one; ours is the dual of the assignment of paths' ends to starts.
+3. *Agents' goals.* An agent needs at least the shortest path to the configuration that is its goal.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -39,13 +39,13 @@ def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> fl
         return 0.0
 
 
-BUSIEST = 4
-"""So many classes of agents, at most, have their work looked at."""
+MAX_CLASSES = 4
+"""Maximum number of agent classes for which the work bound is computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Way:
-    """A thing's shortest way: its states at first and at last (any of these), its edges, milliseconds."""
+    """A thing's shortest path: start state, goal states (any of these), edges, milliseconds."""
 
     start: int
     goals: Ints
@@ -55,16 +55,19 @@ class _Way:
 
 class _Bounds:
     def __init__(self, network: Network, problem: PlanningProblem) -> None:
-        self.network, self.problem = network, problem
+        self.network = network
+        self.problem = problem
         world = network.world
-        self.leaders = world.leaders
+        self.representatives = world.representatives
         said: dict[str, list[Fact]] = {}
         for fact in problem.facts:
             if fact.predicate in world.fluents:
                 for arg in fact.args:
                     said.setdefault(arg, []).append(fact)
         self.stands = {agent: network.configuration(agent, said.get(agent, ())) for agent in world.agents}
-        self.members = {one: [a for a in world.agents if world.leader[a] == one] for one in self.leaders}
+        self.members = {
+            one: [a for a in world.agents if world.representative[a] == one] for one in self.representatives
+        }
         goals: dict[str, list[list[int]]] = {}
         for goal in dict.fromkeys(problem.goals):
             for thing in world.things.intersection(goal.args):
@@ -74,69 +77,75 @@ class _Bounds:
         self._start = {}
         for thing in sorted(goals):
             facts = said.get(thing, [])
-            held = {arg for fact in facts for arg in fact.args if arg in world.leader}
+            held = {arg for fact in facts for arg in fact.args if arg in world.representative}
             self._start[thing] = network.state(thing, [*facts, *(f for one in held for f in said[one])])
         self._goals = {thing: sorted(set(some[0]).intersection(*some)) for thing, some in goals.items()}
-        deeds, drives = network.deeds, network.drives
-        self.deeds = deeds
-        self._ways_graph = Graph.of(deeds.before, deeds.after, len(network.states))
-        self._drives_graph = Graph.of(drives.before, drives.after, len(network.configurations))
+        thing_edges = network.thing_edges
+        agent_edges = network.agent_edges
+        self.thing_edges = thing_edges
+        self._thing_graph = Graph.of(thing_edges.before, thing_edges.after, len(network.states))
+        self._agent_graph = Graph.of(agent_edges.before, agent_edges.after, len(network.configurations))
         self._reached: dict[tuple[int, ...], Ints] = {}
-        owners = {leader: number for number, leader in enumerate(self.leaders)}
+        owners = {representative: number for number, representative in enumerate(self.representatives)}
         self._class_of = np.array([owners[str(key[0])] for key in network.configurations.numbers], np.int64)
 
     def best(self) -> int:
         """Milliseconds."""
         found = [0, *(way.span for way in self.ways.values()), *self._agents_goals()]
         busiest = sorted((one for one in self._jobs if self._jobs[one]), key=self._load, reverse=True)[
-            :BUSIEST
+            :MAX_CLASSES
         ]
-        potentials = {leader: self._potential(leader) for leader in busiest}
-        for leader, potential in potentials.items():
-            found.append(self._work([leader], potential))
-        if 1 < len(potentials) < BUSIEST:
+        potentials = {representative: self._potential(representative) for representative in busiest}
+        for representative, potential in potentials.items():
+            found.append(self._work([representative], potential))
+        if 1 < len(potentials) < MAX_CLASSES:
             found.append(self._work(busiest, np.sum(list(potentials.values()), axis=0)))
         return max(found)
 
-    def _load(self, leader: int) -> float:
-        """For how long the shortest ways keep each agent of the class, as a guess."""
-        deeds = self.deeds
+    def _load(self, representative: int) -> float:
+        """Estimate of how long the shortest paths occupy each agent of the class."""
+        thing_edges = self.thing_edges
         edges = [edge for way in self.ways.values() for edge in way.edges]
-        mine = (self._class_of[deeds.entries[:, edges]] == leader) & (deeds.entries[:, edges] >= 0)
-        return float(deeds.kept[:, edges][mine].sum()) / len(self.members[self.leaders[leader]])
+        mine = (self._class_of[thing_edges.entries[:, edges]] == representative) & (
+            thing_edges.entries[:, edges] >= 0
+        )
+        return float(thing_edges.kept[:, edges][mine].sum()) / len(
+            self.members[self.representatives[representative]]
+        )
 
     def _arrivals(self, agent: str) -> Ints:
-        """When the agent can be in each configuration at the earliest."""
+        """The earliest time at which the agent can be in each configuration."""
         return self._from(self.stands[agent])
 
     def _from(self, *configurations: int) -> Ints:
-        """How far each configuration is from the nearest of these."""
+        """The time from the nearest of these configurations to each configuration."""
         if configurations not in self._reached:
-            spans = self.network.drives.spans
+            spans = self.network.agent_edges.spans
             starts = np.array(configurations, np.int64)
-            self._reached[configurations] = shortest(self._drives_graph, spans, np.zeros_like(spans), starts)[
+            self._reached[configurations] = shortest(self._agent_graph, spans, np.zeros_like(spans), starts)[
                 0
             ]
         return self._reached[configurations]
 
     @cached_property
     def _releases(self) -> Ints:
-        """For each deed when its agents can be ready for it at the earliest."""
+        """For each move the earliest time at which its agents can be ready."""
         anyone = self._from(*set(self.stands.values()))
         first = np.append(anyone, 0)  # entry -1: no agent
-        releases: Ints = first[self.deeds.entries].max(axis=0, initial=0)
+        releases: Ints = first[self.thing_edges.entries].max(axis=0, initial=0)
         return releases
 
     @cached_property
     def ways(self) -> Mapping[str, _Way]:
-        """The shortest way of each thing that must move."""
+        """The shortest path of each thing that must move."""
         found = {}
         for thing, goals in self._goals.items():
-            start, ends = self._start[thing], np.array(goals, np.int64)
+            start = self._start[thing]
+            ends = np.array(goals, np.int64)
             if start in goals or not goals:
                 continue
             times, edges = shortest(
-                self._ways_graph, self.deeds.spans, self._releases, np.array([start]), ends
+                self._thing_graph, self.thing_edges.spans, self._releases, np.array([start]), ends
             )
             end = int(ends[np.argmin(times[ends])])
             if times[end] < FAR:
@@ -148,17 +157,19 @@ class _Bounds:
         path: list[int] = []
         while edges[end] >= 0:
             path.append(int(edges[end]))
-            end = int(self.deeds.before[edges[end]])
+            end = int(self.thing_edges.before[edges[end]])
         return path[::-1]
 
     @cached_property
     def _jobs(self) -> Mapping[int, list[tuple[int, int]]]:
-        """By class its jobs on the shortest ways: the configurations they begin and end in."""
-        jobs: dict[int, list[tuple[int, int]]] = {number: [] for number in range(len(self.leaders))}
+        """By class its jobs on the shortest paths: the configurations they start and end in."""
+        jobs: dict[int, list[tuple[int, int]]] = {number: [] for number in range(len(self.representatives))}
         for way in self.ways.values():
             open_job: dict[int, int] = {}
             for edge in way.edges:
-                for entry, left in zip(self.deeds.entries[:, edge], self.deeds.exits[:, edge], strict=True):
+                for entry, left in zip(
+                    self.thing_edges.entries[:, edge], self.thing_edges.exits[:, edge], strict=True
+                ):
                     if entry >= 0:
                         mine = jobs[int(self._class_of[entry])]
                         if open_job.get(int(entry)) is not None:
@@ -170,9 +181,10 @@ class _Bounds:
                         open_job[int(left)] = begun
         return jobs
 
-    def _potential(self, leader: int) -> Ints:
+    def _potential(self, representative: int) -> Ints:
         """A potential of the configurations of a class, 0 on all others."""
-        jobs, members = self._jobs[leader], self.members[self.leaders[leader]]
+        jobs = self._jobs[representative]
+        members = self.members[self.representatives[representative]]
         rows = [left for _, left in jobs] + [self.stands[agent] for agent in members]
         columns = [entry for entry, _ in jobs]
         from_here = {row: self._from(row) for row in set(rows)}
@@ -185,18 +197,19 @@ class _Bounds:
             least = np.minimum(least, from_here[row] - prices[number])
         reached = least[least < FAR // 2]
         potential = np.clip(least, ends[len(columns) :].max(), reached.max(initial=0))
-        return np.where(self._class_of == leader, potential, 0)
+        return np.where(self._class_of == representative, potential, 0)
 
     def _work(self, classes: Sequence[int], potential: Ints) -> int:
         """The bound by the work of the agents of some classes."""
-        deeds = self.deeds
-        mine = (deeds.entries >= 0) & np.isin(self._class_of[deeds.entries], classes)
-        charges = deeds.kept + potential[deeds.entries] - potential[deeds.exits]
-        costs = np.where(mine, charges, 0).sum(axis=0) // deeds.things
-        zeros, work = np.zeros_like(costs), 0
+        thing_edges = self.thing_edges
+        mine = (thing_edges.entries >= 0) & np.isin(self._class_of[thing_edges.entries], classes)
+        charges = thing_edges.kept + potential[thing_edges.entries] - potential[thing_edges.exits]
+        costs = np.where(mine, charges, 0).sum(axis=0) // thing_edges.things
+        zeros = np.zeros_like(costs)
+        work = 0
         for way in self.ways.values():
             if mine[:, way.edges].any():
-                times, _ = shortest(self._ways_graph, costs, zeros, np.array([way.start]), way.goals)
+                times, _ = shortest(self._thing_graph, costs, zeros, np.array([way.start]), way.goals)
                 work += int(times[way.goals].min())
         if not work:
             return 0
@@ -205,32 +218,32 @@ class _Bounds:
         return int(shares.min())
 
     def _margins(self, classes: Sequence[int], mine: NDArray[np.bool_], potential: Ints) -> Iterator[int]:
-        """For each agent what passes before its first deed and after its last, less the potentials' difference."""
+        """For each agent the time before its first move and after its last, less the potentials' difference."""
         for number in classes:
             nodes = np.flatnonzero(self._class_of == number)
             tail = int((potential + self._tails)[nodes].min())
-            for agent in self.members[self.leaders[number]]:
+            for agent in self.members[self.representatives[number]]:
                 begin = np.maximum(self._arrivals(agent), self._heads) - potential
                 yield int(begin[nodes].min()) + tail
 
     @cached_property
     def _heads(self) -> Ints:
-        """For each configuration when a deed that begins in it can begin at the earliest."""
+        """For each configuration the earliest start of a move that starts in it."""
         starts = np.array([way.start for way in self.ways.values()], np.int64)
-        times, _ = shortest(self._ways_graph, self.deeds.spans, self._releases, starts)
-        return self._least(self.deeds.entries, times[self.deeds.before])
+        times, _ = shortest(self._thing_graph, self.thing_edges.spans, self._releases, starts)
+        return self._least(self.thing_edges.entries, times[self.thing_edges.before])
 
     @cached_property
     def _tails(self) -> Ints:
-        """For each configuration what remains of the way of the thing whose deed ends in it, at least."""
-        deeds = self.deeds
-        back = Graph.of(deeds.after, deeds.before, len(self._ways_graph.first) - 1)
+        """For each configuration the least rest of the path of a thing whose move ends in it."""
+        thing_edges = self.thing_edges
+        back = Graph.of(thing_edges.after, thing_edges.before, len(self._thing_graph.first) - 1)
         goals = np.unique(np.concatenate([way.goals for way in self.ways.values()]))
-        times, _ = shortest(back, deeds.spans, np.zeros_like(deeds.spans), goals)
-        return self._least(deeds.exits, times[deeds.after])
+        times, _ = shortest(back, thing_edges.spans, np.zeros_like(thing_edges.spans), goals)
+        return self._least(thing_edges.exits, times[thing_edges.after])
 
     def _least(self, at: Ints, values: Ints) -> Ints:
-        """By configuration the least value of the deeds that have it in `at`."""
+        """By configuration the least value of the moves that have it in `at`."""
         least = np.full(len(self._class_of) + 1, FAR, np.int64)
         for row in at:
             np.minimum.at(least, row, values)

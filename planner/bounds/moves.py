@@ -1,13 +1,13 @@
-"""What a problem's operators do to the variables of agents and things, before anything is ground."""
+"""What a problem's operators do to the variables of agents and things, without grounding."""
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from planner.bounds.invariants import Variable
 from planner.bounds.world import NotModelled, Step, World
 from planner.fact import Fact
 from planner.knowledge import Operator
+from planner.knowledge.invariants import Variable
 from planner.knowledge.literal import Literal
 
 Lifted = tuple[Literal | None, ...]
@@ -23,10 +23,10 @@ class Move:
 
 
 class Moves:
-    """The variables that count, `of_agents` and `of_things` by type, and the operators that change them (`steps`).
+    """The relevant variables, `of_agents` and `of_things` by type, and the operators that change them (`steps`).
 
-    Only variables count whose value every action knows that changes some variable of the same agent or thing. So an
-    action leads from one known configuration to another.
+    A variable is relevant if every action that changes some variable of the same agent or thing has its value as a
+    precondition. So an action leads from one known configuration to another.
 
     :raises NotModelled: if two parameters of such an action could be the same agent or thing.
     """
@@ -66,7 +66,7 @@ class Moves:
         return of_thing if holder is None else of_thing + of_agents[holder]
 
     def holder(self, value: Fact | Literal, agents: Container[str]) -> str | None:
-        """The agent whose configuration has this value of a thing, too."""
+        """The agent whose configuration contains this value of a thing, too."""
         terms = value.args if isinstance(value, Fact) else value.terms
         return next(
             (
@@ -122,7 +122,7 @@ class Moves:
         return self._names_agent(op, name) and move.before != move.after
 
     def _decided_of_things(self, kind: str) -> tuple[Variable, ...]:
-        """The variables of things of which every action that changes any of them knows the value."""
+        """The variables of things whose value is a precondition of every action that changes any of them."""
         kept = self.world.of_things[kind]
         while True:
             unknown = {
@@ -138,7 +138,7 @@ class Moves:
             kept = tuple(one for one in kept if one not in unknown)
 
     def _decided_of_agents(self) -> tuple[Variable, ...]:
-        """The variables of agents of which every action that matters knows the value."""
+        """The variables of agents whose value is a precondition of every relevant action."""
         kept = self.world.of_agents
         while True:
             unknown = {

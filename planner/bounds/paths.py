@@ -101,7 +101,9 @@ def _duals(costs):  # type: ignore[no-untyped-def]
         used = np.zeros(size + 1, np.bool_)
         while True:
             used[column] = True
-            here, delta, following = row_of[column], 4 * FAR, 0
+            here = row_of[column]
+            delta = 4 * FAR
+            following = 0
             for other in range(1, size + 1):
                 if not used[other]:
                     over = costs[here - 1, other - 1] - rows[here] - columns[other]

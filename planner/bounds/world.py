@@ -1,8 +1,8 @@
-"""A problem with everything alike taken for one: agents of a class are one agent, and of the things one has a name.
+"""A symmetry quotient of a problem: one representative for each class of agents, one named thing.
 
-Whatever the world's agents can do, the one that stands for their class can: static facts are said of it if they are
-said of any member. *Things* are the objects that no static fact or function names, so one of
-them, `THING`, may stand for any of its type, and all the others are `OTHER`.
+The representative can do whatever a member of its class can: a static fact holds of it if it holds of any member.
+*Things* are the objects that no static fact or function names, so one of them, `THING`, represents any of its type,
+and all others are `OTHER`.
 """
 
 from collections import defaultdict
@@ -14,46 +14,49 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.bounds.invariants import Variable, variables_of
 from planner.bounds.paths import Ints
+from planner.errors import PlannerError
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
-from planner.knowledge.duration import scale_term
+from planner.knowledge.expression import scale_term
+from planner.knowledge.invariants import Variable, variables_of
 from planner.knowledge.literal import Literal
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
-THING, OTHER = "the thing", "another thing"
+THING = "the thing"
+OTHER = "another thing"
 MILLISECONDS = 1000
 LARGEST = 4_000_000
-"""The most combinations of arguments of one operator that are looked at."""
+"""Maximum number of argument combinations of one operator."""
 
 Binding = dict[str, str]
 Row = tuple[str, ...]
 NO_ROWS: frozenset[Row] = frozenset()
 Pools = dict[str, tuple[str, ...]]
-"""Open parameters and what each can be."""
+"""Unbound parameters and the possible values of each."""
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What of an operator is looked at: fluent conditions, and what comes of it."""
+    """The part of an operator that the bounds consider: fluent conditions and results."""
 
     op: Operator
     conditions: tuple[Literal, ...]
     results: tuple[Literal, ...]
 
 
-class NotModelled(Exception):
-    """Raised when a problem is beyond the means of the bounds; says why."""
+class NotModelled(PlannerError):
+    """Raised when the bounds cannot model a problem; says why."""
 
 
 class World:
     """The quotient: static rows, pools of objects, durations."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self.base, self.problem = knowledge_base, problem
+        self.base = knowledge_base
+        self.problem = problem
         classes = AgentClasses(knowledge_base, problem)
         self.agents = classes.agents
         self.fluents = knowledge_base.fluents
@@ -62,12 +65,12 @@ class World:
         self.things = frozenset(problem.objects.keys() - placed - set(self.agents))
         known = frozenset(self.agents)
         together = any(len(known.intersection(args)) > 1 for _, args in problem.functions)
-        self.leader: Mapping[str, str] = {
+        self.representative: Mapping[str, str] = {
             agent: agent if together else classes.members[classes.number(agent)][0] for agent in self.agents
         }
-        self.leaders = tuple(dict.fromkeys(self.leader.values()))
+        self.representatives = tuple(dict.fromkeys(self.representative.values()))
         self.thing_types = tuple(sorted({problem.objects[name] for name in self.things}))
-        stands_for = {**self.leader, **dict.fromkeys(self.things, OTHER)}
+        stands_for = {**self.representative, **dict.fromkeys(self.things, OTHER)}
         self._rows: dict[tuple[str, int, str], set[Row]] = {}
         self._all: dict[str, set[Row]] = defaultdict(set)
         for fact in problem.facts:
@@ -109,7 +112,7 @@ class World:
     def pool(self, kind: str) -> tuple[str, ...]:
         """Objects of a type that are neither agents nor things, and constants."""
         if kind not in self._pools:
-            self._pools[kind] = tuple(sorted(self.admitted(kind) - self.leader.keys() - self.things))
+            self._pools[kind] = tuple(sorted(self.admitted(kind) - self.representative.keys() - self.things))
         return self._pools[kind]
 
     def bindings(self, op: Operator, thing: str | None) -> Iterator[Binding]:
@@ -129,7 +132,9 @@ class World:
 
     def _choices(self, op: Operator, name: str, thing: str | None) -> list[str | None]:
         kind = op.parameters[name]
-        found: list[str | None] = [one for one in self.leaders if self.is_a(self.problem.objects[one], kind)]
+        found: list[str | None] = [
+            one for one in self.representatives if self.is_a(self.problem.objects[one], kind)
+        ]
         found = [one for one in found if one is not None and self._fits(op, {name: one})]
         if any(self.is_a(own, kind) for own in self.thing_types):
             found.append(OTHER)
@@ -149,7 +154,7 @@ class World:
         )
 
     def reach(self, steps: Sequence[Step]) -> None:
-        """Learn what the conditions can be: deletes left out, what the steps lead to from the present facts."""
+        """Compute which facts the steps reach from the present facts, ignoring deletes."""
         tasks = [
             (step, binding, [(one.predicate, self._fixed(step.op, one, binding)) for one in step.conditions])
             for step in steps

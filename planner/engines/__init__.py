@@ -1,0 +1,1 @@
+"""Planning engines: hierarchical (our own), Fast Downward, temporal planners, and the portfolio of them."""

@@ -1,7 +1,7 @@
-"""A sequence without detours: two actions of the same robots replaced by one where one will do.
+"""Removes detours: replaces two actions of the same robots by one that suffices.
 
-Engines that do not know intended from other effects go from a to b to c, or carry a sample along just to be
-somewhere. What comes later may have to be bound anew: it speaks of where its robot came from.
+Engines that do not distinguish intended from other effects go from a to b to c, or carry a sample along just to get
+somewhere. Later actions may need new arguments: they name where their robot came from.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ from planner.knowledge import GroundAction, KnowledgeBase
 from planner.problem.interface import PlanningProblem
 
 LONGEST = 300
-"""Longer sequences are left as they are: the work grows with the square of the length."""
+"""Maximum length of a sequence to shorten: the work grows with its square."""
 
 
 def without_detours(
@@ -28,16 +28,19 @@ def without_detours(
 
 class _Shortening:
     def __init__(self, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
-        self._problem, self._base = problem, knowledge_base
+        self._problem = problem
+        self._base = knowledge_base
 
     def run(self, sequence: Sequence[GroundAction]) -> tuple[GroundAction, ...]:
-        kept, early = list(sequence), 0
+        kept = list(sequence)
+        early = 0
         while early < len(kept) <= LONGEST:
             shorter = self._shorter(kept, early)
             if shorter is None:
                 early += 1
             else:
-                kept, early = shorter, 0
+                kept = shorter
+                early = 0
         return tuple(kept)
 
     def _shorter(self, kept: list[GroundAction], early: int) -> list[GroundAction] | None:
@@ -46,7 +49,8 @@ class _Shortening:
         late = next((n for n in range(early + 1, len(kept)) if agents & set(kept[n].agents)), None)
         if late is None or kept[late].tag != one.tag or kept[late].agents != one.agents:
             return None
-        between, after = kept[early + 1 : late], kept[late + 1 :]
+        between = kept[early + 1 : late]
+        after = kept[late + 1 :]
         for merged in self._merged(one, kept[late]):
             for middle in ([*between, merged], [merged, *between]):
                 trial = self._replayed([*kept[:early], *middle, *after])
@@ -66,7 +70,8 @@ class _Shortening:
 
     def _replayed(self, trial: Sequence[GroundAction]) -> list[GroundAction] | None:
         """The trial, actions bound anew where they must be; None if it does not reach the goals."""
-        state, achieved = set(self._problem.facts), set(self._problem.facts)
+        state = set(self._problem.facts)
+        achieved = set(self._problem.facts)
         replayed = []
         for planned in trial:
             action = next(

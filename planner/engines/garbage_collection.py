@@ -1,4 +1,4 @@
-"""Python's cyclic garbage collector, kept still where it finds nothing but costs a lot."""
+"""Pauses Python's cyclic garbage collector during planning."""
 
 import gc
 from collections.abc import Iterator
@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def collector_at_rest() -> Iterator[None]:
-    """Planning makes millions of objects that live to its end, and hardly any cycles: going through all of them again
-    and again took a third of the time for 256 samples. What is not used any more goes by its reference count.
+def garbage_collection_paused() -> Iterator[None]:
+    """Pause the collector of the whole process.
 
-    Concerns the whole process; of plans made at the same time in several threads, the first to begin ends it.
+    Planning makes millions of long-lived objects and hardly any cycles; the collector took a third of the time for 256
+    samples. Of plans made at the same time in several threads, the first to start ends the pause.
     """
     was_on = gc.isenabled()
     gc.disable()

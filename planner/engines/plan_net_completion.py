@@ -1,28 +1,29 @@
-"""From a sequence of actions, whoever found it, to a plan-net that may be proposed and carried out."""
+"""From an engine's sequence of actions to a checked plan-net."""
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-from planner.errors import InvalidPlan
-from planner.explanation.recruitment import recruitment_of
+from planner.errors import InvalidPlan, KnowledgeBaseError
+from planner.explanation.recruiting import recruitment_of
 from planner.interchange.up_validation import up_fault
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.synchronisation import keep_in_step
-from planner.plan_nets.validation import faults_of, unintended
-from planner.problem.interface import PlanningProblem
-from planner.problem.static_facts import Statics
+from planner.plan_nets.validation import faults_of, unjustified
+from planner.problem.interface import PlanningProblem, PlanningResult, PlanningStatus
+from planner.problem.static_facts import StaticFacts
 
 
-def finish(
+def complete_plan_net(
     sequence: Sequence[GroundAction],
     problem: PlanningProblem,
     knowledge_base: KnowledgeBase,
-    statics: Statics,
+    statics: StaticFacts,
 ) -> PlanNet | str:
-    """The checked plan-net with what keeps its orderings; or, in words, which action it has for no intended
-    effect.
+    """The checked plan-net with what keeps each ordering, or the reason if an action is there for no intended effect.
 
     :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
         own mistake.
@@ -30,7 +31,7 @@ def finish(
     order = extract(sequence, problem.facts, problem.goals)
     recruitment = recruitment_of(order.actions, statics)
     plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)
-    if idle := unintended(plan_net, knowledge_base):
+    if idle := unjustified(plan_net, knowledge_base):
         return idle[0]
     if faults := faults_of(plan_net, problem.facts, knowledge_base):
         raise InvalidPlan("; ".join(faults))
@@ -46,6 +47,38 @@ def confirm(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: Knowled
         raise InvalidPlan(f"unified-planning rejects the plan: {fault}")
 
 
+def warm_up_validation(knowledge_base: KnowledgeBase) -> None:
+    """Import unified-planning (1-2 s), which `confirm` needs."""
+    empty = PlanningProblem(objects={}, facts=frozenset(), goals=())
+    plan_net = complete_plan_net((), empty, knowledge_base, StaticFacts(knowledge_base, empty))
+    assert isinstance(plan_net, PlanNet)
+    confirm(plan_net, empty, knowledge_base)
+
+
 def merit(plan_net: PlanNet) -> tuple[float, int, float]:
-    """What to have little of, first things first: makespan, waiting for clearance, work."""
+    """Quantities to minimise, most important first: makespan, clearances, total work in seconds."""
     return plan_net.makespan_s, plan_net.clearances, sum(action.duration_s for action in plan_net.actions)
+
+
+Outcome = tuple[PlanningStatus, PlanNet | None, str]
+"""How planning ended, the plan-net if there is one, else why there is none."""
+
+
+def timed_result(
+    engine: str, knowledge_base: KnowledgeBase, problem: PlanningProblem, plan: Callable[[], PlanningResult]
+) -> PlanningResult:
+    """What `plan` answers, with the time it took; `FAILED` if the problem or its plan is not of the knowledge base."""
+    begun = time.monotonic()
+    try:
+        for fact in (*sorted(problem.facts), *problem.goals):
+            knowledge_base.check(fact, problem.objects)
+        result = plan()
+    except (KnowledgeBaseError, InvalidPlan) as error:
+        result = to_result(engine, (PlanningStatus.FAILED, None, str(error)))
+    return replace(result, planning_s=round(time.monotonic() - begun, 4))
+
+
+def to_result(engine: str, outcome: Outcome) -> PlanningResult:
+    """The outcome as an engine's result; `timed_result` fills in the time."""
+    status, plan_net, reason = outcome
+    return PlanningResult(status=status, engine=engine, planning_s=0.0, plan_net=plan_net, reason=reason)

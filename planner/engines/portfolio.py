@@ -1,4 +1,4 @@
-"""Several engines as one: each is asked only where those before it found nothing."""
+"""Several engines as one: each is asked only if those before it found nothing."""
 
 import logging
 import time
@@ -17,17 +17,17 @@ from planner.problem.interface import (
     warm_up,
 )
 
-LEAST_SHARE_S = 0.05
+MIN_SHARE_S = 0.05
 """With less time left, no further engine is asked."""
 
-_WORDS = {
+_STATUS_TEXT = {
     PlanningStatus.UNSOLVABLE: "proves that there is no plan",
     PlanningStatus.NOT_FOUND: "found no plan",
     PlanningStatus.TIMED_OUT: "found no plan in its time",
     PlanningStatus.OUT_OF_MEMORY: "ran out of memory",
     PlanningStatus.FAILED: "failed",
 }
-_MOST_TELLING = (
+_MOST_INFORMATIVE_FIRST = (
     PlanningStatus.UNSOLVABLE,
     PlanningStatus.TIMED_OUT,
     PlanningStatus.OUT_OF_MEMORY,
@@ -54,7 +54,7 @@ class Portfolio:
         self.engines = tuple(engines)
 
     def warm_up(self) -> None:
-        """Warm every engine that can be; one that cannot keeps the others from nothing."""
+        """Warm up every engine; a failure of one does not affect the others."""
         for engine in self.engines:
             try:
                 warm_up(engine)
@@ -68,13 +68,13 @@ class Portfolio:
         answers: list[PlanningResult] = []
         for index, engine in enumerate(self.engines):
             left_s = request.time_limit_s - relay.elapsed_s
-            if answers and (left_s < LEAST_SHARE_S or observer.should_stop()):
+            if answers and (left_s < MIN_SHARE_S or observer.should_stop()):
                 break
             share_s = left_s if engine is self.engines[-1] else left_s / 2
             answer = _ask(engine, problem, replace(request, time_limit_s=share_s), relay)
             relay.learn(answer.lower_bound_s)
             if answer.plan_net is not None:
-                before = _told(answers) if index else answer.reason
+                before = _summary(answers) if index else answer.reason
                 return self._concluded(answer, before, relay)
             answers.append(answer)
             if answer.status is PlanningStatus.UNSOLVABLE:
@@ -84,10 +84,11 @@ class Portfolio:
     def _none_found(
         self, answers: Sequence[PlanningResult], stopped: bool, relay: "_Relay"
     ) -> PlanningResult:
-        status = min((answer.status for answer in answers), key=_MOST_TELLING.index)
-        reason = _told(answers)
+        status = min((answer.status for answer in answers), key=_MOST_INFORMATIVE_FIRST.index)
+        reason = _summary(answers)
         if stopped:
-            status, reason = PlanningStatus.NOT_FOUND, f"stopped before a plan was found; {reason}"
+            status = PlanningStatus.NOT_FOUND
+            reason = f"stopped before a plan was found; {reason}"
         elif status is not PlanningStatus.FAILED:
             reason += "; that does not prove that there is none"
         return self._concluded(PlanningResult(status=status, engine=self.name, planning_s=0.0), reason, relay)
@@ -101,10 +102,11 @@ class Portfolio:
 
 
 class _Relay(Observer):
-    """Hands on what the engines tell, in the portfolio's time and with the best bound any of them proved."""
+    """Passes the engines' progress on, in the portfolio's time and with the best bound any of them proved."""
 
     def __init__(self, observer: Observer) -> None:
-        self._observer, self._begun = observer, time.monotonic()
+        self._observer = observer
+        self._begun = time.monotonic()
         self.lower_bound_s: float | None = None
 
     @property
@@ -128,7 +130,7 @@ class _Relay(Observer):
 def _ask(
     engine: PlanningEngine, problem: PlanningProblem, request: PlanningRequest, observer: "_Relay"
 ) -> PlanningResult:
-    """The engine's answer; that it has a defect is an answer, too, for the others may do without it."""
+    """The engine's answer; an exception is a `FAILED` answer, so that the others are still asked."""
     observer.progress(Progress(engine=engine.name, elapsed_s=0.0))
     try:
         return engine.plan(problem, request, observer)
@@ -139,14 +141,12 @@ def _ask(
         )
 
 
-def _told(answers: Sequence[PlanningResult]) -> str:
-    """What each engine said, the same reason only once."""
-    sentences, said = [], set[str]()
+def _summary(answers: Sequence[PlanningResult]) -> str:
+    """Each engine's status and reason; equal reasons are given once."""
+    sentences = []
+    said = set[str]()
     for answer in answers:
         why = f" ({answer.reason})" if answer.reason and answer.reason not in said else ""
         said.add(answer.reason)
-        sentences.append(f"{answer.engine} {_WORDS.get(answer.status, answer.status.value)}{why}")
+        sentences.append(f"{answer.engine} {_STATUS_TEXT.get(answer.status, answer.status.value)}{why}")
     return "; ".join(sentences)
-
-
-__all__ = ["Portfolio"]

@@ -1,4 +1,4 @@
-"""The engines there are, by name, in the order in which a portfolio asks them."""
+"""All engines by name, in the order in which the portfolio asks them."""
 
 from collections.abc import Callable, Mapping
 
@@ -12,13 +12,13 @@ from planner.problem.interface import PlanningEngine
 
 ENGINES: Mapping[str, Callable[[KnowledgeBase], PlanningEngine]] = {
     HierarchicalEngine.name: HierarchicalEngine,
-    # Before LPG, which finds plans of larger problems but proves nothing: most goals that reach here have no
-    # plan at present, and whoever waits is to know soon.
+    # Before LPG, which solves larger problems but proves nothing: most goals that get this far have no plan, and a
+    # proof saves the operator's time.
     FastDownwardEngine.name: FastDownwardEngine,
     Lpg.name: lambda knowledge_base: TemporalEngine(knowledge_base, Lpg()),
     Aries.name: lambda knowledge_base: TemporalEngine(knowledge_base, Aries()),
 }
-"""All of them; the optional ones say themselves if they are not installed."""
+"""All engines; an optional one that is not installed answers `FAILED`."""
 
 _OPTIONAL: Mapping[str, Solver] = {Lpg.name: Lpg(), Aries.name: Aries()}
 

@@ -11,20 +11,20 @@ from dataclasses import replace
 from itertools import product
 from math import prod
 
-from planner.bounds.contradiction import contradicting_goals
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
-from planner.knowledge.phrases import clause, denial, enumeration, natural, nothing, phrase
+from planner.knowledge.phrases import clause, denial, enumeration, naturally_sorted, nothing, phrase
+from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import PlanningProblem
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 from planner.relaxation import Relaxation
 from planner.relaxation.reachability import members_of
 from planner.relaxation.rules import FUNCTION, argument_types
 
-MOST_OBJECTS = 60
-"""Of more, those that have nothing to do with the goals are left out."""
-MOST_SUPPOSED = 40_000
-MOST_REASONS = 6
+MAX_OBJECTS = 60
+"""With more objects, those unrelated to the goals are ignored."""
+MAX_SUPPOSED = 40_000
+MAX_REASONS = 6
 
 
 def why_unsolvable(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> str:
@@ -34,8 +34,8 @@ def why_unsolvable(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> s
         f"{phrase(knowledge_base, one)} or {phrase(knowledge_base, other)}, not both"
         for one, other in contradicting_goals(knowledge_base, problem)
     ]
-    if len(reasons) > MOST_REASONS:
-        reasons[MOST_REASONS:] = [f"and {len(reasons) - MOST_REASONS} more reasons like these"]
+    if len(reasons) > MAX_REASONS:
+        reasons[MAX_REASONS:] = [f"and {len(reasons) - MAX_REASONS} more reasons like these"]
     if not reasons and len(problem.goals) > 1:
         return "no plan exists from the present facts for all goals together"
     return "; ".join(reasons) or "no plan exists from the present facts"
@@ -45,7 +45,8 @@ class _Diagnosis:
     """One problem's diagnosis."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self._base, self._problem = knowledge_base, problem
+        self._base = knowledge_base
+        self._problem = problem
         self._members = members_of(knowledge_base, problem.objects)
 
     def reasons(self) -> Iterator[str]:
@@ -78,9 +79,9 @@ class _Diagnosis:
 
     def _lean(self, goals: list[Fact]) -> PlanningProblem:
         problem = replace(self._problem, goals=tuple(goals))
-        if len(problem.objects) <= MOST_OBJECTS:
+        if len(problem.objects) <= MAX_OBJECTS:
             return problem
-        return Statics(self._base, problem).lean(problem)
+        return StaticFacts(self._base, problem).lean(problem)
 
     def _supposing(
         self, problem: PlanningProblem, facts: Iterable[Fact], *, with_functions: bool
@@ -146,7 +147,7 @@ class _Diagnosis:
     ) -> Iterator[tuple[str, ...]]:
         known = {*(objects or self._problem.objects), *self._base.constants}
         choices = [sorted(self._members.get(kind, frozenset()) & known) for kind in kinds]
-        return product(*choices) if prod(map(len, choices)) <= MOST_SUPPOSED else iter(())
+        return product(*choices) if prod(map(len, choices)) <= MAX_SUPPOSED else iter(())
 
 
 def key_length(facts: list[Fact], *, least: int = 1) -> int:
@@ -172,8 +173,11 @@ class _Reason:
         leaves: frozenset[Fact],
         present: Relaxation,
     ) -> None:
-        self._base, self._problem, self._goal = knowledge_base, problem, goal
-        self._leaves, self._present = leaves, present
+        self._base = knowledge_base
+        self._problem = problem
+        self._goal = goal
+        self._leaves = leaves
+        self._present = present
         self._tied = [
             fact
             for fact in sorted(leaves & problem.facts)
@@ -187,7 +191,7 @@ class _Reason:
         }
 
     def sentences(self, missing: list[Fact]) -> Iterator[str]:
-        """Statics first: without them fluents like a free place make no sense."""
+        """Static facts first: without them, fluents such as a free place make no sense."""
         statics = [fact for fact in missing if fact.predicate not in self._base.fluents]
         special = []
         for fact in statics or missing:
@@ -252,7 +256,7 @@ class _Reason:
         """How far the goal's own predicate gets with what is known: its last argument's other values."""
         *first, last = self._goal.args
         kind = self._problem.objects.get(last)
-        others = natural(name for name, other in self._problem.objects.items() if other == kind)
+        others = naturally_sorted(name for name, other in self._problem.objects.items() if other == kind)
         goal = self._goal.predicate
         near = [name for name in others if self._present.holds(Fact(goal, (*first, name)))]
         if not near or not first:

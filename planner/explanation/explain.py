@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from planner.explanation.ordering import Reasons
-from planner.explanation.purpose import purposes, told
+from planner.explanation.purpose import chain_in_words, purposes
 from planner.explanation.recruiting import Rivals, Trial, trials, why_this_robot
 from planner.explanation.timing import Wait, makespan, waits
 from planner.fact import Fact
@@ -75,7 +75,7 @@ def explain(
                 action=action.id,
                 goals=purpose[action.id].goals,
                 chain=purpose[action.id].chain,
-                because=tuple(told(purpose[action.id], names, knowledge_base)),
+                because=tuple(chain_in_words(purpose[action.id], names, knowledge_base)),
                 robots={
                     robot: why_this_robot(action, robot, rivals, tried.get(robot)) for robot in action.agents
                 },
@@ -98,6 +98,3 @@ def _orders(plan_net: PlanNet, reasons: Reasons) -> Mapping[str, list[str]]:
     for ordering in plan_net.orderings:
         order[ordering.before].append(reasons.before(ordering))
     return order
-
-
-__all__ = ["ActionExplanation", "Explanation", "explain"]

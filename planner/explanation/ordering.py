@@ -20,7 +20,8 @@ class Reasons:
     def __init__(self, plan_net: PlanNet, names: Mapping[str, str], knowledge_base: KnowledgeBase) -> None:
         """:param names: how actions are called, by id."""
         self._actions = {action.id: action for action in plan_net.actions}
-        self._names, self._base = names, knowledge_base
+        self._names = names
+        self._base = knowledge_base
         self._given: dict[tuple[str, str], list[Fact]] = defaultdict(list)
         self._promised: dict[str, set[Fact]] = defaultdict(set)
         for link in plan_net.causal_links:
@@ -28,11 +29,11 @@ class Reasons:
             self._promised[link.producer].add(link.fact)
 
     def after(self, ordering: Ordering) -> str:
-        """As the later action is told of it."""
+        """The ordering in the later action's explanation."""
         return f"after {self._names[ordering.before]}: {self.why(ordering)}"
 
     def before(self, ordering: Ordering) -> str:
-        """As the earlier action is told of it."""
+        """The ordering in the earlier action's explanation."""
         return f"before {self._names[ordering.after]}: {self.why(ordering)}"
 
     def why(self, ordering: Ordering) -> str:
@@ -52,7 +53,8 @@ class Reasons:
         )
 
     def _threat(self, ordering: Ordering) -> str:
-        one, other = self._actions[ordering.before], self._actions[ordering.after]
+        one = self._actions[ordering.before]
+        other = self._actions[ordering.after]
         for fact in one.preconditions:
             if fact in other.deletes:
                 what = phrase(self._base, fact)

@@ -40,8 +40,8 @@ def purposes(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mapping[str, P
         )
         ways = [(link, *chains[link.consumer]) for link in links]
         chains[action.id] = min(ways, key=len, default=())
-        meant = [way for way in ways if _is_meant(way[0].fact, action, knowledge_base)]
-        chosen[action.id] = min(meant, key=len, default=chains[action.id])
+        chosen_for = [way for way in ways if _is_chosen_for(way[0].fact, action, knowledge_base)]
+        chosen[action.id] = min(chosen_for, key=len, default=chains[action.id])
     return {
         action.id: Purpose(
             goals=tuple(sorted(served[action.id], key=place.__getitem__)), chain=chosen[action.id]
@@ -50,7 +50,9 @@ def purposes(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mapping[str, P
     }
 
 
-def told(purpose: Purpose, names: Mapping[str, str], knowledge_base: KnowledgeBase) -> Iterator[str]:
+def chain_in_words(
+    purpose: Purpose, names: Mapping[str, str], knowledge_base: KnowledgeBase
+) -> Iterator[str]:
     """The chain in words, a sentence a link.
 
     :param names: how actions are called, by id.
@@ -61,5 +63,5 @@ def told(purpose: Purpose, names: Mapping[str, str], knowledge_base: KnowledgeBa
         yield f"{names[link.producer]} brings about that {what}: {end}"
 
 
-def _is_meant(fact: Fact, action: PlanNetAction, knowledge_base: KnowledgeBase) -> bool:
+def _is_chosen_for(fact: Fact, action: PlanNetAction, knowledge_base: KnowledgeBase) -> bool:
     return fact in action.intended_effects or knowledge_base.predicates[fact.predicate].make_way

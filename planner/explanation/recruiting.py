@@ -4,10 +4,9 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from planner.explanation.recruitment import by_work
 from planner.fact import Fact
-from planner.knowledge import KnowledgeBase
-from planner.knowledge.phrases import denial, enumeration, natural, nothing, phrase
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge.phrases import denial, enumeration, naturally_sorted, nothing, phrase
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 from planner.problem.interface import (
     Observer,
@@ -17,13 +16,55 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.solving import Solving
-from planner.problem.static_facts import Statics, in_place_of
+from planner.problem.solving import TimeLimitedEngine
+from planner.problem.static_facts import StaticFacts, in_place_of
 from planner.relaxation import Relaxation
 
-MOST_TRIALS = 8
+Action = GroundAction | PlanNetAction
+
+
+def recruitment_of(actions: Sequence[Action], statics: StaticFacts) -> dict[str, str]:
+    """A sentence for each robot: what it is to do and can, what it reaches, and who else would qualify."""
+    work: dict[str, list[Action]] = defaultdict(list)
+    for action in actions:
+        for agent in action.agents:
+            work[agent].append(action)
+    return {robot: _sentence(robot, work, statics) for robot in sorted(work)}
+
+
+def robots_by_work(plan_net: PlanNet) -> list[str]:
+    """The plan's robots, those with the most to do first."""
+    work_s: dict[str, float] = defaultdict(float)
+    for action in plan_net.actions:
+        for robot in action.agents:
+            work_s[robot] += action.duration_s
+    return sorted(work_s, key=lambda robot: (-work_s[robot], robot))
+
+
+def _sentence(robot: str, work: Mapping[str, Sequence[Action]], statics: StaticFacts) -> str:
+    mine = work[robot]
+    tags = list(dict.fromkeys(action.tag for action in mine))
+    needed = {fact for action in mine for fact in action.preconditions if fact in statics.facts}
+    places = sorted({arg for fact in needed for arg in fact.args} - {robot} - set(tags))
+    others = [
+        other for other in statics.robots if other != robot and statics.obstacle(other, needed, robot) is None
+    ]
+    idle = [other for other in others if other not in work]
+    busy = [other for other in others if other in work]
+    rivals = [
+        f"{enumeration(idle)} would qualify too, the plan found has no need of it" if idle else "",
+        f"{enumeration(busy)} would qualify too but {'has' if len(busy) == 1 else 'have'} other work"
+        if busy
+        else "",
+    ]
+    serves = f" and serves {enumeration(places)}" if places else ""
+    alone = "no other robot qualifies"
+    return f"can {enumeration(tags, most=len(tags))}{serves}; {'; '.join(filter(None, rivals)) or alone}"
+
+
+MAX_TRIALS = 8
 """So many robots are tried to do without, those with the most to do first."""
-MOST_NAMED = 3
+MAX_NAMED = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,16 +78,16 @@ class Trial:
 
 def trials(
     plan_net: PlanNet,
-    statics: Statics,
+    statics: StaticFacts,
     engine: PlanningEngine,
     request: PlanningRequest,
     observer: Observer,
 ) -> Mapping[str, Trial]:
     """The problem solved again without each of the plan's robots; the time limit is for all together."""
-    solving = Solving(engine, request, observer)
+    solving = TimeLimitedEngine(engine, request, observer)
     found: dict[str, Trial] = {}
-    for robot in by_work(plan_net)[:MOST_TRIALS]:
-        result = solving.solve(statics.without({robot}))
+    for robot in robots_by_work(plan_net)[:MAX_TRIALS]:
+        result = solving.plan_if_time(statics.without({robot}))
         if result is not None:
             found[robot] = _trial(robot, result, plan_net)
     return found
@@ -55,7 +96,7 @@ def trials(
 def _trial(robot: str, result: PlanningResult, plan_net: PlanNet) -> Trial:
     other = result.plan_net
     if other is not None and robot not in other.robots:
-        new = natural(set(other.robots) - set(plan_net.robots))
+        new = naturally_sorted(set(other.robots) - set(plan_net.robots))
         instead = f"{enumeration(new)} instead of {robot}" if new else f"the others without {robot}"
         longer_s = other.makespan_s - plan_net.makespan_s
         return Trial(robot=robot, plan_net=other, words=f"{instead}: {longer_s:+.1f} s")
@@ -69,7 +110,8 @@ class Rivals:
     """Who else could do a plan's actions: no static fact keeps them from it, and they can come to where it is."""
 
     def __init__(self, plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
-        self.statics, self.knowledge_base = Statics(knowledge_base, problem), knowledge_base
+        self.statics = StaticFacts(knowledge_base, problem)
+        self.knowledge_base = knowledge_base
         # What is said of a robot and a thing that is moved would be too many facts to ask for.
         self._moved = problem.objects.keys() - self.statics.placed - set(self.statics.robots)
         asked = {
@@ -107,7 +149,7 @@ def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: Tri
     """In words, what keeps the other robots from the action in this robot's place, and what one of them costs."""
     obstacles: dict[str, Fact] = {}
     able: list[str] = []
-    for other in natural(set(rivals.statics.robots) - set(action.agents)):
+    for other in naturally_sorted(set(rivals.statics.robots) - set(action.agents)):
         fact = rivals.obstacle(other, action, robot)
         if fact is None:
             able.append(other)
@@ -135,7 +177,7 @@ def _kept_away(obstacles: Mapping[str, Fact], knowledge_base: KnowledgeBase, *, 
 
 
 def _denied(fact: Fact, robots: Sequence[str], knowledge_base: KnowledgeBase) -> str:
-    alike = f" (likewise {enumeration(robots[1:], most=MOST_NAMED)})" if robots[1:] else ""
+    alike = f" (likewise {enumeration(robots[1:], most=MAX_NAMED)})" if robots[1:] else ""
     if fact.predicate in knowledge_base.fluents:
         return f"nothing brings about that {phrase(knowledge_base, fact)}{alike}"
     return denial(knowledge_base, fact) + alike

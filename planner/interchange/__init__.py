@@ -1,0 +1,1 @@
+"""Exchange with other planners: PDDL out, PDDL and unified-planning in, unified-planning's validator."""

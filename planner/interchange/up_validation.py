@@ -1,7 +1,7 @@
-"""A second opinion: unified-planning's own plan validator on a linearisation of the plan-net.
+"""Independent validation: unified-planning's plan validator on a linearisation of the plan-net.
 
-Each action is made anew from its name and arguments by the knowledge base, so a plan-net that says otherwise is
-found out. Static conditions are looked up at once; the rest is put to unified-planning as ground actions over
+Each action is ground again from its name and arguments by the knowledge base, so a plan-net with other conditions or
+effects is rejected. Static conditions are looked up at once; the rest is put to unified-planning as ground actions over
 propositions, one a fact: evaluating a fluent's arguments, all constants, would be a third of its work.
 
 The validator's work grows with the square of a plan's length, so it gets the plan in stretches. Each starts from
@@ -16,7 +16,7 @@ from typing import Any
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.validation import linearisation
@@ -69,7 +69,8 @@ def up_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: 
 def _steps(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: PlanNet) -> Iterator[_Step]:
     """:raises KnowledgeBaseError: if an action is not what the knowledge base makes of its arguments, or a
     static condition does not hold."""
-    fluents, goals = knowledge_base.fluents, frozenset(plan_net.goals)
+    fluents = knowledge_base.fluents
+    goals = frozenset(plan_net.goals)
     for action in linearisation(plan_net):
         name = f"{action.id}_{action.tag.lower()}"
         own = knowledge_base.ground(action.tag, action.arguments, problem.functions, objects=problem.objects)
@@ -128,7 +129,7 @@ class _Stretch:
     def _action(self, step: _Step) -> Any:
         from unified_planning.model import InstantaneousAction
 
-        action = InstantaneousAction(step.name, _env=self._environment)
+        action = InstantaneousAction(step.name)
         for atom in step.needs:
             action.add_precondition(self._atoms[atom])
         for atom in step.deletes:

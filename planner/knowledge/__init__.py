@@ -2,7 +2,7 @@
 
 from planner.knowledge.action import ActionSpec, ParameterSpec, VariantSpec
 from planner.knowledge.base import KnowledgeBase
-from planner.knowledge.duration import DURATION_SCALE, scale_term
+from planner.knowledge.expression import DURATION_SCALE, scale_term
 from planner.knowledge.load import load_knowledge_base, read_knowledge_base
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator
 from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, TypeSpec

@@ -109,3 +109,12 @@ class _OfValues(ast.NodeTransformer):
         term = node.func.id, tuple(argument.id for argument in node.args if isinstance(argument, ast.Name))
         index = ast.Constant(self._calls.index(term))
         return ast.Subscript(ast.Name("values", ast.Load()), index, ast.Load())
+
+
+DURATION_SCALE = "duration_scale"
+"""A function every knowledge base has: by action and team size, what its durations are multiplied by."""
+
+
+def scale_term(action: str, team: int) -> tuple[str, tuple[str, ...]]:
+    """The function term of the factor for an action done by `team` robots; without a value it is 1."""
+    return DURATION_SCALE, (action, str(team))

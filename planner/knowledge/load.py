@@ -23,7 +23,7 @@ _WORDS = {
     "Tuple should": "The list should",
     "Extra inputs are not permitted": "there is no such slot",
 }
-"""What the schema's own words mean to somebody who writes YAML."""
+"""Pydantic's terms as YAML's."""
 
 
 def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
@@ -70,7 +70,7 @@ def _composed(text: str) -> tuple[yaml.Node | None, Any]:
 
 
 def _doubles(node: yaml.Node) -> Iterator[str]:
-    """What stands twice in one mapping: YAML takes the last and drops the first without a word."""
+    """Duplicate keys of a mapping, of which YAML silently takes the last."""
     children: Sequence[yaml.Node] = node.value if isinstance(node, yaml.SequenceNode) else ()
     if isinstance(node, yaml.MappingNode):
         first: dict[str, int] = {}
@@ -89,7 +89,8 @@ def _describe(root: yaml.Node, place: list[str], message: str) -> str:
     if (match := _PLACE.match(message)) is not None:
         place = match[1].split(".")
         message = message[match.end() :]
-    line, action = root.start_mark.line + 1, ""
+    line = root.start_mark.line + 1
+    action = ""
     node: yaml.Node | None = root
     for part in place:
         node = _child(node, part)

@@ -13,8 +13,7 @@ from itertools import combinations, product
 
 from planner.fact import Fact
 from planner.knowledge.action import LITERAL_SLOTS, ActionSpec, VariantSpec
-from planner.knowledge.duration import scale_term
-from planner.knowledge.expression import Expression, Functions
+from planner.knowledge.expression import Expression, Functions, scale_term
 from planner.knowledge.literal import Literal
 from planner.knowledge.schema import DISTANCE, DURATION, TIME
 

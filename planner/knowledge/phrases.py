@@ -1,4 +1,4 @@
-"""Facts in an operator's words, from the phrases the knowledge base gives its predicates."""
+"""Facts as text, from the phrases that the knowledge base gives its predicates."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -49,7 +49,7 @@ def enumeration(names: Sequence[str], word: str = "and", *, most: int = 8) -> st
     return f" {word} ".join(part for part in (", ".join(shown[:-1]), *shown[-1:]) if part)
 
 
-def natural(names: Iterable[str]) -> list[str]:
+def naturally_sorted(names: Iterable[str]) -> list[str]:
     """In the order a reader expects: bay_2 before bay_10."""
     return sorted(
         names, key=lambda name: [(part.isdigit() and int(part), part) for part in re.split(r"(\d+)", name)]

@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 
 from planner.errors import KnowledgeBaseError
 from planner.knowledge.action import LITERAL_SLOTS, ActionSpec, ParameterSpec, Slot, VariantSpec, Word
-from planner.knowledge.duration import DURATION_SCALE
-from planner.knowledge.expression import Expression
+from planner.knowledge.expression import DURATION_SCALE, Expression
 from planner.knowledge.literal import Literal
 
 TIME = "time"

@@ -1,0 +1,1 @@
+"""Plan-nets (MACTA §4): extraction from a sequence, schedule, synchronisation of robots, validation."""

@@ -16,7 +16,7 @@ from planner.knowledge import GroundAction
 from planner.plan_nets.causality import FROM_START, Link, causal_links
 from planner.plan_nets.plan_net import OrderingReason
 from planner.plan_nets.precedence import Precedence
-from planner.plan_nets.progression import carry_out
+from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
 
 __all__ = ["FROM_START", "Link", "PartialOrder", "causal_links", "extract", "fault_of", "without_redundant"]
@@ -46,12 +46,13 @@ def extract(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Seq
 def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> str | None:
     """Why the sequence does not solve the problem, or None. A goal counts only if an intended effect
     achieved it."""
-    state, achieved = set(facts), set(facts)
+    state = set(facts)
+    achieved = set(facts)
     for action in sequence:
         missing = [fact for fact in action.preconditions if fact not in state]
         if missing:
             return f"{action} needs {missing[0]}, which does not hold"
-        carry_out(action, state, achieved)
+        apply_action(action, state, achieved)
     return next((f"the goal {goal} is not achieved" for goal in goals if goal not in achieved), None)
 
 

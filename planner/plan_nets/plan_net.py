@@ -29,9 +29,11 @@ class Keeping(StrEnum):
 
 
 class OrderingReason(StrEnum):
-    CAUSAL = "causal"
-    THREAT = "threat"
-    RESOURCE = "resource"
+    """Why one action is ordered before another."""
+
+    CAUSAL = "causal"  # the earlier action brings about what the later one needs
+    THREAT = "threat"  # in the other order, one would delete the fact of a causal link
+    RESOURCE = "resource"  # the same robot does both
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +91,8 @@ class CausalLink:
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
 class Ordering:
+    """`before` ends before `after` starts."""
+
     before: str
     after: str
     reason: OrderingReason

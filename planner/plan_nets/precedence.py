@@ -30,7 +30,8 @@ class Precedence:
         order = topological(following)
         rank = {node: place for place, node in enumerate(order)}
         successors = tuple(tuple(sorted(others, key=rank.__getitem__)) for others in following)
-        before, after = [0] * count, [0] * count
+        before = [0] * count
+        after = [0] * count
         for node in order:
             for other in successors[node]:
                 before[other] |= before[node] | 1 << node
@@ -38,9 +39,6 @@ class Precedence:
             for other in successors[node]:
                 after[node] |= after[other] | 1 << other
         return cls(successors=successors, before=tuple(before), after=tuple(after))
-
-    def is_before(self, one: int, other: int) -> bool:
-        return bool(self.after[one] >> other & 1)
 
     def reduction(self) -> Iterator[tuple[int, int]]:
         """The fewest pairs with the same closure (transitive reduction), by their first."""

@@ -7,7 +7,7 @@ from planner.knowledge import GroundAction
 
 
 def progressed(facts: Iterable[Fact], actions: Iterable[GroundAction]) -> frozenset[Fact]:
-    """The facts after the actions, one after the other; their conditions are not looked at."""
+    """The facts after the actions in this order; pre-conditions are not checked."""
     state = set(facts)
     for action in actions:
         state.difference_update(action.deletes)
@@ -15,8 +15,8 @@ def progressed(facts: Iterable[Fact], actions: Iterable[GroundAction]) -> frozen
     return frozenset(state)
 
 
-def carry_out(action: GroundAction, state: set[Fact], achieved: set[Fact]) -> None:
-    """Change what holds, and what holds on purpose: at first or by an intended effect (MACTA §5, table 3)."""
+def apply_action(action: GroundAction, state: set[Fact], achieved: set[Fact]) -> None:
+    """Apply an action to the facts that hold and to those achieved: initially or by intended effects (table 3)."""
     for held, effects in ((state, action.effects), (achieved, action.intended_effects)):
         held.difference_update(action.deletes)
         held.update(effects)

@@ -1,4 +1,4 @@
-"""Actions a sequence can do without.
+"""Removes redundant actions from a sequence.
 
 First those whose effects no causal link carries on to a goal: linear. The rest by action elimination (Nakhost
 & Müller 2010): an action goes with all that then lack a condition if the goals are still achieved: quadratic,
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_nets.causality import FROM_START, causal_links
-from planner.plan_nets.progression import carry_out
+from planner.plan_nets.progression import apply_action
 
 
 def without_redundant(
@@ -37,7 +37,8 @@ def _linked(
     for link in causal_links(sequence, facts, goals):
         producers[link.consumer].add(link.producer)
     running = [position for position, action in enumerate(sequence) if action.under_way]
-    waiting, useful = [len(sequence), *running], {FROM_START, *running}
+    waiting = [len(sequence), *running]
+    useful = {FROM_START, *running}
     while waiting:
         new = producers[waiting.pop()] - useful
         useful |= new
@@ -51,13 +52,14 @@ def _eliminated(
     """Action elimination: each action tried, from the first on."""
     needed = indispensable(sequence, facts, goals)
     kept = [(action, action.under_way or position in needed) for position, action in enumerate(sequence)]
-    state, achieved = set(facts), set(facts)
+    state = set(facts)
+    achieved = set(facts)
     position = 0
     while position < len(kept):
         action, is_needed = kept[position]
         rest = None if is_needed else _rest(kept[position + 1 :], set(state), set(achieved), goals)
         if rest is None:
-            carry_out(action, state, achieved)
+            apply_action(action, state, achieved)
             position += 1
         else:
             kept[position:] = rest
@@ -71,7 +73,7 @@ def _rest(
     kept = []
     for action, is_needed in steps:
         if state.issuperset(action.preconditions):
-            carry_out(action, state, achieved)
+            apply_action(action, state, achieved)
             kept.append((action, is_needed))
         elif is_needed:
             return None
@@ -85,9 +87,11 @@ class _Goal(NamedTuple):
 
 
 class _Kind(Enum):
-    NEEDS = "needs"
-    DELETES = "deletes"
-    ADDS = "adds"
+    """What an action does with a fact."""
+
+    NEEDS = "needs"  # has it as a pre-condition, or the goals do
+    DELETES = "deletes"  # ends it
+    ADDS = "adds"  # brings it about
 
 
 _Timelines = Mapping[Fact | _Goal, list[tuple[int, _Kind]]]

@@ -1,4 +1,4 @@
-"""What keeps robots in step: their own order, what they sense, and clearance from the mission organiser.
+"""Synchronises robots by their own order of actions, by what they sense, and by clearance from the organiser.
 
 Every robot carries out its own actions in order and knows nothing of the others. Three things can keep an
 ordering A → B all the same. (1) A is the previous action of the robot that does B. (2) A brings about a fact
@@ -79,7 +79,8 @@ def keep_in_step(
     def keeping(ordering: Ordering) -> Keeping:
         if ordering in cleared:
             return Keeping.CLEARANCE
-        before, after = agents[ordering.before], agents[ordering.after]
+        before = agents[ordering.before]
+        after = agents[ordering.after]
         return Keeping.ROBOT if before == after and len(before) == 1 else Keeping.SENSING
 
     return replace(plan_net, orderings=tuple(replace(o, kept_by=keeping(o)) for o in orderings))
@@ -129,7 +130,8 @@ class _Enforced:
         self._parts = [(action.id, robot) for action in ranked for robot in action.agents]
         self._rank = {part: rank for rank, part in enumerate(self._parts)}
         self._whole = {a.id: sum(1 << self._rank[a.id, robot] for robot in a.agents) for a in ranked}
-        self._facts, self._links = facts, links
+        self._facts = facts
+        self._links = links
         self._followed: set[tuple[str, Part]] = set()
         self._before: list[set[int]] = [set() for _ in self._parts]
         for robot in plan_net.robots:
@@ -184,7 +186,8 @@ class _Enforced:
         for rank in reversed(range(len(self._parts))):
             for before in self._before[rank]:
                 later[before] |= 1 << rank | later[rank]
-        grown, self._later = grown or later != self._later, later
+        grown = grown or later != self._later
+        self._later = later
         return grown
 
     def _tells(self, fact: Fact, producer: str, rank: int) -> bool:

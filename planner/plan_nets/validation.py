@@ -1,4 +1,4 @@
-"""Checks on a plan-net that rest on nothing but the plan-net itself and the facts it starts from."""
+"""Validates a plan-net from nothing but itself, its initial facts and the knowledge base."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
@@ -25,7 +25,7 @@ def faults_of(plan_net: PlanNet, facts: frozenset[Fact], knowledge_base: Knowled
         *_threat_faults(plan_net, precedence, number),
         *_resource_faults(plan_net, precedence),
         *_schedule_faults(plan_net),
-        *unintended(plan_net, knowledge_base),
+        *unjustified(plan_net, knowledge_base),
         *([fault] if (fault := replay(plan_net, linearisation(plan_net), facts)) else []),
     ]
 
@@ -134,7 +134,8 @@ def _schedule_faults(plan_net: PlanNet) -> list[str]:
     actions = {action.id: action for action in plan_net.actions}
     faults = [f"{a.id} has its latest start before its earliest" for a in plan_net.actions if a.slack_s < 0]
     for ordering in plan_net.orderings:
-        one, other = actions[ordering.before], actions[ordering.after]
+        one = actions[ordering.before]
+        other = actions[ordering.after]
         if one.earliest_end_s > other.earliest_start_s + ROUNDING_S:
             faults.append(f"{one.id} ends after {other.id} starts")
         if one.latest_start_s + one.duration_s > other.latest_start_s + ROUNDING_S:
@@ -142,7 +143,7 @@ def _schedule_faults(plan_net: PlanNet) -> list[str]:
     return faults
 
 
-def unintended(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[str]:
+def unjustified(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[str]:
     """The actions that are there for no intended effect of their own and do not make way, in words.
 
     Table 3: other effects are not what a planner chooses an action for. What is under way is not chosen any more.
@@ -150,11 +151,13 @@ def unintended(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[str]:
     return [
         f"{action.id} {action.tag} would be there only for {', '.join(map(str, used)) or 'nothing'}, "
         "which it does not intend"
-        for action, used in idle_actions(plan_net, knowledge_base)
+        for action, used in unjustified_actions(plan_net, knowledge_base)
     ]
 
 
-def idle_actions(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[tuple[PlanNetAction, list[Fact]]]:
+def unjustified_actions(
+    plan_net: PlanNet, knowledge_base: KnowledgeBase
+) -> list[tuple[PlanNetAction, list[Fact]]]:
     """The actions there for no intended effect of their own and not to make way, and what they are used for."""
     uses: dict[str, list[Fact]] = defaultdict(list)
     for link in plan_net.causal_links:

@@ -1,4 +1,4 @@
-"""For which objects an operator has a duration: a table, for planners that cannot do without."""
+"""An operator's durations as a table over objects, for planners without arithmetic."""
 
 from collections.abc import Iterator
 

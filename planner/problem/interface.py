@@ -1,4 +1,4 @@
-"""The seam behind which every planning engine stands."""
+"""The interface of planning engines: problem, request, result, observer."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -28,11 +28,11 @@ class PlanningProblem:
 
 
 class Objective(StrEnum):
-    """What a plan is to have little of; ties are broken by the others."""
+    """Quantity to minimise; the others break ties."""
 
-    MAKESPAN = "makespan"
-    ROBOTS = "robots"
-    ENERGY = "energy"
+    MAKESPAN = "makespan"  # seconds from the plan's start to its last end
+    ROBOTS = "robots"  # number of robots used
+    ENERGY = "energy"  # joules of all robots together
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,12 +52,14 @@ class PlanningRequest:
 
 
 class PlanningStatus(StrEnum):
-    SOLVED = "solved"
+    """How planning ended."""
+
+    SOLVED = "solved"  # there is a validated plan-net
     UNSOLVABLE = "unsolvable"  # proven
     NOT_FOUND = "not_found"  # the search ended without a plan and without a proof
-    TIMED_OUT = "timed_out"
-    OUT_OF_MEMORY = "out_of_memory"
-    FAILED = "failed"
+    TIMED_OUT = "timed_out"  # the time limit was reached without a plan
+    OUT_OF_MEMORY = "out_of_memory"  # the memory limit was reached without a plan
+    FAILED = "failed"  # the problem is not of the knowledge base, or the engine has a defect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +79,7 @@ class PlanningResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """Where an engine stands: the makespan of its best plan and its bound so far."""
+    """An engine's progress: the makespan of its best plan and its lower bound so far."""
 
     engine: str
     elapsed_s: float
@@ -86,7 +88,7 @@ class Progress:
 
 
 class Observer:
-    """Whoever watches an engine plan: told of progress, asked whether to stop and take the best."""
+    """Receives an engine's progress and says whether it should stop and answer with its best plan."""
 
     def progress(self, progress: Progress) -> None:
         """Called now and then while the engine runs."""
@@ -110,21 +112,7 @@ class PlanningEngine(Protocol):
 
 
 def warm_up(engine: PlanningEngine) -> None:
-    """Let an engine load and compile what it needs, if it has such things: no request is to pay for it."""
+    """Let an engine load and compile what it needs, if it can, so that no request pays for it."""
     warm: Callable[[], None] | None = getattr(engine, "warm_up", None)
     if warm is not None:
         warm()
-
-
-__all__ = [
-    "UNOBSERVED",
-    "Objective",
-    "Observer",
-    "PlanningEngine",
-    "PlanningProblem",
-    "PlanningRequest",
-    "PlanningResult",
-    "PlanningStatus",
-    "Progress",
-    "warm_up",
-]

@@ -1,9 +1,8 @@
-"""Robots that are alike: same abilities, reach and speed, so that one may stand for all of them.
+"""Classes of interchangeable robots: same abilities, reach and speed.
 
-What concerns one agent alone does not tell it from others as long as nothing happens there: an agent's *own* objects
-are those that static facts name with no other agent, that no goal names, and that no present fact names but where
-agents are and whether the way is clear (a robot's home, say). What alone says something of an agent is not left out
-(its area).
+Objects of one agent alone do not distinguish it: an agent's *own* objects are those that static facts name with no
+other agent, that no goal names, and that no present fact names except for where agents are and whether the way is clear
+(a robot's home, for instance). An object that is the only one in a relation to its agent counts (its area).
 """
 
 from collections import defaultdict
@@ -14,7 +13,7 @@ from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
 
 ANYONE = "?"
-"""Stands for the agent itself where a fact is said of a whole class."""
+"""Placeholder for the agent in a fact about a whole class."""
 
 
 class AgentClasses:

@@ -1,7 +1,8 @@
-"""Several problems solved one after the other within one time limit."""
+"""Several problems solved by one engine within one time limit."""
 
 import time
 from dataclasses import replace
+from math import inf
 
 from planner.problem.interface import (
     Objective,
@@ -12,29 +13,56 @@ from planner.problem.interface import (
     PlanningResult,
 )
 
-LEAST_SHARE_S = 0.05
-"""With less time left, no further problem is begun."""
+MIN_SHARE_S = 0.05
+"""With less time left, no further problem is started."""
 
 
-class Solving:
-    """Solves problems while there is time: none is begun that would take too long, going by those before it."""
+class TimeLimitedEngine:
+    """An engine that is asked several times; the request's time limit is for all problems together."""
 
     def __init__(self, engine: PlanningEngine, request: PlanningRequest, observer: Observer) -> None:
-        """:param request: its time limit is for all problems together."""
-        self._engine, self._request, self._observer = engine, request, observer
-        self._give_up = time.monotonic() + request.time_limit_s
-        self._longest_s = LEAST_SHARE_S
+        self._engine = engine
+        self._request = request
+        self._observer = observer
+        self._begun = time.monotonic()
+        self._longest_s = MIN_SHARE_S
+        self.last: PlanningResult | None = None
+        """The engine's last answer."""
 
-    def solve(self, problem: PlanningProblem, objective: Objective | None = None) -> PlanningResult | None:
-        """The engine's answer; None if there is no time left for it or nobody waits any more.
+    @property
+    def elapsed_s(self) -> float:
+        return time.monotonic() - self._begun
+
+    @property
+    def left_s(self) -> float:
+        return self._request.time_limit_s - self.elapsed_s
+
+    @property
+    def is_over(self) -> bool:
+        """True if the time is used up or the observer wants to stop."""
+        return self.left_s < MIN_SHARE_S or self._observer.should_stop()
+
+    def plan(
+        self, problem: PlanningProblem, objective: Objective | None = None, *, at_most_s: float = inf
+    ) -> PlanningResult:
+        """The engine's answer.
 
         :param objective: the request's unless given.
         """
         begun = time.monotonic()
-        left_s = self._give_up - begun
-        if left_s < self._longest_s or self._observer.should_stop():
-            return None
-        request = replace(self._request, objective=objective or self._request.objective, time_limit_s=left_s)
-        result = self._engine.plan(problem, request, self._observer)
+        request = replace(
+            self._request,
+            objective=objective or self._request.objective,
+            time_limit_s=max(min(self.left_s, at_most_s), MIN_SHARE_S),
+        )
+        self.last = self._engine.plan(problem, request, self._observer)
         self._longest_s = max(self._longest_s, time.monotonic() - begun)
-        return result
+        return self.last
+
+    def plan_if_time(
+        self, problem: PlanningProblem, objective: Objective | None = None
+    ) -> PlanningResult | None:
+        """The engine's answer; None if less time is left than an earlier problem took, or nobody waits any more."""
+        if self.left_s < self._longest_s or self._observer.should_stop():
+            return None
+        return self.plan(problem, objective)

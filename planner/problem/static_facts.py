@@ -1,5 +1,4 @@
-"""What the facts that no action changes say about robots: who reaches what, who can do what, who is like
-whom."""
+"""The static facts of a problem by robot: what each reaches and can do."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import replace
@@ -10,8 +9,8 @@ from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
 
 
-class Statics:
-    """The static facts of a problem, by robot: whatever acts, of whatever type."""
+class StaticFacts:
+    """The static facts of a problem, by robot (any agent, of whatever type)."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self._problem = problem

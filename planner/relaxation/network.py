@@ -1,4 +1,4 @@
-"""A network of binary joins that derives all that rules reach, the cheapest way first.
+"""A network of binary joins that derives the consequences of rules, cheapest derivation first.
 
 Rows flow through nodes: a node for each predicate, for each selection of one (constants, types, columns) and
 for each join of two nodes. A join keeps only the columns that are needed further on, so the relations stay
@@ -80,7 +80,9 @@ class Network:
         types: Mapping[str, tuple[str, ...]],
         kept: Mapping[str, tuple[int, ...]],
     ) -> None:
-        self._members, self._types, self._kept = members, types, kept
+        self._members = members
+        self._types = types
+        self._kept = kept
         self._nodes: dict[Hashable, int] = {}
         self._consumers: list[list[_Selection | tuple[_Join, int] | _Head]] = []
         self._reached: dict[Place, _Derivation] = {}
@@ -117,7 +119,8 @@ class Network:
 
     def leaves(self, fact: Fact) -> frozenset[Fact]:
         """All the facts given that the fact's derivation rests on."""
-        leaves, seen = set(), set()
+        leaves = set()
+        seen = set()
         stack = [place for place in [self._place(fact)] if place in self._reached]
         while stack:
             place = stack.pop()
@@ -143,7 +146,8 @@ class Network:
 
     def _pass_on(self, place: Place, derivation: _Derivation) -> None:
         node, row = place
-        supposed, actions = derivation.supposed, derivation.actions
+        supposed = derivation.supposed
+        actions = derivation.actions
         for consumer in self._consumers[node]:
             if isinstance(consumer, tuple):
                 self._join(place, derivation, *consumer)

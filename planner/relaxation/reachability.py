@@ -1,4 +1,4 @@
-"""Planning problems put to the relaxation: which goals could be brought about at all?"""
+"""Which goals of a planning problem the delete relaxation reaches."""
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping

@@ -1,9 +1,9 @@
-"""Plan-nets that the world has overtaken, mended rather than made anew; and goals that join what is running."""
+"""Repair of plan-nets after the world has changed, and insertion of new goals into running missions."""
 
 from planner.repair.difference import Difference, compare
 from planner.repair.goal_insertion import join
 from planner.repair.plan_repair import Course, Repair, repair
-from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining, as_scheduled
+from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining
 
 __all__ = [
     "NOT_BEGUN",
@@ -12,7 +12,6 @@ __all__ = [
     "MissionProgress",
     "Remaining",
     "Repair",
-    "as_scheduled",
     "compare",
     "join",
     "repair",

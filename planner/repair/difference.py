@@ -1,4 +1,4 @@
-"""How a plan-net differs from the one it takes the place of, action by action and in words."""
+"""How a plan-net differs from the one it replaces, action by action and in words."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +9,7 @@ from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 SHIFT_S = 1.0
 """An action whose start differs by less starts when it did."""
 
-Deed = tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]]
+Activity = tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,12 +77,12 @@ def compare(old: Sequence[PlanNetAction], new: PlanNet, *, elapsed_s: float = 0.
     )
 
 
-def _deed(action: PlanNetAction) -> Deed:
+def _activity(action: PlanNetAction) -> Activity:
     return action.tag, action.agents, tuple(sorted(action.arguments.items()))
 
 
-def _anyone(action: PlanNetAction) -> Deed:
-    """The deed, whoever does it."""
+def _anyone(action: PlanNetAction) -> Activity:
+    """The activity, whoever does it."""
     place = {agent: f"agent {number}" for number, agent in enumerate(action.agents)}
     team = "+".join(action.agents)
     arguments = ((n, place.get(v, "team" if v == team else v)) for n, v in sorted(action.arguments.items()))
@@ -94,7 +94,7 @@ def _kept(old: Sequence[PlanNetAction], new: Sequence[PlanNetAction]) -> dict[st
     matches: dict[str, dict[str, str]] = defaultdict(dict)
     for robot in {agent for action in old for agent in action.agents}:
         before, after = ([action for action in side if robot in action.agents] for side in (old, new))
-        for one, other in _common([_deed(a) for a in before], [_deed(a) for a in after]):
+        for one, other in _common([_activity(a) for a in before], [_activity(a) for a in after]):
             matches[before[one].id][robot] = after[other].id
     kept = {}
     for action in old:
@@ -104,7 +104,7 @@ def _kept(old: Sequence[PlanNetAction], new: Sequence[PlanNetAction]) -> dict[st
     return kept
 
 
-def _common(one: Sequence[Deed], other: Sequence[Deed]) -> Iterator[tuple[int, int]]:
+def _common(one: Sequence[Activity], other: Sequence[Activity]) -> Iterator[tuple[int, int]]:
     """The positions of a longest common subsequence."""
     longest = [[0] * (len(other) + 1) for _ in range(len(one) + 1)]
     for i in reversed(range(len(one))):
@@ -116,7 +116,8 @@ def _common(one: Sequence[Deed], other: Sequence[Deed]) -> Iterator[tuple[int, i
     while i < len(one) and j < len(other):
         if one[i] == other[j]:
             yield i, j
-            i, j = i + 1, j + 1
+            i = i + 1
+            j = j + 1
         elif longest[i + 1][j] >= longest[i][j + 1]:
             i += 1
         else:
@@ -125,7 +126,7 @@ def _common(one: Sequence[Deed], other: Sequence[Deed]) -> Iterator[tuple[int, i
 
 def _reassigned(gone: Sequence[PlanNetAction], come: Sequence[PlanNetAction]) -> dict[str, str]:
     """Of what is gone, what others do now: old id → new id, in order."""
-    open_: dict[Deed, list[PlanNetAction]] = defaultdict(list)
+    open_: dict[Activity, list[PlanNetAction]] = defaultdict(list)
     for action in come:
         open_[_anyone(action)].append(action)
     pairs = {}
@@ -155,7 +156,8 @@ def _shifts(shifted: Mapping[str, float], actions: Mapping[str, PlanNetAction]) 
             ("earlier", [-s for s in shifts if s < 0]),
         ):
             if spans:
-                least, most = f"{min(spans):.0f}", f"{max(spans):.0f}"
+                least = f"{min(spans):.0f}"
+                most = f"{max(spans):.0f}"
                 span = least if least == most else f"{least} to {most}"
                 yield f"{team} starts {len(spans)} action{'s' * (len(spans) > 1)} {span} s {word}"
 

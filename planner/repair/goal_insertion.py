@@ -1,4 +1,4 @@
-"""New goals for robots that are at work already: nothing that is committed is delayed or done otherwise."""
+"""Inserts new goals into a running plan-net: committed actions are neither delayed nor changed."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -15,11 +15,12 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.static_facts import Statics
+from planner.problem.solving import TimeLimitedEngine
+from planner.problem.static_facts import StaticFacts
 from planner.relaxation import is_relaxed_reachable
 from planner.repair.difference import compare
-from planner.repair.plan_repair import OWN_NAME, PATIENCE, PATIENCE_S, Course, Planner, Repair
-from planner.repair.reinsertion import drawn_forward
+from planner.repair.plan_repair import EXTRA_TRY_FACTOR, EXTRA_TRY_S, OWN_NAME, Course, Repair
+from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining, in_order, sequence_of
 
 
@@ -58,8 +59,10 @@ class _Joining:
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        self._remaining, self._old, self._elapsed_s = remaining, plan_net, progress.elapsed_s
-        self._planner = Planner(engine, request, observer)
+        self._remaining = remaining
+        self._old = plan_net
+        self._elapsed_s = progress.elapsed_s
+        self._planner = TimeLimitedEngine(engine, request, observer)
         self._why = ""
 
     def run(self) -> Repair:
@@ -68,11 +71,11 @@ class _Joining:
             return self._none(f"what is committed needs repair first: {alone}")
         after = self._remaining.after(sequence_of(alone))
         found = [self._joined(alone, self._planner.plan(after))]
-        patience_s = PATIENCE_S + PATIENCE * self._planner.elapsed_s
+        extra_try_s = EXTRA_TRY_S + EXTRA_TRY_FACTOR * self._planner.elapsed_s
         for busy in _busy(alone):
-            idle = Statics(self._remaining.knowledge_base, after).without(busy)
+            idle = StaticFacts(self._remaining.knowledge_base, after).without(busy)
             if not self._planner.is_over and is_relaxed_reachable(self._remaining.knowledge_base, idle):
-                found.append(self._joined(alone, self._planner.plan(idle, at_most_s=patience_s)))
+                found.append(self._joined(alone, self._planner.plan(idle, at_most_s=extra_try_s)))
         joined = [repair for repair in found if repair is not None]
         return min(joined, key=_merit) if joined else self._none(self._why)
 
@@ -90,7 +93,7 @@ class _Joining:
             return None
         kept = sequence_of(alone)
         latest = {position: action.latest_start_s for position, action in enumerate(in_order(alone))}
-        sequence = drawn_forward(kept, answer.plan_net, self._remaining, starts_by_s=latest)
+        sequence = insert_new_actions(kept, answer.plan_net, self._remaining, starts_by_s=latest)
         plan_net = self._remaining.finished(sequence, self._remaining.problem.goals)
         if isinstance(plan_net, str) or _disturbs(plan_net, alone):
             said = plan_net if isinstance(plan_net, str) else "the new goals disturb what is committed"

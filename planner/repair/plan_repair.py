@@ -1,10 +1,9 @@
-"""Repair of a plan-net in a world that has changed: what still works is kept as far as that pays.
+"""Repairs a plan-net after the world has changed; valid actions are kept as far as that pays.
 
 Plan stability after Fox, Gerevini, Long & Serina (2006, "Plan stability: replanning versus plan repair"): the
 fewer actions change the better; we weigh it against the makespan.
 """
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -13,7 +12,7 @@ from math import inf
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
-from planner.plan_nets.progression import carry_out
+from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
 from planner.problem.interface import (
     UNOBSERVED,
@@ -24,22 +23,21 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
+from planner.problem.solving import TimeLimitedEngine
 from planner.repair.difference import Difference, compare
-from planner.repair.reinsertion import drawn_forward
+from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining
 
 STABILITY_S = 5.0
 """Seconds of makespan that one kept action is worth, unless told. Our choice: about what a robot needs to release a
 sample; who has approved a plan wants a reason for each change."""
 OWN_NAME = "repair"
-"""The engine of a plan-net that no engine was asked for."""
-SPARED = 0.5
-"""The share of the kept actions that planning anew is expected to change: so much more a repair may take."""
-PATIENCE_S = 1.0
-PATIENCE = 2.0
-"""A further try may take so long, and so many times what was needed before it."""
-LEAST_SHARE_S = 0.05
-"""With less time left, nothing further is tried."""
+"""The engine named by a plan-net that needed no engine."""
+EXPECTED_CHANGED_SHARE = 0.5
+"""Expected share of the kept actions that replanning would change; a repair may be worse by their worth."""
+EXTRA_TRY_S = 1.0
+EXTRA_TRY_FACTOR = 2.0
+"""Time limit of a further attempt: this many seconds plus this factor times the time needed so far."""
 
 
 class Course(StrEnum):
@@ -92,37 +90,11 @@ def repair(
     :raises UnknownAction: if the progress speaks of actions that the plan-net has not.
     """
     remaining = Remaining(plan_net, problem, progress, knowledge_base)
-    return _Mending(engine, remaining, progress, request, observer, stability_s).run()
-
-
-class Planner:
-    """An engine asked several times, within one time limit."""
-
-    def __init__(self, engine: PlanningEngine, request: PlanningRequest, observer: Observer) -> None:
-        self._engine, self._request, self._observer = engine, request, observer
-        self._begun = time.monotonic()
-        self.last: PlanningResult | None = None
-
-    @property
-    def elapsed_s(self) -> float:
-        return time.monotonic() - self._begun
-
-    @property
-    def left_s(self) -> float:
-        return self._request.time_limit_s - self.elapsed_s
-
-    @property
-    def is_over(self) -> bool:
-        return self.left_s < LEAST_SHARE_S or self._observer.should_stop()
-
-    def plan(self, problem: PlanningProblem, *, at_most_s: float = inf) -> PlanningResult:
-        left_s = max(min(self.left_s, at_most_s), LEAST_SHARE_S)
-        self.last = self._engine.plan(problem, replace(self._request, time_limit_s=left_s), self._observer)
-        return self.last
+    return _PlanRepair(engine, remaining, progress, request, observer, stability_s).run()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Mended:
+class _RepairedPlan:
     """A plan-net to choose."""
 
     course: Course
@@ -131,7 +103,7 @@ class _Mended:
     difference: Difference
 
 
-class _Mending:
+class _PlanRepair:
     def __init__(
         self,
         engine: PlanningEngine,
@@ -141,45 +113,52 @@ class _Mending:
         observer: Observer,
         stability_s: float,
     ) -> None:
-        self._remaining, self._progress, self._stability_s = remaining, progress, stability_s
-        self._planner = Planner(engine, request, observer)
+        self._remaining = remaining
+        self._progress = progress
+        self._stability_s = stability_s
+        self._planner = TimeLimitedEngine(engine, request, observer)
         self._goals = remaining.problem.goals
         left = [action.earliest_end_s - progress.elapsed_s for action in remaining.actions]
         self._least_s = max((0.0, *left, *progress.under_way.values()))
         """The least that any plan is expected to take: what was left, and what is missing if planned by itself."""
 
     def run(self) -> Repair:
-        found: list[_Mended] = []
+        found: list[_RepairedPlan] = []
         for attempt in self._attempts():
-            if (mended := attempt()) is not None:
-                found.append(mended)
-                if self._is_good_enough(mended) or self._planner.is_over:
+            if (repaired := attempt()) is not None:
+                found.append(repaired)
+                if self._is_good_enough(repaired) or self._planner.is_over:
                     break
         return self._repair(min(found, key=self._merit)) if found else self._none()
 
-    def _attempts(self) -> Iterator[Callable[[], _Mended | None]]:
-        running, rest = self._remaining.under_way, self._remaining.rest
+    def _attempts(self) -> Iterator[Callable[[], _RepairedPlan | None]]:
+        running = self._remaining.under_way
+        rest = self._remaining.rest
         if len(running) + len(rest) == len(self._remaining.actions):
             yield lambda: self._made(Course.KEPT, (*running, *rest))
         able, achieved = self._able((*running, *rest))
         bare = without_redundant(able, self._remaining.problem.facts, achieved)
-        yield lambda: self._mended(bare)
+        yield lambda: self._repaired(bare)
         if len(bare) < len(able):
             # The beginnings of what has no end may be of use; or lead where no way leads on.
-            yield lambda: self._mended(able, at_most_s=PATIENCE_S + PATIENCE * self._planner.elapsed_s)
+            yield lambda: self._repaired(
+                able, at_most_s=EXTRA_TRY_S + EXTRA_TRY_FACTOR * self._planner.elapsed_s
+            )
         yield lambda: self._followed(Course.ANEW, running)
 
     def _able(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
         """The actions that can be carried out though others cannot, and the goals that are achieved then."""
         facts = self._remaining.problem.facts
-        state, achieved, able = set(facts), set(facts), list[GroundAction]()
+        state = set(facts)
+        achieved = set(facts)
+        able = list[GroundAction]()
         for action in sequence:
             if state.issuperset(action.preconditions):
-                carry_out(action, state, achieved)
+                apply_action(action, state, achieved)
                 able.append(action)
         return tuple(able), [goal for goal in self._goals if goal in achieved]
 
-    def _mended(self, kept: Sequence[GroundAction], *, at_most_s: float = inf) -> _Mended | None:
+    def _repaired(self, kept: Sequence[GroundAction], *, at_most_s: float = inf) -> _RepairedPlan | None:
         """What is kept, then what it misses; to keep nothing but what is under way is to plan anew."""
         if len(kept) == len(self._remaining.under_way):
             return None
@@ -187,7 +166,7 @@ class _Mending:
 
     def _followed(
         self, course: Course, kept: Sequence[GroundAction], *, at_most_s: float = inf
-    ) -> _Mended | None:
+    ) -> _RepairedPlan | None:
         """The kept actions with a plan for all goals from where they lead to. Planning anew is left half the time."""
         if course is Course.MENDED:
             at_most_s = min(at_most_s, self._planner.left_s / 2)
@@ -195,37 +174,37 @@ class _Mending:
         if fresh is None:
             return None
         self._least_s = max(self._least_s, fresh.makespan_s)
-        return self._made(course, drawn_forward(kept, fresh, self._remaining))
+        return self._made(course, insert_new_actions(kept, fresh, self._remaining))
 
-    def _made(self, course: Course, sequence: Sequence[GroundAction]) -> _Mended | None:
+    def _made(self, course: Course, sequence: Sequence[GroundAction]) -> _RepairedPlan | None:
         plan_net = self._remaining.finished(sequence, self._goals)
         if isinstance(plan_net, str):
             return None
         difference = compare(self._remaining.actions, plan_net, elapsed_s=self._progress.elapsed_s)
         asked = self._planner.last
         engine = asked.engine if asked is not None else OWN_NAME
-        return _Mended(course=course, engine=engine, plan_net=plan_net, difference=difference)
+        return _RepairedPlan(course=course, engine=engine, plan_net=plan_net, difference=difference)
 
-    def _is_good_enough(self, mended: _Mended) -> bool:
-        worth_s = SPARED * self._stability_s * len(mended.difference.kept)
-        return not mended.plan_net.late and mended.plan_net.makespan_s <= self._least_s + worth_s
+    def _is_good_enough(self, repaired: _RepairedPlan) -> bool:
+        worth_s = EXPECTED_CHANGED_SHARE * self._stability_s * len(repaired.difference.kept)
+        return not repaired.plan_net.late and repaired.plan_net.makespan_s <= self._least_s + worth_s
 
-    def _merit(self, mended: _Mended) -> tuple[float, float]:
-        changed_s = self._stability_s * mended.difference.changes
-        return sum(mended.plan_net.late.values()), mended.plan_net.makespan_s + changed_s
+    def _merit(self, repaired: _RepairedPlan) -> tuple[float, float]:
+        changed_s = self._stability_s * repaired.difference.changes
+        return sum(repaired.plan_net.late.values()), repaired.plan_net.makespan_s + changed_s
 
-    def _repair(self, mended: _Mended) -> Repair:
+    def _repair(self, repaired: _RepairedPlan) -> Repair:
         result = PlanningResult(
             status=PlanningStatus.SOLVED,
-            engine=mended.engine,
+            engine=repaired.engine,
             planning_s=round(self._planner.elapsed_s, 4),
-            plan_net=mended.plan_net,
+            plan_net=repaired.plan_net,
         )
         return Repair(
-            course=mended.course,
+            course=repaired.course,
             result=result,
             problem=self._remaining.problem,
-            difference=mended.difference,
+            difference=repaired.difference,
         )
 
     def _none(self) -> Repair:

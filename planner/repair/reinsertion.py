@@ -1,4 +1,4 @@
-"""New actions moved forward among kept ones, where the sequence stays valid and its schedule becomes better.
+"""Moves new actions forward among kept ones where the sequence stays valid and its schedule improves.
 
 Extraction lets run side by side whatever may, but where two robots use one place it keeps them in the order of the
 sequence. So it matters who stands first there: a block of new actions (those for one goal, those of one robot) is
@@ -18,14 +18,14 @@ from planner.plan_nets.schedule import windows
 from planner.repair.remaining import Remaining, in_order, sequence_of
 
 REPLAYS = 600
-"""So many places are tried: more for short plans, of which a replay takes less, would find nothing more."""
+"""Maximum number of positions tried."""
 SCHEDULES = 100
-"""So many of the valid ones are scheduled."""
+"""Maximum number of valid positions that are scheduled."""
 
 Cost = tuple[float, float]
 
 
-def drawn_forward(
+def insert_new_actions(
     kept: Sequence[GroundAction],
     fresh: PlanNet,
     remaining: Remaining,
@@ -65,11 +65,15 @@ class _Reinsertion:
         starts_by_s: Mapping[int, float],
     ) -> None:
         """:param count: of the kept actions."""
-        self._actions, self._count, self._starts_by_s = actions, count, starts_by_s
-        self._facts, self._goals = remaining.problem.facts, remaining.problem.goals
+        self._actions = actions
+        self._count = count
+        self._starts_by_s = starts_by_s
+        self._facts = remaining.problem.facts
+        self._goals = remaining.problem.goals
         self._held = len(remaining.under_way)
         self._position = {id(action): position for position, action in enumerate(actions)}
-        self._replays, self._schedules = REPLAYS, SCHEDULES
+        self._replays = REPLAYS
+        self._schedules = SCHEDULES
 
     def run(self, blocks: Sequence[Sequence[int]]) -> tuple[GroundAction, ...]:
         order = list(range(len(self._actions)))
@@ -80,7 +84,8 @@ class _Reinsertion:
             for trial in self._trials(order, block):
                 cost = self._cost(trial)
                 if cost is not None and cost < best:
-                    best, order = cost, trial
+                    best = cost
+                    order = trial
         return tuple(self._actions[position] for position in order)
 
     def _trials(self, order: Sequence[int], block: Sequence[int]) -> Iterator[list[int]]:

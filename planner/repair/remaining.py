@@ -1,4 +1,4 @@
-"""What is left of a plan-net that is being carried out, and the problem that is left with it.
+"""The rest of a plan-net that is being carried out, and the remaining problem.
 
 An action that is under way has deleted already and has its effects still to come. So that it stays an action of
 the plan-net like any other, the problem is told as of the moment it began: what it needed and has deleted is put
@@ -8,7 +8,7 @@ back. It stands first in the sequence, hence nothing rests on what it takes away
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 
-from planner.engines.plan_net_completion import confirm, finish
+from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -17,7 +17,7 @@ from planner.plan_nets.plan_net import ROUNDING_S, PlanNet, PlanNetAction
 from planner.plan_nets.progression import progressed
 from planner.plan_nets.validation import linearisation
 from planner.problem.interface import PlanningProblem
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +58,9 @@ class Remaining:
         :raises UnknownAction: if the progress speaks of actions that the plan-net has not.
         """
         _refuse_unknown(plan_net, progress)
-        self.knowledge_base, self._progress = knowledge_base, progress
-        able = Statics(knowledge_base, problem).without(progress.lost)
+        self.knowledge_base = knowledge_base
+        self._progress = progress
+        able = StaticFacts(knowledge_base, problem).without(progress.lost)
         self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
         left = [(a, ground) for a in self.actions if (ground := self._ground(a, able)) is not None]
         self.under_way = tuple(
@@ -70,7 +71,7 @@ class Remaining:
         self.rest = tuple(ground for action, ground in left if not self._runs_on(action, ground, able))
         began = {f for action in self.under_way for f in action.deletes if f in action.preconditions}
         self.problem = replace(able, facts=able.facts | began)
-        self._statics = Statics(knowledge_base, self.problem)
+        self._statics = StaticFacts(knowledge_base, self.problem)
 
     def after(self, sequence: Sequence[GroundAction]) -> PlanningProblem:
         """The problem as it is after a sequence that can be carried out."""
@@ -82,7 +83,7 @@ class Remaining:
         if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
             return fault
         try:
-            plan_net = finish(sequence, problem, self.knowledge_base, self._statics)
+            plan_net = complete_plan_net(sequence, problem, self.knowledge_base, self._statics)
             if isinstance(plan_net, PlanNet):
                 confirm(plan_net, problem, self.knowledge_base)
         except InvalidPlan as error:
@@ -111,24 +112,6 @@ class Remaining:
         """True if it is under way and what it needs to its end still holds."""
         needs = set(ground.preconditions) - set(ground.deletes)
         return action.id in self._progress.under_way and problem.facts.issuperset(needs)
-
-
-def as_scheduled(
-    plan_net: PlanNet, facts: frozenset[Fact], elapsed_s: float
-) -> tuple[frozenset[Fact], MissionProgress]:
-    """The facts and the progress so long after the start, if everything goes as scheduled."""
-    state, done, under_way = set(facts), set[str](), dict[str, float]()
-    starts = [(action.earliest_start_s, 1, action) for action in plan_net.actions]
-    ends = [(action.earliest_end_s, 0, action) for action in plan_net.actions]
-    for _, begins, action in sorted([*starts, *ends], key=lambda event: event[:2]):
-        if begins and action.earliest_start_s < elapsed_s:
-            state.difference_update(action.deletes)
-            under_way[action.id] = round(action.earliest_end_s - elapsed_s, 3)
-        elif not begins and action.earliest_end_s <= elapsed_s:
-            state.update(action.effects)
-            done.add(action.id)
-            del under_way[action.id]
-    return frozenset(state), MissionProgress(done=frozenset(done), under_way=under_way, elapsed_s=elapsed_s)
 
 
 def in_order(plan_net: PlanNet) -> tuple[PlanNetAction, ...]:

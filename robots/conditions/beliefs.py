@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from robots.conditions.verdict import Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import SURROUNDINGS, TRACKING, Needs, Percepts
 from robots.physical.body import RADIUS_M
 
@@ -15,10 +15,9 @@ BELIEVED = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Believed:
+class Believed(Strict):
     """There is enough evidence of a thing."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = TRACKING
     sense: Literal["believed"] = "believed"
     object: str
@@ -30,10 +29,9 @@ class Believed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Close:
+class Close(Strict):
     """close(object): a thing that is believed in is no farther than `m`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = TRACKING
     sense: Literal["close"] = "close"
     object: str
@@ -47,10 +45,9 @@ class Close:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Moving:
+class Moving(Strict):
     """moving(object): a thing that is believed in does not stand still."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = TRACKING
     sense: Literal["moving"] = "moving"
     object: str
@@ -64,10 +61,9 @@ class Moving:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NarrowPassage:
+class NarrowPassage(Strict):
     """narrow_passage: between what stands to either side, here or just ahead, is little more room than to pass."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["narrow_passage"] = "narrow_passage"
     width_m: Annotated[float, Field(gt=2 * RADIUS_M, le=3)] = 1.1

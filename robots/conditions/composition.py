@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from robots.conditions.beliefs import Believed, Close, Moving, NarrowPassage
 from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
@@ -33,15 +33,14 @@ from robots.conditions.position import (
 )
 from robots.conditions.sight import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
 from robots.conditions.verdict import Condition, Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import NOTHING, Needs, Percepts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Not:
+class Not(Strict):
     """The contrary."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["not"] = "not"
     of: "AnyCondition"
 
@@ -55,10 +54,9 @@ class Not:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnyOf:
+class AnyOf(Strict):
     """At least one of several."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["any"] = "any"
     of: "tuple[AnyCondition, ...]"
 
@@ -74,10 +72,9 @@ class AnyOf:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AllOf:
+class AllOf(Strict):
     """Every one of several."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["all"] = "all"
     of: "tuple[AnyCondition, ...]"
 

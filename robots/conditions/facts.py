@@ -1,21 +1,17 @@
-"""What a robot perceives, as symbolic facts in rel/ref form, for its reports."""
+"""Symbolic facts in rel/ref form and the senses: the facts a robot perceives, and the condition that senses a fact.
+
+Robots are coupled by sensing wherever that suffices (MACTA §5: "no need for the robots to directly communicate"). The
+measures are our choice.
+"""
 
 from collections.abc import Container
 from math import isfinite
 
-from robots.conditions import (
-    AtHandle,
-    Beside,
-    Clear,
-    Condition,
-    Empty,
-    Holding,
-    HoldsAlone,
-    JointNear,
-    LiesAt,
-    Near,
-    Vacant,
-)
+from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear
+from robots.conditions.own_state import Empty, Holding
+from robots.conditions.position import Near
+from robots.conditions.sight import Beside, Clear, LiesAt, Vacant
+from robots.conditions.verdict import Condition
 from robots.errors import RepertoireError
 from robots.perception.percepts import LOCATING, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
@@ -24,22 +20,20 @@ from robots.wire import SymbolicFact
 
 NEAR_M = 0.2
 IN_THE_WAY_M = 0.5
-"""With empty jaws a robot is near a place as well if no other could stand at its approach point beside it."""
+"""A robot with empty jaws is also near a place if no other robot has room at its approach point."""
 AT_M = 0.12
 REPORTED: Needs = LOCATING
-"""What a report tells of is sensed as long as there is anything to report of."""
+"""The sensors that a report's facts need; they run while there is a script."""
 TRUSTED_M = 3.0
-"""A tag farther off than this is not said to lie anywhere: its bearing is too coarse."""
+"""A farther tag's place is not reported: its bearing is too coarse."""
 LOOKED_AT_M = 1.5
-"""Of a place in view that is no farther off, that nothing lies there is told as well."""
+"""Up to this distance it is also reported that nothing lies at a place in view."""
 
 
 def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
-    """The facts that hold as far as the robot can sense right now: its gripper, its place, samples at
-    locations.
+    """The facts that the robot senses now: its gripper, its place, samples at places, vacant places in view.
 
-    Of places it names those on its map, also those that it looks at and sees no sample at. Nothing if it does not
-    sense.
+    None if the sensors for it are off.
     """
     if percepts is None or not percepts.data.holds(REPORTED):
         return ()
@@ -55,7 +49,7 @@ def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
 
 
 def _is_empty(percepts: Percepts, place: str) -> bool:
-    # NOTE: a long object's tag shines to its sides only, so that none is seen does not tell that none lies there.
+    # NOTE: a long object's tag emits to two sides only; it may lie there unseen.
     if percepts.profile.lengths_m or not percepts.sees(place):
         return False
     at = percepts.locate(place)
@@ -63,7 +57,7 @@ def _is_empty(percepts: Percepts, place: str) -> bool:
 
 
 def _position(percepts: Percepts) -> list[SymbolicFact]:
-    """Where it stands; its own spot only if it stands by no beacon."""
+    """The robot's place; its own spot only if it is at no beacon."""
     profile = percepts.profile
     for places in (list(profile.beacons), [name for name in profile.places if name not in profile.beacons]):
         for near_m in (NEAR_M,) if percepts.holding else (NEAR_M, IN_THE_WAY_M):
@@ -92,7 +86,7 @@ def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
         for name in percepts.profile.others
         if _held_by(tag, name, percepts.profile.lengths_m).check(percepts).holds
     ]
-    # NOTE: one look does not tell whether it lies still; that no robot is by it does.
+    # NOTE: one tick does not show that it lies still; that no robot is by it does.
     places = [
         name
         for name in percepts.profile.beacons

@@ -4,10 +4,10 @@ from cmath import phase, rect
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from robots.conditions.verdict import Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.formation import formation_with, put_down_point
 from robots.perception.percepts import LOCATING, SIGHT, STANDS_AT_M, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
@@ -17,10 +17,9 @@ HANDLES = ("left", "right")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtHandle:
+class AtHandle(Strict):
     """Another robot has its jaws at a handle of a long object and has stood still for `still_s`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["at_handle"] = "at_handle"
     object: str
@@ -39,10 +38,9 @@ class AtHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HoldsAlone:
+class HoldsAlone(Strict):
     """Holds an object, and no other robot stands at a handle of it."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["holds_alone"] = "holds_alone"
     object: str
@@ -56,10 +54,9 @@ class HoldsAlone:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JointNear:
+class JointNear(Strict):
     """The whole stands at a place's approach point and faces its beacon: its middle is where one robot would stand."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["joint_near"] = "joint_near"
     object: str
@@ -79,10 +76,9 @@ class JointNear:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LinedUp:
+class LinedUp(Strict):
     """Stands before a handle, square enough to drive straight up to it: in a funnel that narrows towards it."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["lined_up"] = "lined_up"
     target: str
@@ -102,10 +98,9 @@ class LinedUp:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Still:
+class Still(Strict):
     """Sees that something has not moved for a while."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SIGHT
     sense: Literal["still"] = "still"
     object: str
@@ -119,10 +114,9 @@ class Still:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Over:
+class Over(Strict):
     """The middle of a held object is over a place's floor point."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["over"] = "over"
     object: str

@@ -4,19 +4,18 @@ from dataclasses import dataclass
 from math import pi
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from robots.conditions.verdict import Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.geometry import wrap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Elapsed:
+class Elapsed(Strict):
     """The packet's patterns have acted for some seconds."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["elapsed"] = "elapsed"
     s: Annotated[float, Field(ge=0)]
@@ -27,10 +26,9 @@ class Elapsed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Travelled:
+class Travelled(Strict):
     """Has driven a way, ahead or back."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["travelled"] = "travelled"
     m: Annotated[float, Field(ge=0)]
@@ -41,10 +39,9 @@ class Travelled:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Advanced:
+class Advanced(Strict):
     """Is as far ahead of where the packet began, or behind if negative, as wanted."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["advanced"] = "advanced"
     m: float
@@ -56,10 +53,9 @@ class Advanced:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turned:
+class Turned(Strict):
     """Has turned by an angle since the packet began; counter-clockwise positive, more than a full turn allowed."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["turned"] = "turned"
     rad: float
@@ -73,10 +69,9 @@ class Turned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Heading:
+class Heading(Strict):
     """Heads in a direction of the world's frame."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["heading"] = "heading"
     rad: Annotated[float, Field(ge=-2 * pi, le=2 * pi)]
@@ -88,10 +83,9 @@ class Heading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtRest:
+class AtRest(Strict):
     """Neither drives nor turns."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["at_rest"] = "at_rest"
     m_s: Annotated[float, Field(gt=0)] = 0.02
@@ -104,10 +98,9 @@ class AtRest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Faster:
+class Faster(Strict):
     """Drives faster than allowed, ahead or back."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["faster"] = "faster"
     m_s: Annotated[float, Field(gt=0)]
@@ -118,10 +111,9 @@ class Faster:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Raised:
+class Raised(Strict):
     """The packet has raised an event."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["raised"] = "raised"
     event: str

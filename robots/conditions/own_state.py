@@ -3,18 +3,17 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from robots.conditions.verdict import Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import GRIP, NOTHING, TOUCH, Needs, Percepts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BetweenJaws:
+class BetweenJaws(Strict):
     """The jaws' light barrier meets an object."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = GRIP
     sense: Literal["between_jaws"] = "between_jaws"
     object: str
@@ -25,10 +24,9 @@ class BetweenJaws:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Holding:
+class Holding(Strict):
     """Holds an object."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = GRIP
     sense: Literal["holding"] = "holding"
     object: str
@@ -38,10 +36,9 @@ class Holding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Empty:
+class Empty(Strict):
     """The gripper holds nothing. `open`: and its jaws are open."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = GRIP
     sense: Literal["empty"] = "empty"
     open: bool = False
@@ -53,10 +50,9 @@ class Empty:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bumped:
+class Bumped(Strict):
     """The bumper has touched something within the last seconds."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = TOUCH
     sense: Literal["bumped"] = "bumped"
     within_s: float = Field(default=0.5, ge=0)
@@ -71,10 +67,9 @@ class Bumped:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Charged:
+class Charged(Strict):
     """The battery holds a share of its charge, or more."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["charged"] = "charged"
     to: Annotated[float, Field(gt=0, le=1)]
@@ -84,10 +79,9 @@ class Charged:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Charging:
+class Charging(Strict):
     """The battery is being charged."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["charging"] = "charging"
 
@@ -96,10 +90,9 @@ class Charging:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Commanded:
+class Commanded(Strict):
     """The operator commands it to move; without that it stands, whatever avoidance asks for."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["commanded"] = "commanded"
 
@@ -109,10 +102,9 @@ class Commanded:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NotDriven:
+class NotDriven(Strict):
     """No operator drives it."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["not_driven"] = "not_driven"
 

@@ -6,20 +6,19 @@ from dataclasses import dataclass
 from math import pi, sin
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from robots.conditions.verdict import Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.course import guide
 from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M, RADIUS_M
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Near:
+class Near(Strict):
     """Stands at a place's approach point, facing its beacon."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["near"] = "near"
     place: str
@@ -36,10 +35,9 @@ class Near:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Closer:
+class Closer(Strict):
     """Is less than `m` metres from something, and faces it within `facing_rad`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["closer"] = "closer"
     target: str
@@ -55,10 +53,9 @@ class Closer:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cramped:
+class Cramped(Strict):
     """Something other than a robot is so close ahead that the jaws would meet it in a turn."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["cramped"] = "cramped"
     gap_m: float = 0.3
@@ -73,10 +70,9 @@ class Cramped:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OffPoint:
+class OffPoint(Strict):
     """Is at least `m` metres from a place's approach point."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["off_point"] = "off_point"
     place: str
@@ -90,10 +86,9 @@ class OffPoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OnCourse:
+class OnCourse(Strict):
     """Heads, within `rad`, in the direction that leads to stand near a place."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["on_course"] = "on_course"
     place: str
@@ -107,10 +102,9 @@ class OnCourse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JawsAt:
+class JawsAt(Strict):
     """The jaws' middle is over a place's floor point."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["jaws_at"] = "jaws_at"
     place: str
@@ -130,10 +124,9 @@ SIDES = {1: "left", -1: "right"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Facing:
+class Facing(Strict):
     """Faces something; with `keep_m` above 0 also at that distance."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["facing"] = "facing"
     target: str
@@ -152,10 +145,9 @@ class Facing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reached:
+class Reached(Strict):
     """Stands where `stand_off_m` is left to something, or nearer."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["reached"] = "reached"
     target: str
@@ -171,10 +163,9 @@ class Reached:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Abeam:
+class Abeam(Strict):
     """Something stands at a side, at `gap_m` from the hull, or not much farther."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["abeam"] = "abeam"
     side: Literal[-1, 1]
@@ -192,10 +183,9 @@ class Abeam:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Opening:
+class Opening(Strict):
     """What was followed at a side at a gap from the hull does not go on: ahead on that side is nothing of it."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["opening"] = "opening"
     side: Literal[-1, 1]

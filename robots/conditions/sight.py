@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from pydantic import ConfigDict
-
 from robots.conditions.verdict import Verdict
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import LOCATING, SIGHT, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
 
@@ -21,13 +19,12 @@ SHARED_M = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LiesAt:
+class LiesAt(Strict):
     """Sees an object's tag at a location, lying still. `left`: and no robot stands by it any more.
 
     Our choice: a sample that is carried up to a location shows its tag there before it is let go.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["lies_at"] = "lies_at"
     object: str
@@ -51,10 +48,9 @@ class LiesAt:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Vacant:
+class Vacant(Strict):
     """Sees a location's beacon and no foreign tag at it."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["vacant"] = "vacant"
     place: str
@@ -68,10 +64,9 @@ class Vacant:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Clear:
+class Clear(Strict):
     """No other robot is seen at a location's approach point on my side."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["clear"] = "clear"
     place: str
@@ -85,10 +80,9 @@ class Clear:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Beside:
+class Beside(Strict):
     """Sees something within `m` metres of another thing: a robot by a location, an object by a robot."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["beside"] = "beside"
     target: str
@@ -109,10 +103,9 @@ class Beside:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InView:
+class InView(Strict):
     """Has had something in view without a break for some seconds."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SIGHT
     sense: Literal["in_view"] = "in_view"
     target: str
@@ -125,10 +118,9 @@ class InView:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SoleHolder:
+class SoleHolder(Strict):
     """Holds nothing, or something that it may drive off with: for one robot, with no other by it as far as it sees."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["sole_holder"] = "sole_holder"
 

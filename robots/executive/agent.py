@@ -15,7 +15,7 @@ from robots.executive.telemetry import telemetry
 from robots.executive.teleoperation import Teleoperation
 from robots.executive.trace import Trace
 from robots.executive.upkeep import Upkeep
-from robots.link.channel import Link
+from robots.link import Link
 from robots.perception.fusion import Perception
 from robots.perception.health import Defect, SensorHealth
 from robots.perception.percepts import Percepts

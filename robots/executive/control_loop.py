@@ -1,4 +1,4 @@
-"""Control loops (P-SMPA, algorithm 1): sensing in parallel with acting, or sense, model, plan, act in turn."""
+"""Control loops: parallel sensing and acting (P-SMPA, algorithm 1), or sense, model, plan and act in sequence."""
 
 from cmath import phase, rect
 from collections.abc import Callable
@@ -21,23 +21,25 @@ from robots.physical.sightings import NONE_IN_VIEW, Sightings
 from robots.reactive.synthesis import Motion
 
 SENSE_S = 0.5
-"""A sequential robot takes readings for this long, standing, and fuses them all (our choice)."""
-STRETCH_S = 1.0
-"""It then acts for this long without sensing. At 0.5 m/s, with speeding up and slowing down, it drives the half metre
-within which P-SMPA's sonar counts an obstacle as seen: as far as it has seen the way to be free.
+"""A sequential robot stands and senses for this long (our choice)."""
+ACT_S = 1.0
+"""It then acts for this long without sensing: at 0.5 m/s, with acceleration and braking, that is the half metre within
+which P-SMPA's sonar detects obstacles.
 """
-STANDS_M, STANDS_RAD = 0.001, 0.002
+STANDS_M = 0.001
+STANDS_RAD = 0.002
+"""A robot that moves less than this in a tick stands."""
 
 
 class ControlLoop(Protocol):
-    """Generating plans is the executive's `accept`; the loop updates the model and executes the plan."""
+    """Updates the model and executes the plan, which the executive makes of a script in `accept`."""
 
     def update(self, sensed: Percepts) -> Percepts:
-        """updateModel: what is known now."""
+        """updateModel: the percepts to act on."""
         ...
 
     def execute(self, known: Percepts, step_s: float) -> Motion:
-        """executePlans: S × P → A, by one tick."""
+        """executePlans: S × P → A, one tick."""
         ...
 
     @property
@@ -56,7 +58,7 @@ def control_loop(architecture: Architecture, executive: Executive) -> ControlLoo
 
 
 class ParallelLoop:
-    """P-SMPA: the sensor actions of the state under way run all the time."""
+    """P-SMPA: the sensor actions of the current state run all the time."""
 
     def __init__(self, executive: Executive) -> None:
         self._executive = executive
@@ -74,20 +76,23 @@ class ParallelLoop:
 
 
 class Phase(StrEnum):
-    """What a sequential robot is at."""
+    """The phases of sequential SMPA."""
 
     SENSE = "sense"
+    """Stand and read the sensors for `SENSE_S`."""
     MODEL = "model"
+    """One tick."""
     PLAN = "plan"
+    """One tick."""
     ACT = "act"
+    """Act for up to `ACT_S`."""
 
 
 class SequentialLoop:
-    """SMPA: stands and senses all that the state under way needs, models, plans, and acts for a stretch on that model.
+    """SMPA: stands and senses what the current state needs, models, plans, and acts on that model.
 
-    Modelling and planning take a tick each. While the robot acts the model is carried along by odometry, so that it
-    steers and stops by what it saw. The stretch ends early where the model does not tell what the next action needs, or
-    there is nothing to do.
+    While the robot acts, odometry moves the model along. Acting ends early if the model lacks what the next action
+    needs, or there is nothing to do.
     """
 
     def __init__(self, executive: Executive) -> None:
@@ -98,31 +103,32 @@ class SequentialLoop:
         self._since_s = 0.0
 
     def update(self, sensed: Percepts) -> Percepts:
-        last, model = self._model, sensed
+        last = self._model
+        model = sensed
         if last is not None:
             step = to_robot(last.odometry, complex(sensed.odometry.x_m, sensed.odometry.y_m))
             turned = wrap(sensed.odometry.heading_rad - last.odometry.heading_rad)
             self._stands = hypot(step.real, step.imag) < STANDS_M and abs(turned) < STANDS_RAD
             if self._phase is not Phase.SENSE:
-                model = carried(last, sensed)
+                model = moved_by_odometry(last, sensed)
         self._model = model
         return model
 
     def execute(self, known: Percepts, step_s: float) -> Motion:
         behaviour = self._executive.behaviour
         if behaviour is None:
-            self._turn(Phase.SENSE)
+            self._enter(Phase.SENSE)
             return self._executive.step(known, step_s)
         informed = known.data.holds(behaviour.needs)
         self._since_s += step_s if informed else 0.0
         if self._phase is Phase.ACT:
             return self._act(behaviour, known, step_s)
         if self._phase is Phase.PLAN:
-            self._turn(Phase.ACT)
+            self._enter(Phase.ACT)
         elif self._phase is Phase.MODEL:
-            self._turn(Phase.PLAN)
+            self._enter(Phase.PLAN)
         elif self._since_s >= SENSE_S:
-            self._turn(Phase.MODEL)
+            self._enter(Phase.MODEL)
         return Motion()
 
     @property
@@ -134,17 +140,18 @@ class SequentialLoop:
         motion = self._executive.step(known, step_s)
         informed = known.data.holds(behaviour.needs)
         idle = motion == Motion() and self._executive.behaviour is behaviour
-        if informed and not idle and self._since_s < STRETCH_S:
+        if informed and not idle and self._since_s < ACT_S:
             return motion
-        self._turn(Phase.SENSE)
+        self._enter(Phase.SENSE)
         return replace(motion, linear_m_s=0.0, angular_rad_s=0.0)
 
-    def _turn(self, phase: Phase) -> None:
-        self._phase, self._since_s = phase, 0.0
+    def _enter(self, phase: Phase) -> None:
+        self._phase = phase
+        self._since_s = 0.0
 
 
-def carried(model: Percepts, now: Percepts) -> Percepts:
-    """What was sensed a while ago as it lies from where the robot has come to by dead reckoning since."""
+def moved_by_odometry(model: Percepts, now: Percepts) -> Percepts:
+    """Earlier percepts as seen from the robot's present pose by dead reckoning."""
 
     def moved(known: Obstacles) -> Obstacles:
         at = [to_robot(now.pose, to_world(model.pose, one)) for one in known.at.tolist()]

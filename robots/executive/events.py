@@ -1,26 +1,26 @@
-"""Events of a packet (SRA fig. 4): conditions whose coming true is told to the service, and to the packet itself."""
+"""Events of a packet (SRA fig. 4): reported to the service, and readable by the packet's own conditions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from robots.conditions import Condition
+from robots.conditions.verdict import Condition
 from robots.perception.percepts import Percepts
 
 FLICKER_S = 0.5
-"""Conditions that hold again after less than this have flickered with their sensors' noise."""
+"""An interruption shorter than this is sensor noise: the event is not raised again."""
 
 
 @dataclass(slots=True)
 class EventWatch:
-    """Raises an event when all of its conditions come to hold; again only after they have not held for a while."""
+    """Raises an event when all of its conditions start to hold."""
 
     events: Mapping[str, tuple[Condition, ...]]
     raised: frozenset[str] = frozenset()
     held_s: dict[str, float] = field(default_factory=dict)
-    """When, in the packet's time, the conditions of each last held."""
+    """When the conditions of each event last held, in the packet's time."""
 
     def update(self, percepts: Percepts) -> dict[str, str]:
-        """The events raised at this instant, each with what was perceived, in words."""
+        """The events raised in this tick, each with what was perceived, in words."""
         news: dict[str, str] = {}
         for name, conditions in self.events.items():
             verdicts = [condition.check(percepts) for condition in conditions]

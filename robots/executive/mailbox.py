@@ -1,9 +1,7 @@
-"""The robot's letters: each request is acted on once, each report kept and sent again until its receipt
-comes.
+"""The robot's mailbox: each request is handled once, each report is kept and resent until its receipt arrives.
 
-No continuous link is assumed (MACTA §4): a link that loses, delays, repeats or closes changes nothing for the
-script. In silence the oldest report alone is sent, now and then, to find out whether there is contact; once the service
-is heard, all that is overdue goes.
+No continuous link is assumed (MACTA §4): scripts run on over a link that loses, delays, repeats or closes. Without
+contact only the oldest report is resent, at growing intervals, to detect contact; then all overdue reports are sent.
 """
 
 from collections import OrderedDict
@@ -11,8 +9,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
+from robots.executive.known_scripts import remember
 from robots.executive.memory import MailboxMemory
-from robots.link.channel import Link, LinkClosed
+from robots.link import Link, LinkClosed
 from robots.wire import (
     Acknowledgement,
     Body,
@@ -26,14 +25,13 @@ from robots.wire import (
 
 SERVICE = "service"
 RESEND_S = 2.0
-"""A report is sent again so long after its receipt could have come (world's clock)."""
-SILENT_AT_MOST_S = 8.0
-"""The longest pause of a robot in silence: some try must fall into a window of contact of 10 s."""
-AT_ONCE = 16
-"""So many reports are sent again in one tick at most."""
+"""A report is resent this long after its receipt could have arrived (world's clock)."""
+LONGEST_PAUSE_S = 8.0
+"""The longest interval without contact: at least one attempt must fall into a contact window of 10 s."""
+RESENT_A_TICK = 16
 KEPT_REPORTS = 256
 KEPT_ANSWERS = 256
-"""A request that comes again after so many others is taken for a new one."""
+"""A request that is repeated after this many others counts as new."""
 
 
 @dataclass(slots=True)
@@ -46,73 +44,74 @@ class Mailbox:
     """One robot's end of the link."""
 
     def __init__(self, name: str, link: Link, *, round_trip_s: float = 0.0) -> None:
-        """:param round_trip_s: what a report and its receipt may be under way together, by the radio."""
+        """:param round_trip_s: the longest travel time of a report and its receipt together."""
         self._name = name
         self._link = link
-        self._pace_s = self._pause_s = round_trip_s + RESEND_S
-        self._hears = False
-        self._heard_s = float("-inf")
+        self._interval_s = round_trip_s + RESEND_S
+        self._pause_s = self._interval_s
+        self._has_received = False
+        self._received_s = float("-inf")
         self._answers: OrderedDict[str, Message | None] = OrderedDict()
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
 
     @property
     def kept(self) -> int:
-        """How many reports wait for their receipt."""
+        """The number of reports without a receipt."""
         return len(self._kept)
 
     def memory(self) -> MailboxMemory:
-        """What to keep. A request that has no answer yet is not: when it comes again it is attended to."""
+        """The state to restore. Requests without an answer are left out: they are handled when repeated."""
         return MailboxMemory(
             answers=tuple(answer for answer in self._answers.values() if answer is not None),
             reports=tuple(kept.message for kept in self._kept.values()),
         )
 
     def recall(self, memory: MailboxMemory, now_s: float) -> None:
-        """Answer as before, and send at once what has no receipt: it may never have left."""
+        """Restore answers, and reports without a receipt, which are resent at once."""
         for answer in memory.answers:
             self._note(answer.in_reply_to or "", answer)
         for report in memory.reports:
             self._kept[report.id] = _Kept(report, float("-inf"))
-        self._heard_s = now_s
+        self._received_s = now_s
 
     def collect(self) -> Sequence[Message]:
-        """New messages for this robot. A repeated one gets its earlier answer again and is not handed on.
+        """New messages for this robot. A repeated request gets its earlier answer again and is left out.
 
-        NOTE: not so set-points, which are idempotent: a minute of them would push every other answer out.
+        NOTE: set-points are idempotent and not noted: a minute of them would displace every other answer.
         """
-        fresh = []
+        new = []
         for message in self._arrived():
             if isinstance(message.body, Receipt):
                 self._kept.pop(message.in_reply_to or "", None)
             elif isinstance(message.body, SetPoint):
-                fresh.append(message)
+                new.append(message)
             elif message.id in self._answers:
                 answer = self._answers[message.id]
                 if answer is not None:
                     self._send(answer)
             else:
                 self._note(message.id, None)
-                fresh.append(message)
-        return fresh
+                new.append(message)
+        return new
 
     def answer(self, request: Message, performative: Performative, body: Body, now_s: float) -> None:
-        """Answer a request and remember the answer, for the request may come again."""
+        """Answer a request and keep the answer for its repetitions."""
         message = self._compose(performative, body, now_s, request.id)
         self._note(request.id, message)
         self._send(message)
 
-    def agree_or_refuse(self, request: Message, script_id: str, why_not: str | None, now_s: float) -> None:
-        """Answer a request that concerns a script."""
-        if why_not is None:
+    def agree_or_refuse(self, request: Message, script_id: str, reason: str | None, now_s: float) -> None:
+        """Answer a request on a script. `reason`: why it is refused, None if it is not."""
+        if reason is None:
             self.answer(request, Performative.AGREE, Acknowledgement(script_id=script_id), now_s)
         else:
-            refusal = Refusal(script_id=script_id, reason=why_not)
+            refusal = Refusal(script_id=script_id, reason=reason)
             self.answer(request, Performative.REFUSE, refusal, now_s)
 
     def tell(
         self, query: Message, body: Body, now_s: float, performative: Performative = Performative.INFORM
     ) -> None:
-        """Answer with something that is not to be remembered; who asks again asks anew."""
+        """Answer without keeping the answer; a repeated query gets a new one."""
         self._send(self._compose(performative, body, now_s, query.id))
 
     def report(self, performative: Performative, body: Body, now_s: float) -> None:
@@ -124,24 +123,24 @@ class Mailbox:
         self._send(message)
 
     def post(self, body: Body, now_s: float) -> None:
-        """Send something that is not worth keeping."""
+        """Send without keeping it."""
         self._send(self._compose(Performative.INFORM, body, now_s))
 
     def resend(self, now_s: float) -> None:
-        """Send again what has not got its receipt in time: all of it if the service has been heard since, a few a tick;
-        else the oldest, each time later.
-        """
-        if self._hears:
-            self._hears, self._heard_s, self._pause_s = False, now_s, self._pace_s
+        """Resend reports without a receipt: with contact all overdue ones, a few a tick; without, the oldest alone."""
+        if self._has_received:
+            self._has_received = False
+            self._received_s = now_s
+            self._pause_s = self._interval_s
         if not self._kept:
             return
-        overdue = [kept for kept in self._kept.values() if now_s - kept.sent_s >= self._pace_s]
+        overdue = [kept for kept in self._kept.values() if now_s - kept.sent_s >= self._interval_s]
         oldest = next(iter(self._kept.values()))
-        again = [kept for kept in overdue if self._heard_s > kept.sent_s]
+        again = [kept for kept in overdue if self._received_s > kept.sent_s]
         if not again and now_s - oldest.sent_s >= self._pause_s:
-            self._pause_s = max(min(2 * self._pause_s, SILENT_AT_MOST_S), self._pace_s)
+            self._pause_s = max(min(2 * self._pause_s, LONGEST_PAUSE_S), self._interval_s)
             again = [oldest]
-        for kept in again[:AT_ONCE]:
+        for kept in again[:RESENT_A_TICK]:
             self._send(kept.message)
             kept.sent_s = now_s
 
@@ -150,20 +149,18 @@ class Mailbox:
             arrived = [message for message in self._link.receive() if message.receiver == self._name]
         except LinkClosed:
             return []
-        self._hears |= bool(arrived)
+        self._has_received |= bool(arrived)
         return arrived
 
     def _send(self, message: Message) -> None:
-        with suppress(LinkClosed):  # what matters is kept and sent again
+        with suppress(LinkClosed):  # what matters is kept and resent
             self._link.send(message)
 
     def _note(self, request_id: str, answer: Message | None) -> None:
-        self._answers[request_id] = answer
-        if len(self._answers) > KEPT_ANSWERS:
-            self._answers.popitem(last=False)
+        remember(self._answers, request_id, answer, KEPT_ANSWERS)
 
     def _drop_one(self) -> None:
-        """Room is short: the oldest report on a packet goes first, how a script ended says more."""
+        """Drop the oldest packet report; without any, the oldest report."""
         reports = [key for key, kept in self._kept.items() if isinstance(kept.message.body, PacketReport)]
         del self._kept[reports[0] if reports else next(iter(self._kept))]
 

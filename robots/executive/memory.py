@@ -1,8 +1,7 @@
-"""A robot's flash memory: what it must not forget when its power fails, and how it goes on where it stood.
+"""A robot's persistent memory: the state that it restores after a power failure.
 
-Kept: the script under way and the place in it, how earlier ones ended, answers given, reports without a receipt, the
-tuning in use, the pose estimate. Not kept, for it senses anew: what it saw and tracked, the grid of its surroundings,
-its trace. Data of the wire types: JSON can hold it.
+Kept: the current script with its progress, states of earlier scripts, answers, reports without a receipt, the tuning,
+the pose estimate. Not kept: sightings, tracked objects, the grid of its surroundings, the trace. All is JSON data.
 """
 
 from pydantic import ConfigDict, Field
@@ -16,7 +15,9 @@ from robots.wire.operator import PacketTunings
 
 
 class PacketMemory(Checked):
-    """How far one packet is. `held_s`: when, in the packet's time, each event's conditions last held."""
+    """The progress of one packet. `told`: the sensors whose defects were reported; `held_s`: when each event's
+    conditions last held, in the packet's time.
+    """
 
     state: PacketState
     uncleared: frozenset[str] = frozenset()
@@ -44,35 +45,35 @@ class ScriptMemory(Checked):
 
 
 class ExecutiveMemory(Checked):
-    """The script under way or the last one, and the states of all that are remembered, oldest first."""
+    """The current script or the last one, and the states of the remembered ones, oldest first."""
 
     script: ScriptMemory | None = None
     states: dict[str, ScriptState] = Field(default_factory=dict)
 
 
 class MailboxMemory(Checked):
-    """Answers given, each to the request that it names, and reports without a receipt; oldest first."""
+    """Answers, each with the request that it names, and reports without a receipt; oldest first."""
 
     answers: tuple[Message, ...] = ()
     reports: tuple[Message, ...] = ()
 
 
 class UpkeepMemory(Checked):
-    """How often the robot has sought its charger, and when last; None if never."""
+    """How often the robot has sought its charger, and when it last started; None if never."""
 
     count: int = 0
     began_s: float | None = None
 
 
 class StaleMemory(Checked):
-    """Scripts that were cancelled before they came, and the newest revision heard of missions; oldest first."""
+    """Scripts cancelled before they arrived, and the newest revision of each mission; oldest first."""
 
     cancelled: tuple[str, ...] = ()
     revisions: dict[str, int] = Field(default_factory=dict)
 
 
 class RobotMemory(Checked):
-    """Everything. `verdicts`: why a script was refused, None for one that was agreed to, by its id."""
+    """The whole memory. `verdicts`: script id to the reason of its refusal, None if it was accepted."""
 
     mailbox: MailboxMemory
     executive: ExecutiveMemory

@@ -5,7 +5,8 @@ post-conditions.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from robots.conditions import Verdict, in_words, unmet
+from robots.conditions.composition import in_words, unmet
+from robots.conditions.verdict import Verdict
 from robots.executive.events import EventWatch
 from robots.executive.memory import PacketMemory
 from robots.executive.sensing_plan import Phase

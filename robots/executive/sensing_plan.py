@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from robots.conditions import Condition
 from robots.conditions.facts import REPORTED
+from robots.conditions.verdict import Condition
 from robots.errors import RepertoireError
 from robots.perception.percepts import NOTHING, Needs
 from robots.perception.sensing import SensorAction

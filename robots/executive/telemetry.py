@@ -1,4 +1,4 @@
-"""What a robot tells of itself ten times a second."""
+"""A robot's telemetry."""
 
 from collections.abc import Iterable
 from math import isfinite
@@ -20,7 +20,7 @@ def telemetry(
     *,
     driven_by: str | None,
 ) -> Telemetry:
-    """Its own belief: estimated pose, whiskers, where it sees samples, what it does, and what its sensing costs."""
+    """The robot's own belief, its current activity, and the energy that its sensing uses."""
     run = executive.current
     ranges_m = percepts.data.values.get(Sensor.ULTRASONIC)
     held = percepts.data.holds(GRIP)
@@ -57,15 +57,17 @@ def _goal_m(percepts: Percepts, run: PacketRun | None) -> float | None:
 
 
 def _tags(percepts: Percepts) -> dict[str, tuple[float, float]]:
-    """Where the samples in view are; a long one, too, that it holds: its tag is at the middle, not in the jaws."""
+    """The places of samples in view, world frame, including a held long one: its tag is not in the jaws."""
     if not percepts.data.holds(LOCATING):
         return {}
-    held, names = percepts.holding, percepts.tags
+    held = percepts.holding
+    names = percepts.tags
     if held is not None and held in percepts.profile.lengths_m and percepts.sees(held):
         names = (*names, held)
     if not names:
         return {}
-    pose, seen = percepts.pose, percepts.sightings
+    pose = percepts.pose
+    seen = percepts.sightings
     rows = [seen.rows[name] for name in names]
     at = Sightings(names, seen.read[rows]).in_world(pose.x_m, pose.y_m, pose.heading_rad)
     return {name: (one.real, one.imag) for name, one in zip(names, at.tolist(), strict=True)}

@@ -1,4 +1,4 @@
-"""What a robot's synthesis did, tick by tick: every pattern's utilitor, the resultants, and what was driven."""
+"""The trace of the behaviour synthesis: every pattern's utilitor, the resultants and the velocity, tick by tick."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -11,12 +11,12 @@ from robots.reactive.synthesis import DegreeOfFreedom, Motion, Utilitor
 from robots.wire import TracedCondition, TracedPattern, TracedStretch, TracedTick, TraceReport
 
 KEPT = 1200
-"""Ticks kept: the last minute at 20 Hz."""
+"""Ticks: one minute at 20 Hz."""
 
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """One tick. `motion` is what the body was told, after obstacle avoidance; `responses` what led to it."""
+    """One tick: the patterns' responses, and the body's command after obstacle avoidance."""
 
     at_s: float
     packet_id: str
@@ -33,7 +33,7 @@ class Instant:
 
 
 class Shape(NamedTuple):
-    """What the ticks of one stretch have in common."""
+    """What successive ticks have in common."""
 
     packet_id: str
     patterns: tuple[BehaviourPattern, ...]
@@ -41,10 +41,10 @@ class Shape(NamedTuple):
 
 
 class Trace:
-    """A ring of the newest instants, oldest first.
+    """A ring buffer of the newest instants, oldest first.
 
-    Each is kept as one flat row of numbers, and made an instant again for who asks: a minute of 64 robots, kept as the
-    tick made it, is a million objects, which the interpreter's collector would go through again and again.
+    Each is kept as one flat row of numbers: a minute of 64 robots as objects would be a million of them, which the
+    garbage collector would traverse again and again.
     """
 
     def __init__(self, kept: int = KEPT) -> None:
@@ -52,9 +52,10 @@ class Trace:
         self._rows: deque[tuple[Any, ...]] = deque(maxlen=kept)
 
     def record(self, instant: Instant) -> None:
-        responses, motion = instant.responses, instant.motion
+        responses = instant.responses
+        motion = instant.motion
         shape = Shape(instant.packet_id, responses.patterns, tuple(responses.resultant))
-        # NOTE: the ticks of a stretch share one shape.
+        # NOTE: successive ticks share one object.
         self._shapes.append(self._shapes[-1] if self._shapes and self._shapes[-1] == shape else shape)
         utilitors = chain.from_iterable((*responses.answers, *responses.resultant.values()))
         self._rows.append(
@@ -72,13 +73,13 @@ class Trace:
         return _instant(self._shapes[-1], self._rows[-1]) if self._rows else None
 
     def of(self, packet_id: str) -> list[Instant]:
-        """The instants of one packet that are still kept."""
+        """The kept instants of one packet."""
         return [instant for instant in self if instant.packet_id == packet_id]
 
     def report(
         self, now_s: float, seconds: float, conditions: tuple[TracedCondition, ...] = ()
     ) -> TraceReport:
-        """What is kept of the last seconds, as it is sent, with the conditions of the packet under way."""
+        """The last seconds as a wire message, with the conditions of the current packet."""
         recent = [instant for instant in self if instant.at_s >= now_s - seconds]
         return TraceReport(
             at_s=now_s,
@@ -90,14 +91,15 @@ class Trace:
 def _instant(shape: Shape, row: tuple[Any, ...]) -> Instant:
     at_s, linear_m_s, angular_rad_s, close_gripper, *flat = row
     utilitors = [Utilitor(r, u) for r, u in zip(flat[::2], flat[1::2], strict=True)]
-    answers, resultants = utilitors[: len(shape.patterns)], utilitors[len(shape.patterns) :]
+    answers = utilitors[: len(shape.patterns)]
+    resultants = utilitors[len(shape.patterns) :]
     responses = Responses(shape.patterns, tuple(answers), dict(zip(shape.dofs, resultants, strict=True)))
     motion = Motion(linear_m_s=linear_m_s, angular_rad_s=angular_rad_s, close_gripper=close_gripper)
     return Instant(at_s, shape.packet_id, responses, motion)
 
 
 def _common(instant: Instant) -> tuple[str, tuple[TracedPattern, ...], tuple[str, ...]]:
-    """What the ticks of one stretch, as it is sent, have in common."""
+    """What the ticks of one stretch on the wire have in common."""
     responses = instant.responses
     patterns = tuple(TracedPattern(name=f"{p.dof}/{p.name}", level=p.level) for p in responses.patterns)
     return instant.packet_id, patterns, tuple(str(dof) for dof in responses.resultant)
@@ -111,7 +113,8 @@ def _stretch(instants: list[Instant]) -> TracedStretch:
 
 
 def _tick(instant: Instant) -> TracedTick:
-    responses, motion = instant.responses, instant.motion
+    responses = instant.responses
+    motion = instant.motion
     return TracedTick(
         at_s=round(instant.at_s, 3),
         patterns=tuple(_rounded(utilitor) for utilitor in responses.answers),

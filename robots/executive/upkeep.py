@@ -46,10 +46,9 @@ class Upkeep:
         needed = self._levels.needed
         if percepts is None or percepts.battery >= needed:
             return None
+        activity = "rests" if current_tag is None else f"is at {current_tag}"
         if percepts.charging:
             activity = "charges"
-        else:
-            activity = "rests" if current_tag is None else f"is at {current_tag}"
         return f"{self._profile.name} {activity}, battery at {percepts.battery:.0%}: {needed:.0%} needed"
 
 

@@ -1,4 +1,4 @@
-"""The link between agent models and robots: a channel that carries messages and may lose, delay or repeat them."""
+"""The seam `Link`, and links within one machine."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -9,28 +9,28 @@ from typing import Protocol
 
 from robots.wire import Message
 
-AT_ONCE = 1000
-"""Messages that are read in one go: whoever sends faster than is read waits at the pipe's other end."""
+MAX_BATCH = 1000
+"""Messages that one call reads at most; a sender that is faster waits at its end of the pipe."""
 
 
 class LinkClosed(ConnectionError):
-    """Raised when a message is sent or awaited on a link whose other end is gone."""
+    """Raised when a message is sent or awaited on a link whose other end is closed."""
 
 
 class Link(Protocol):
-    """One end of the channel. Messages of many robots share it; `Message.receiver` says whose they are."""
+    """One end of the channel. Several robots share it; `Message.receiver` names the robot."""
 
     def send(self, message: Message) -> None:
-        """Hand the message to the channel. No promise that it arrives.
+        """Send without guarantee that it arrives.
 
-        :raises LinkClosed: if the other end is gone.
+        :raises LinkClosed: if the other end is closed.
         """
         ...
 
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
         """The messages that have arrived, waiting up to `timeout_s` (wall clock) for the first.
 
-        :raises LinkClosed: if the other end is gone and nothing is left to read.
+        :raises LinkClosed: if the other end is closed and nothing is left to read.
         """
         ...
 
@@ -38,10 +38,11 @@ class Link(Protocol):
 
 
 class InMemoryLink:
-    """Both ends in one process; used by tests. Messages cross as JSON, as on any other link."""
+    """Both ends in one process, for tests. Messages are transferred as JSON."""
 
     def __init__(self, inbox: "SimpleQueue[str]", outbox: "SimpleQueue[str]") -> None:
-        self._inbox, self._outbox = inbox, outbox
+        self._inbox = inbox
+        self._outbox = outbox
 
     @classmethod
     def pair(cls) -> "tuple[InMemoryLink, InMemoryLink]":
@@ -84,7 +85,7 @@ class PipeLink:
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
         arrived: list[Message] = []
         try:
-            while len(arrived) < AT_ONCE and self._connection.poll(0.0 if arrived else timeout_s):
+            while len(arrived) < MAX_BATCH and self._connection.poll(0.0 if arrived else timeout_s):
                 arrived.append(Message.model_validate_json(self._connection.recv_bytes()))
         except (EOFError, OSError) as error:
             if not arrived:

@@ -1,4 +1,4 @@
-"""Courses: which way to head for a point with things in between, and how to come to stand near a place."""
+"""Virtual sensors for steering: the free course to a point, and the guidance to the approach point of a place."""
 
 from cmath import phase
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ LOOK_AHEAD_ROBOT_M = 2.0
 MARGIN_M = 0.07
 MARGIN_ROBOT_M = 0.15
 KEEP_RIGHT_RAD = radians(25)
-"""How much wider a robot is taken to be on its left: two that meet head-on both pass on the right."""
+"""By how much the shadow of a robot is wider on its left: two that meet head-on both pass on the right."""
 STEP_RAD = radians(5)
 CLOSE_M = 0.3
 """Within this distance of the approach point the robot goes there straight, ahead or back."""
 ARRIVED_M = 0.08
-"""Within this distance it turns to the beacon and corrects along its own axis only."""
+"""Within this distance it faces the beacon and corrects along its own axis only."""
 _STEPS = round(2 * pi / STEP_RAD)
-_CHOICES = tuple(sorted(((k, min(k, _STEPS - k) * STEP_RAD) for k in range(_STEPS)), key=itemgetter(1)))
-"""Directions to choose from: steps to the left of the target, and how far off it that is. The nearest come first."""
+_CANDIDATES = tuple(sorted(((k, min(k, _STEPS - k) * STEP_RAD) for k in range(_STEPS)), key=itemgetter(1)))
+"""Candidate directions: steps to the left of the target's, and the angle from it; the nearest first."""
 
 
 def clear_course(target: complex, obstacles: Obstacles) -> float | None:
@@ -45,15 +45,17 @@ def _clear(target: complex, at: Points, radii_m: Floats, robots: Flags, hull_m: 
     """`clear_course`, compiled; NaN for None. `hull_m`: the robot's radius."""
     low, width = _shadows(hypot(target.real, target.imag), at, radii_m, robots, hull_m)
     straight = atan2(target.imag, target.real)
-    best, least = nan, inf
-    for n in range(len(_CHOICES)):
-        steps, off_rad = _CHOICES[n]
+    best = nan
+    least = inf
+    for n in range(len(_CANDIDATES)):
+        steps, off_rad = _CANDIDATES[n]
         if off_rad > least:
-            break  # no choice farther off can cost less
+            break  # no later candidate can cost less
         angle = wrap(straight + steps * STEP_RAD) if steps else straight
         cost = abs(wrap(angle - straight)) + 0.2 * abs(angle) + (0.01 if angle > 0 else 0)
         if cost < least and not np.any((angle - low) % (2 * pi) < width):
-            best, least = angle, cost
+            best = angle
+            least = cost
     return best
 
 
@@ -61,8 +63,9 @@ def _clear(target: complex, at: Points, radii_m: Floats, robots: Flags, hull_m: 
 def _shadows(
     distance_m: float, at: Points, radii_m: Floats, robots: Flags, hull_m: float
 ) -> tuple[Floats, Floats]:
-    """The directions that discs on the way block: from which counter-clockwise on, and how far."""
-    low, width = np.empty(len(at)), np.empty(len(at))
+    """The directions that discs block: start and width of each interval, counter-clockwise."""
+    low = np.empty(len(at))
+    width = np.empty(len(at))
     found = 0
     for n in range(len(at)):
         away_m = hypot(at[n].real, at[n].imag)
@@ -80,33 +83,31 @@ def _shadows(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guidance:
-    """How to reach an approach pose: which way to turn (radians) and how far to go on (metres, negative
-    back).
-    """
+    """How to reach an approach pose: turn (radians) and advance (metres, negative back)."""
 
     turn_rad: float
     advance_m: float
 
 
 def guide(percepts: Percepts, place: str) -> Guidance | None:
-    """Virtual steering target for coming to stand `near` a place; None if it is unknown or every way is
-    blocked.
+    """Guidance to the approach point of a place; None if it is unknown or every way is blocked.
 
-    Far off it is the clear course to the approach point, close to it straight ahead or back, whichever is
-    nearer; at the approach point the robot only faces the beacon.
+    Far off it is the clear course, close to the point straight ahead or back, whichever is nearer; at the point the
+    robot only faces the beacon.
     """
-    return percepts.once(("guide", place), lambda: _guided(percepts, place))
+    return percepts.once(("guide", place), lambda: _guide(percepts, place))
 
 
-def _guided(percepts: Percepts, place: str) -> Guidance | None:
-    point, beacon = percepts.approach_point(place), percepts.locate(place)
+def _guide(percepts: Percepts, place: str) -> Guidance | None:
+    point = percepts.approach_point(place)
+    beacon = percepts.locate(place)
     if point is None or beacon is None:
         return None
     return guidance(point, beacon, percepts.obstacles)
 
 
 def guidance(point: complex, beacon: complex, obstacles: Obstacles) -> Guidance | None:
-    """`guide`, for points and obstacles in the frame of whatever is to get there."""
+    """As `guide`, for points and obstacles in the frame of whatever moves there."""
     distance_m = abs(point)
     if distance_m <= ARRIVED_M:
         return Guidance(turn_rad=phase(beacon), advance_m=point.real)

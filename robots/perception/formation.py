@@ -1,8 +1,7 @@
-"""Two robots side by side with a long object in their jaws, as each senses it (MACTA §5: "an articulated unit").
+"""Virtual sensors of two robots that carry a long object side by side (MACTA §5: "an articulated unit").
 
-Each steers the whole by what it senses itself: the object's middle and direction by its tag, what is in the way by its
-whiskers. Nothing is agreed between them; where they differ, the object on their capture heads tells them. All of it
-is our choice.
+Each robot steers the whole formation by its own sensors: the object's centre and direction by its tag, obstacles by its
+whiskers. They do not communicate; the object on the capture heads couples them. All of it is our choice.
 """
 
 from cmath import rect
@@ -19,18 +18,19 @@ from robots.physical.body import GRIPPER_REACH_M, RADIUS_M
 from robots.physical.geometry import wrap
 
 BEHIND_RAD = 2.4
-"""To what lies farther round than this both turn by the left."""
+"""Both robots turn left towards what lies farther round than this."""
 BESIDE_M = 0.35
-"""What is met this near to where the partner stands is the partner."""
+"""An obstacle this near to the partner's place is the partner."""
 
 PointOrPoints = TypeVar("PointOrPoints", complex, Points)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Formation:
-    """`middle`: between the two robots, where one would stand that carried the object in its own jaws; robot's frame.
+    """The formation in the robot's frame.
 
-    `heading_rad`: how the whole heads, square to the object; relative to my heading. `length_m`: the object's.
+    `middle`: midway between the robots, where a single robot with the object in its jaws would stand. `heading_rad`:
+    square to the object, relative to the robot's heading. `length_m`: the object's.
     """
 
     middle: complex
@@ -39,26 +39,26 @@ class Formation:
 
     @property
     def radius_m(self) -> float:
-        """Of a disc around all of it."""
+        """The radius of a disc around the formation."""
         return self.length_m / 2 + RADIUS_M
 
     @property
     def offset_m(self) -> float:
-        """How far to the left of the middle I stand."""
+        """The robot's own offset to the left of the middle."""
         return self.to_formation(0j).imag
 
     @property
     def partner(self) -> complex:
-        """Where the other robot stands; robot's frame."""
+        """The place of the other robot; robot's frame."""
         return 2 * self.middle
 
     def to_formation(self, point: PointOrPoints) -> PointOrPoints:
-        """A point of the robot's frame, or several, as from the middle: x ahead of the whole, y to its left."""
+        """One or several points of the robot's frame in the formation's frame."""
         return (point - self.middle) * rect(1.0, -self.heading_rad)
 
 
 def formation_with(percepts: Percepts, thing: str) -> Formation | None:
-    """The formation of whom carry an object; None if it is not in my jaws or not in view."""
+    """The formation that carries an object; None if it is not in the robot's jaws or not in view."""
     at, axis, length_m = percepts.locate(thing), percepts.axis(thing), percepts.profile.lengths_m.get(thing)
     if percepts.holding != thing or at is None or axis is None or length_m is None:
         return None
@@ -67,30 +67,33 @@ def formation_with(percepts: Percepts, thing: str) -> Formation | None:
 
 
 def guide_formation(percepts: Percepts, thing: str, place: str) -> Guidance | None:
-    """How the whole is to turn and go on to come to stand near a place with the object between place and robots."""
-    return percepts.once(("formation", thing, place), lambda: _guided(percepts, thing, place))
+    """Guidance of the formation to the approach point of a place, with the object towards the place."""
+    return percepts.once(("formation", thing, place), lambda: _guide(percepts, thing, place))
 
 
-def _guided(percepts: Percepts, thing: str, place: str) -> Guidance | None:
+def _guide(percepts: Percepts, thing: str, place: str) -> Guidance | None:
     whole = formation_with(percepts, thing)
     point, beacon = percepts.approach_point(place), percepts.locate(place)
     if whole is None or point is None or beacon is None:
         return None
     in_the_way = _obstacles(percepts, whole)
     found = guidance(whole.to_formation(point), whole.to_formation(beacon), in_the_way)
-    # NOTE: what lies behind is as far to the left as to the right: by noise each would take another way round.
+    # NOTE: straight behind, noise alone would decide the side, for each robot differently.
     return replace(found, turn_rad=pi) if found is not None and found.turn_rad < -BEHIND_RAD else found
 
 
 def _obstacles(percepts: Percepts, whole: Formation) -> Obstacles:
-    """What stands about without the partner, as wide as if the formation were no wider than one robot."""
-    about, wider_m = percepts.obstacles, whole.radius_m - RADIUS_M
+    """The obstacles without the partner, enlarged by what the formation is wider than one robot."""
+    about = percepts.obstacles
+    wider_m = whole.radius_m - RADIUS_M
     others = np.abs(about.at - whole.partner) > BESIDE_M
-    at, radii_m = whole.to_formation(about.at[others]), about.radii_m[others] + wider_m
+    at = whole.to_formation(about.at[others])
+    radii_m = about.radii_m[others] + wider_m
     return Obstacles(at, radii_m, np.zeros(len(at), np.bool_))
 
 
 def put_down_point(percepts: Percepts, thing: str, place: str) -> complex | None:
-    """Where the place would be seen if the object's middle were in the jaws; robot's frame."""
-    middle, at = percepts.locate(thing), percepts.locate(place)
+    """The place as seen if the object's centre were in the jaws; robot's frame."""
+    middle = percepts.locate(thing)
+    at = percepts.locate(place)
     return None if middle is None or at is None else at - middle + GRIPPER_REACH_M

@@ -1,4 +1,4 @@
-"""Turns a body's raw readings into percepts, tick by tick, and finds out when a sensor lies."""
+"""Fuses a body's readings into percepts, tick by tick."""
 
 from cmath import rect
 from collections.abc import Iterator
@@ -20,17 +20,15 @@ from robots.physical.geometry import to_robot
 from robots.physical.profile import RobotProfile
 from robots.physical.sightings import NONE_IN_VIEW, Sightings
 
-GONE_S = 0.5
-"""What is felt again within this time is still the same."""
+CONTACT_GAP_S = 0.5
+"""A touch within this time after the last one is the same contact."""
 BUMP_RADIUS_M = 0.08
-"""What was bumped into is taken to be of this size and ahead: the bumper tells no direction, and a robot drives ahead
-(our choice).
-"""
+"""The assumed size of what the bumper touches, straight ahead: the bumper tells no direction (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bump:
-    """Something felt by the bumper: world frame, the robot's clock. `heading_rad` is how the robot ran into it."""
+    """A contact of the bumper: world frame, robot's clock. `heading_rad`: the robot's heading at first contact."""
 
     at: complex
     felt_s: float
@@ -38,7 +36,7 @@ class Bump:
 
 
 class Perception:
-    """The robot's fused senses: localisation, recent memory, obstacles."""
+    """Localisation, object tracking, obstacles and recent memory."""
 
     def __init__(self, profile: RobotProfile) -> None:
         self._profile = profile
@@ -64,18 +62,18 @@ class Perception:
         charging: bool = False,
         degraded: tuple[Defect, ...] = (),
     ) -> Percepts:
-        """Fuse one instant, of the sensors that run.
+        """Fuse the readings of the running sensors.
 
-        :raises SensorFault: if a reading cannot be; names the sensor.
+        :raises SensorFault: if a reading is not valid; names the sensor.
         """
         check(data, odometry, battery)
         sightings: Sightings | None = data.values.get(Sensor.INFRA_RED)
         pose = self.localiser.update(odometry, NONE_IN_VIEW if sightings is None else sightings)
         self._look(sightings, now_s)
         if data.values.get(Sensor.BUMPER):
-            self._bump = self._felt(pose, now_s)
-        self._tracking.observe(self._told(data, pose, now_s), now_s)
-        solid, about = self._in_the_way(data, pose, now_s)
+            self._bump = self._contact(pose, now_s)
+        self._tracking.observe(self._observations(data, pose, now_s), now_s)
+        solid, about = self._obstacles(data, pose, now_s)
         return Percepts(
             profile=self._profile,
             time_s=now_s,
@@ -94,21 +92,23 @@ class Perception:
         )
 
     def _look(self, sightings: Sightings | None, now_s: float) -> None:
-        """Tell things in view from places, and remember of what goes out of view when and how far off it was."""
-        last, self._in_view = self._in_view, sightings
+        """Separate things in view from places, and note when and where something went out of view."""
+        last = self._in_view
+        self._in_view = sightings
         known = NONE_IN_VIEW.names if last is None else last.names
         names = NONE_IN_VIEW.names if sightings is None else sightings.names
         if names != known:
             gone = [] if last is None else [last[name] for name in set(known).difference(names)]
             self._last_seen.update((one.identity, (self._looked_s, one.range_m)) for one in gone)
             rows = [row for row, name in enumerate(names) if name not in self._profile.places]
-            self._thing_rows, self._thing_names = np.array(rows, np.int64), tuple(names[row] for row in rows)
+            self._thing_rows = np.array(rows, np.int64)
+            self._thing_names = tuple(names[row] for row in rows)
         self._looked_s = now_s
         if sightings is not None:
             self._things = Sightings(self._thing_names, sightings.read[self._thing_rows])
 
-    def _told(self, data: MutualDataStore, pose: Pose, now_s: float) -> Iterator[Observation]:
-        """What the sensors that run tell of things; of places it has the map."""
+    def _observations(self, data: MutualDataStore, pose: Pose, now_s: float) -> Iterator[Observation]:
+        """The observations of things by the running sensors."""
         if Sensor.INFRA_RED in data.values:
             yield by_infra_red(self._things, pose)
         if Sensor.ULTRASONIC in data.values:
@@ -116,13 +116,14 @@ class Perception:
         if self._bump is not None and self._bump.felt_s == now_s:
             yield by_touch(self._bump.at, self._tracking.cursors)
 
-    def _in_the_way(
+    def _obstacles(
         self, data: MutualDataStore, pose: Pose, now_s: float
     ) -> tuple[Obstacles | None, Obstacles | None]:
-        """Bodies in view, and with them what whiskers meet and what was bumped into; None of what is not sensed."""
+        """Bodies in view, and all obstacles with those of whiskers and bumper; None if a sensor is off."""
         if not data.holds(LOCATING):
             return None, None
-        things, held = self._things, data.get(Sensor.GRIPPER).holding
+        things = self._things
+        held = data.get(Sensor.GRIPPER).holding
         if self._measured != (things.names, held):
             self._measured = (things.names, held)
             self._lengths_m = np.array([self._length_m(name, held) for name in things.names], np.float64)
@@ -133,31 +134,31 @@ class Perception:
             return solid, None
         around.add_hits(ranges_m, self._profile.whisker_least_m)
         if self._bump is not None and now_s - self._bump.felt_s <= REMEMBERED_S:
-            # NOTE: no other sensor may tell of it.
+            # NOTE: it may be below the whiskers' plane.
             around.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)
         return solid, around.so_far()
 
     def _length_m(self, thing: str, held: str | None) -> float:
-        """As `Surroundings` takes it."""
+        """The length in the sense of `Surroundings`."""
         if thing in self._profile.fellows:
             return ROBOT
         if thing in (held, self._profile.name):
             return NOTHING_SOLID
         return self._profile.lengths_m.get(thing, 0.0)
 
-    def _felt(self, pose: Pose, now_s: float) -> Bump:
-        """Where the robot ran into something; it does not turn with the robot while they touch."""
+    def _contact(self, pose: Pose, now_s: float) -> Bump:
+        """The present contact; it keeps its direction while they touch."""
         last = self._bump
-        still = last is not None and now_s - last.felt_s < GONE_S
+        still = last is not None and now_s - last.felt_s < CONTACT_GAP_S
         heading_rad = last.heading_rad if last is not None and still else pose.heading_rad
         at = complex(pose.x_m, pose.y_m) + rect(RADIUS_M + BUMP_RADIUS_M, heading_rad)
         return Bump(at=at, felt_s=now_s, heading_rad=heading_rad)
 
 
 def check(data: MutualDataStore, odometry: Pose, battery: float) -> None:
-    """Refuse readings that cannot be.
+    """Refuse invalid readings.
 
-    :raises SensorFault: naming the sensor and what it read.
+    :raises SensorFault: naming the sensor and its reading.
     """
     ranges_m = data.values.get(Sensor.ULTRASONIC)
     if ranges_m is not None and not ranges_m.min(initial=0.0) >= 0:

@@ -1,7 +1,8 @@
-"""Where the robot believes it is: an extended Kalman filter over odometry and beacon sightings.
+"""Pose estimation: an extended Kalman filter over odometry and beacon sightings.
 
-State (x, y, heading) in the world's frame. Odometry's increments predict it; range and bearing of beacons on
-the robot's map correct it.
+State: (x, y, heading) in the world's frame. Odometry's increments predict it; range and bearing of beacons on the
+robot's map correct it. The arithmetic is compiled (numba): a robot in a hall sees dozens of beacons a tick. There
+`state` has shape (3,), metres and radians, `covariance` shape (3, 3); both are changed in place.
 """
 
 from collections.abc import Mapping
@@ -22,7 +23,7 @@ START_SIGMA = (0.15, 0.15, 0.15)
 
 
 class EstimateMemory(Checked):
-    """Where the robot believes it is: `covariance` row by row of x, y, heading; `odometry` as last read."""
+    """The estimate; `covariance` row by row of x, y, heading; `odometry` as last read."""
 
     pose: Pose
     covariance: tuple[float, ...] = Field(min_length=9, max_length=9)
@@ -64,11 +65,12 @@ class Localiser:
         )
 
     def recall(self, memory: EstimateMemory) -> None:
-        """Go on from an estimate, and from what odometry read then: it counts on while the robot is off."""
+        """Restore an estimate with its odometry, which counts on while the robot is off."""
         pose = memory.pose
         self._state[:] = pose.x_m, pose.y_m, pose.heading_rad
         self._covariance[:] = np.reshape(memory.covariance, (3, 3))
-        self._odometry, self._rejected = memory.odometry, memory.rejected
+        self._odometry = memory.odometry
+        self._rejected = memory.rejected
 
     def update(self, odometry: Pose, sightings: Sightings) -> Pose:
         """Predict by the step since the last odometry, then correct by every mapped beacon in view."""
@@ -84,38 +86,47 @@ class Localiser:
         return (nan, nan) if beacon is None else (beacon.x_m, beacon.y_m)
 
     def _predict(self, odometry: Pose) -> None:
-        last, self._odometry = self._odometry, odometry
+        last = self._odometry
+        self._odometry = odometry
         if last is not None:
             step = to_robot(last, complex(odometry.x_m, odometry.y_m))
             turned_rad = wrap(odometry.heading_rad - last.heading_rad)
             predict(self._state, self._covariance, step.real, step.imag, turned_rad)
 
 
-STEP_SIGMA_M, STEP_SIGMA_RAD = 0.004, 0.004
-"""What stands still still drifts a little in belief: keeps the filter willing to learn."""
-DRIFT_PER_M, DRIFT_PER_RAD = 0.08, 0.08
-RANGE_SIGMA_M, RANGE_SIGMA_PER_M, BEARING_SIGMA_RAD = 0.02, 0.02, 0.03
+STEP_SIGMA_M = 0.004
+STEP_SIGMA_RAD = 0.004
+"""Process noise of a robot at rest, so that the filter keeps correcting."""
+DRIFT_PER_M = 0.08
+DRIFT_PER_RAD = 0.08
+RANGE_SIGMA_M = 0.02
+RANGE_SIGMA_PER_M = 0.02
+BEARING_SIGMA_RAD = 0.03
 GATE = 36.0
-"""Squared Mahalanobis distance beyond which a sighting is not believed."""
+"""Squared Mahalanobis distance beyond which a sighting is rejected."""
 NEAREST_M = 0.1
-"""A beacon nearer than this tells no direction."""
+"""A beacon nearer than this has no usable bearing."""
 REJECTED_BEFORE_DOUBT = 20
 DOUBT_M2 = 0.25
-"""What is added to every variance then; of the heading, square radians."""
+"""Added to every variance then; of the heading, square radians."""
 
 Floats = NDArray[np.float64]
 
 
 @numba.njit(cache=True)
 def predict(state: Floats, covariance: Floats, ahead_m: float, left_m: float, turned_rad: float) -> None:
-    """Go on by odometry's step, in the robot's own frame."""
-    c, s = cos(state[2]), sin(state[2])
-    east, north = c * ahead_m - s * left_m, s * ahead_m + c * left_m
+    """Predict by a step of odometry, robot's frame."""
+    c = cos(state[2])
+    s = sin(state[2])
+    east = c * ahead_m - s * left_m
+    north = s * ahead_m + c * left_m
     state[0] += east
     state[1] += north
     state[2] += turned_rad
     # NOTE: the Jacobian is the identity, but for how x and y depend on the heading: -north and east.
-    p02, p12, p22 = covariance[0, 2], covariance[1, 2], covariance[2, 2]
+    p02 = covariance[0, 2]
+    p12 = covariance[1, 2]
+    p22 = covariance[2, 2]
     slip_m2 = (STEP_SIGMA_M + DRIFT_PER_M * hypot(ahead_m, left_m)) ** 2
     covariance[0, 0] += north * (north * p22 - 2 * p02) + slip_m2
     covariance[1, 1] += east * (east * p22 + 2 * p12) + slip_m2
@@ -128,25 +139,29 @@ def predict(state: Floats, covariance: Floats, ahead_m: float, left_m: float, tu
 
 @numba.njit(cache=True)
 def correct(state: Floats, covariance: Floats, beacons: Floats, seen: Floats, rejected: int) -> int:
-    """Correct by one beacon after the other; how many sightings in a row were not believed.
+    """Correct by each beacon in turn; returns how many sightings in a row were rejected.
 
-    Many disbelieved in a row say that it is the estimate that is wrong (pushed, lifted): it is opened again.
+    Many rejections in a row mean that the estimate is wrong (the robot was pushed or lifted): its variance is raised.
 
-    :param beacons: shape (N, 2): x and y on the map of what is seen, NaN of what is no beacon.
-    :param seen: shape (N, 3): range in metres, bearing and aspect in radians as sighted.
-    :param rejected: how many were not believed before.
+    :param beacons: shape (N, 2): x and y on the map, NaN of what is no beacon.
+    :param seen: shape (N, 3): range in metres, bearing and aspect in radians.
+    :param rejected: the number of rejections in a row before.
     """
     across = np.empty((3, 2))
     gain = np.empty((3, 2))
     for n in range(len(seen)):
         if np.isnan(beacons[n, 0]) or seen[n, 0] <= NEAREST_M:
             continue
-        dx, dy = beacons[n, 0] - state[0], beacons[n, 1] - state[1]
+        dx = beacons[n, 0] - state[0]
+        dy = beacons[n, 1] - state[1]
         away = max(hypot(dx, dy), 1e-3)
         off_m = seen[n, 0] - away
         off_rad = (seen[n, 1] - atan2(dy, dx) + state[2] + pi) % (2 * pi) - pi
-        # how range (a, b) and bearing (d, e, and -1 for the heading) change with the state
-        a, b, d, e = -dx / away, -dy / away, dy / away**2, -dx / away**2
+        # the Jacobian: of the range (a, b, 0), of the bearing (d, e, -1)
+        a = -dx / away
+        b = -dy / away
+        d = dy / away**2
+        e = -dx / away**2
         for i in range(3):
             across[i, 0] = covariance[i, 0] * a + covariance[i, 1] * b
             across[i, 1] = covariance[i, 0] * d + covariance[i, 1] * e - covariance[i, 2]
@@ -176,7 +191,7 @@ def correct(state: Floats, covariance: Floats, beacons: Floats, seen: Floats, re
 
 @numba.njit(cache=True)
 def _mirror(covariance: Floats) -> None:
-    """It stays symmetric to the last bit."""
+    """Keep it exactly symmetric."""
     covariance[1, 0] = covariance[0, 1]
     covariance[2, 0] = covariance[0, 2]
     covariance[2, 1] = covariance[1, 2]

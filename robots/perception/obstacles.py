@@ -1,6 +1,6 @@
-"""What is in the way, as discs in the robot's frame: columns, and one disc for who asks for one. Compiled (numba).
+"""Obstacles as discs in the robot's frame, kept as columns for compiled functions (numba).
 
-Arrays: at: shape (N,), complex, metres; radii_m: shape (N,); robots: shape (N,), which of them are other robots.
+Arrays: at: shape (N,), complex, metres; radii_m: shape (N,); robots: shape (N,), True of other robots.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,10 +17,11 @@ from robots.physical.body import RADIUS_M
 SAMPLE_RADIUS_M = 0.06
 WHISKER_RADIUS_M = 0.02
 LONG_SHARES = (-0.5, -0.25, 0.0, 0.25, 0.5)
-"""Where along a long object it is taken to be in the way."""
+"""The centres of the discs along a long object."""
 
-ROBOT, NOTHING_SOLID = -1.0, nan
-"""Stand for the length of what is no sample."""
+ROBOT = -1.0
+NOTHING_SOLID = nan
+"""Lengths that stand for another robot and for no obstacle."""
 
 Points = NDArray[np.complex128]
 Floats = NDArray[np.float64]
@@ -29,7 +30,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstacle:
-    """Something in the way: a disc in the robot's frame, metres."""
+    """A disc in the robot's frame, metres."""
 
     at: complex
     radius_m: float
@@ -42,12 +43,14 @@ class Obstacle:
 
 
 class Obstacles(Sequence[Obstacle]):
-    """Discs in the robot's frame; not to be changed."""
+    """Discs in the robot's frame; immutable."""
 
     __slots__ = ("at", "radii_m", "robots")
 
     def __init__(self, at: Points, radii_m: Floats, robots: Flags) -> None:
-        self.at, self.radii_m, self.robots = at, radii_m, robots
+        self.at = at
+        self.radii_m = radii_m
+        self.robots = robots
 
     @classmethod
     def of(cls, discs: Iterable[Obstacle]) -> "Obstacles":
@@ -60,7 +63,7 @@ class Obstacles(Sequence[Obstacle]):
         )
 
     def nearest(self, sector_rad: float, *, robots_only: bool = False) -> tuple[float, complex] | None:
-        """The least gap to the hull among what lies within a sector to either side of ahead, and where that is."""
+        """The smallest gap to the hull in a sector to either side of straight ahead, and the disc's centre."""
         gap_m, at = _nearest(self.at, self.radii_m, self.robots, RADIUS_M, sector_rad, robots_only)
         return None if gap_m == inf else (gap_m, at)
 
@@ -87,7 +90,7 @@ class Obstacles(Sequence[Obstacle]):
 
 
 class Surroundings:
-    """What sightings and whiskers tell stands in the way, put together disc by disc."""
+    """Collects obstacles from sightings and whiskers."""
 
     def __init__(self, things: Floats, lengths_m: Floats, whiskers: int) -> None:
         """Begin with the bodies in view.
@@ -96,17 +99,17 @@ class Surroundings:
         :param lengths_m: shape (N,): a sample's length, 0 of a compact one; `ROBOT` or `NOTHING_SOLID`.
         :param whiskers: how many there are.
         """
-        # NOTE: room for all is made here, so that bodies are the first part of what is about, and nothing is copied.
-        most = len(LONG_SHARES) * len(things) + whiskers + 1
-        self._at, self._radii_m = np.empty(most, np.complex128), np.empty(most)
-        self._robots = np.empty(most, np.bool_)
+        # NOTE: allocated once for all, so that the bodies are the first part of the arrays and nothing is copied.
+        capacity = len(LONG_SHARES) * len(things) + whiskers + 1
+        self._at = np.empty(capacity, np.complex128)
+        self._radii_m = np.empty(capacity)
+        self._robots = np.empty(capacity, np.bool_)
         self._count = _put_bodies(things, lengths_m, RADIUS_M, self._at, self._radii_m, self._robots)
 
     def add_hits(self, ranges_m: Floats, least_m: float) -> None:
-        """Add where whiskers meet something that is none of the robots in view.
+        """Add the whiskers' hits, except on robots in view.
 
-        The least that a whisker can read only says that something is nearer: it is taken to be half as far (our
-        choice).
+        A reading at the shortest range only says that something is nearer: it is placed at half the range (our choice).
 
         :param ranges_m: shape (W,), from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
         """
@@ -114,8 +117,10 @@ class Surroundings:
         self._count = _put_hits(ranges_m, least_m, RADIUS_M, *columns, self._count)
 
     def add(self, at: complex, radius_m: float) -> None:
-        """Add one thing more that is no robot."""
-        self._at[self._count], self._radii_m[self._count], self._robots[self._count] = at, radius_m, False
+        """Add one more obstacle that is no robot."""
+        self._at[self._count] = at
+        self._radii_m[self._count] = radius_m
+        self._robots[self._count] = False
         self._count += 1
 
     def so_far(self) -> Obstacles:
@@ -123,12 +128,12 @@ class Surroundings:
         return Obstacles(self._at[:many], self._radii_m[:many], self._robots[:many])
 
 
-# NOTE: the compiler's cache does not see that a number changes which is imported: such are handed to what is compiled.
 @numba.njit(cache=True)
 def _nearest(
     at: Points, radii_m: Floats, robots: Flags, hull_m: float, sector_rad: float, robots_only: bool
 ) -> tuple[float, complex]:
-    least_m, nearest = inf, 0j
+    least_m = inf
+    nearest = 0j
     for n in range(len(at)):
         if robots_only and not robots[n]:
             continue
@@ -136,7 +141,8 @@ def _nearest(
             continue
         gap_m = max(0.0, hypot(at[n].real, at[n].imag) - radii_m[n] - hull_m)
         if gap_m < least_m:
-            least_m, nearest = gap_m, at[n]
+            least_m = gap_m
+            nearest = at[n]
     return least_m, nearest
 
 
@@ -144,20 +150,23 @@ def _nearest(
 def _put_bodies(
     read: Floats, lengths_m: Floats, robot_m: float, at: Points, radii_m: Floats, robots: Flags
 ) -> int:
-    """Fill in a disc around a robot or a compact sample, several along a long one; how many."""
+    """Write one disc for a robot or a compact sample, several for a long one; returns their number."""
     found = 0
     for n in range(len(read)):
         if np.isnan(lengths_m[n]):
             continue
         middle = _rect(read[n, 0], read[n, 1])
         if lengths_m[n] <= 0:
-            at[found], robots[found] = middle, lengths_m[n] < 0
+            at[found] = middle
+            robots[found] = lengths_m[n] < 0
             radii_m[found] = robot_m if robots[found] else SAMPLE_RADIUS_M
             found += 1
             continue
         along = _rect(lengths_m[n], read[n, 1] - read[n, 2])
         for share in LONG_SHARES:
-            at[found], robots[found], radii_m[found] = middle + share * 1j * along, False, SAMPLE_RADIUS_M
+            at[found] = middle + share * 1j * along
+            robots[found] = False
+            radii_m[found] = SAMPLE_RADIUS_M
             found += 1
     return found
 
@@ -172,7 +181,7 @@ def _put_hits(
     robots: Flags,
     bodies: int,
 ) -> int:
-    """Fill in, after the bodies, a disc at every hit that is none of the robots; how many there are then."""
+    """Write a disc after the bodies for every hit that is on no robot; returns the number of discs."""
     found = bodies
     for beam in range(len(ranges_m)):
         range_m = ranges_m[beam] if ranges_m[beam] > least_m else least_m / 2
@@ -183,7 +192,9 @@ def _put_hits(
             if robots[n] and hypot(at[n].real - hit.real, at[n].imag - hit.imag) < robot_m + 0.1:
                 break
         else:
-            at[found], robots[found], radii_m[found] = hit, False, WHISKER_RADIUS_M
+            at[found] = hit
+            robots[found] = False
+            radii_m[found] = WHISKER_RADIUS_M
             found += 1
     return found
 

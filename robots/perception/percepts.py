@@ -1,4 +1,4 @@
-"""What a robot perceives at one instant: readings, pose estimate, and a short memory of what it saw."""
+"""What a robot perceives in one tick: readings, pose estimate, and a short memory of what it saw."""
 
 from cmath import phase, rect
 from collections.abc import Callable, Hashable, Iterator, Mapping
@@ -37,9 +37,9 @@ class DriveCommand(NamedTuple):
 
 
 REMEMBERED_S = 5.0
-"""How long a tag that went out of sight is still believed to lie where it was."""
+"""How long a tag that is out of view is assumed to lie where it was."""
 FRESH_S = 1.0
-"""How long another robot is still believed to stand where it was seen."""
+"""How long another robot that is out of view is assumed to stand where it was."""
 HANDLE_OF = "@"
 STANDS_AT_M = 0.5
 """A robot this near to a handle stands at it."""
@@ -47,7 +47,7 @@ STANDS_AT_M = 0.5
 T = TypeVar("T")
 
 Needs = frozenset[Sensor]
-"""The sensors whose percepts a word asks for: they must run while it is in use."""
+"""The sensors that a condition or stimulus reads: they must run while it is in use."""
 NOTHING: Needs = frozenset()
 GRIP: Needs = frozenset({Sensor.GRIPPER})
 SIGHT: Needs = frozenset({Sensor.INFRA_RED})
@@ -88,9 +88,9 @@ class Percepts:
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def once(self, asked: Hashable, work: Callable[[], T]) -> T:
-        """What is asked for, worked out for the first who asks: several patterns want the same of one instant.
+        """The result of `work`, computed once a tick: several patterns ask for the same.
 
-        :param asked: names it.
+        :param asked: the key of the result.
         """
         if asked not in self._found:
             self._found[asked] = work()
@@ -152,9 +152,10 @@ class Percepts:
         return identity in self.sightings
 
     def locate(self, identity: str) -> complex | None:
-        """Where something is: in my jaws, as sighted, on the map, a way-point, or remembered; None if it is not
-        known. Of a long object its middle, or one of its handles: `beam@left`, `beam@right` as seen from the side
-        from which it is gripped, `beam@free`, the first of them at which no other robot stands.
+        """The place of something: in the jaws, as sighted, on the map, a way-point, or remembered; None if unknown.
+
+        Of a long object its centre, or a handle: `beam@left`, `beam@right` as seen from the side from which it is
+        gripped, `beam@free`, the first of them at which no other robot stands.
         """
         if identity not in self._found:
             self._found[identity] = self._locate(identity)
@@ -178,19 +179,21 @@ class Percepts:
         track = self.cursors.get(identity)
         if track is None:
             return None
-        patience_s = FRESH_S if identity in self.profile.fellows else REMEMBERED_S
-        return to_robot(self.pose, track.at) if self.time_s - track.seen_s <= patience_s else None
+        remembered_s = FRESH_S if identity in self.profile.fellows else REMEMBERED_S
+        return to_robot(self.pose, track.at) if self.time_s - track.seen_s <= remembered_s else None
 
     def axis(self, place: str) -> float | None:
-        """Direction in which a place's beacon emits on my side, radians in the robot's frame; None if not
-        known. Of a long object's handle: square to the object, on the side from which it is gripped.
+        """The emitting direction of a place's beacon on the robot's side, radians, robot's frame; None if unknown.
+
+        Of a long object's handle: square to the object, on the side from which it is gripped.
         """
         if HANDLE_OF in place:
             return self._side(place.partition(HANDLE_OF)[0])
         sighting = self.sightings.get(place)
         if sighting is not None:
             return wrap(sighting.bearing_rad + pi - sighting.aspect_rad)
-        spec, beacon = self.profile.places.get(place), self.locate(place)
+        spec = self.profile.places.get(place)
+        beacon = self.locate(place)
         if spec is None or beacon is None:
             return None
         mine = phase(-beacon)
@@ -198,17 +201,20 @@ class Percepts:
         return min(axes, key=lambda angle: abs(wrap(angle - mine)))
 
     def approach_point(self, place: str) -> complex | None:
-        """The point `near` a place: on the emitting axis, the stand-off away from the beacon."""
+        """The point `near` a place: on the emitting axis, at the stand-off from the beacon."""
         return self.once(("near", place), lambda: self._approach_point(place))
 
     def _approach_point(self, place: str) -> complex | None:
-        beacon, axis = self.locate(place), self.axis(place)
+        beacon = self.locate(place)
+        axis = self.axis(place)
         return None if beacon is None or axis is None else beacon + rect(STAND_OFF_M, axis)
 
     def _handle(self, identity: str) -> complex | None:
         """A handle of a long object in view."""
         thing, _, which = identity.partition(HANDLE_OF)
-        middle, axis, length_m = self.locate(thing), self.axis(identity), self.profile.lengths_m.get(thing)
+        middle = self.locate(thing)
+        axis = self.axis(identity)
+        length_m = self.profile.lengths_m.get(thing)
         if middle is None or axis is None or length_m is None:
             return None
         left = middle + rect(length_m / 2, axis - pi / 2)
@@ -218,8 +224,9 @@ class Percepts:
         return left if which == "left" else 2 * middle - left
 
     def _side(self, thing: str) -> float | None:
-        """From which direction a long object is gripped: from mine, or from where another robot stands at it."""
-        middle, axis = self.locate(thing), self.axis(thing)
+        """The direction from which a long object is gripped: where another robot stands at it, else the own one."""
+        middle = self.locate(thing)
+        axis = self.axis(thing)
         if middle is None or axis is None:
             return None
         half = rect(self.profile.lengths_m.get(thing, 0.0) / 2, axis + pi / 2)
@@ -230,14 +237,14 @@ class Percepts:
         return axis
 
     def robots_in_view(self) -> Iterator[tuple[str, complex]]:
-        """Other robots and where they are, seen now or a moment ago."""
+        """Other robots and their places, seen now or within `FRESH_S`."""
         for name in self.profile.others:
             at = self.locate(name) if name in self.sightings or name in self.cursors else None
             if at is not None:
                 yield name, at
 
     def in_view_for_s(self, identity: str) -> float:
-        """How long something has been in view without a break; 0 if it is not in view."""
+        """How long something has been in view; 0 if it is not."""
         track = self.cursors.get(identity)
         return self.time_s - track.in_view_since_s if track is not None and self.sees(identity) else 0.0
 
@@ -247,7 +254,7 @@ class Percepts:
         return self.time_s - track.still_since_s if track is not None and self.sees(identity) else 0.0
 
     def evidence(self, identity: str) -> float:
-        """How sure it is that something is where it is believed to be, in [0, 1], by all that track it."""
+        """The evidence in [0, 1] that something is where its cursor is."""
         cursor = self.cursors.get(identity)
         evidence = 0.0 if cursor is None else cursor.evidence_at(self.time_s)
         return _known(evidence if self.data.holds(TRACKING) else None, TRACKING)

@@ -1,4 +1,4 @@
-"""How far a packet has come since its patterns began to act, by odometry (SRA, MaxDistance)."""
+"""A packet's progress since its patterns started to act, by odometry (SRA, MaxDistance)."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -8,15 +8,15 @@ from robots.physical.body import Pose
 from robots.physical.geometry import to_robot, wrap
 
 WINDOW = 5
-"""Ticks over which speed and turn rate are taken: one tick's odometry is too coarse."""
+"""Ticks over which speed and turn rate are measured: one tick is too coarse."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """Since the start of the packet: time, way, turn; and the speed right now.
+    """Time, distance and turn since the start of the packet, and the present speed.
 
-    `travelled_m` adds up the way driven, ahead or back; `advanced_m` counts back as negative; `turned_rad` is
-    not wrapped, counter-clockwise positive. `raised`: the events raised so far.
+    `travelled_m` counts driving back as positive, `advanced_m` as negative; `turned_rad` is not wrapped,
+    counter-clockwise positive. `raised`: the events raised so far.
     """
 
     elapsed_s: float = 0.0
@@ -29,7 +29,7 @@ class Progress:
 
 
 class WayMemory(Checked):
-    """What a packet's odometer has added up."""
+    """The sums of an odometer."""
 
     elapsed_s: float = 0.0
     travelled_m: float = 0.0
@@ -38,11 +38,14 @@ class WayMemory(Checked):
 
 
 class Odometer:
-    """Adds up odometry's steps from its first update on."""
+    """Adds up the steps of odometry, from its first update on."""
 
     def __init__(self) -> None:
         self._last: Pose | None = None
-        self._elapsed_s = self._travelled_m = self._advanced_m = self._turned_rad = 0.0
+        self._elapsed_s = 0.0
+        self._travelled_m = 0.0
+        self._advanced_m = 0.0
+        self._turned_rad = 0.0
         self._window: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)
 
     def memory(self) -> WayMemory:
@@ -54,13 +57,16 @@ class Odometer:
         )
 
     def recall(self, memory: WayMemory) -> None:
-        """Go on adding; the first update to come counts nothing."""
-        self._elapsed_s, self._travelled_m = memory.elapsed_s, memory.travelled_m
-        self._advanced_m, self._turned_rad = memory.advanced_m, memory.turned_rad
+        """Restore the sums; the next update adds nothing."""
+        self._elapsed_s = memory.elapsed_s
+        self._travelled_m = memory.travelled_m
+        self._advanced_m = memory.advanced_m
+        self._turned_rad = memory.turned_rad
 
     def update(self, odometry: Pose, step_s: float, raised: frozenset[str] = frozenset()) -> Progress:
-        """Account for one tick; the first is the start and counts nothing."""
-        last, self._last = self._last, odometry
+        """Account for one tick; the first one adds nothing."""
+        last = self._last
+        self._last = odometry
         if last is not None:
             ahead_m = to_robot(last, complex(odometry.x_m, odometry.y_m)).real
             self._elapsed_s += step_s

@@ -1,7 +1,7 @@
-"""Object recognition: what each sensor's readings tell of which thing, as observations for object tracking.
+"""Object recognition: makes observations for object tracking of each sensor's readings.
 
-Infra-red tells names. Whiskers and bumper tell of no name: what they meet where a thing is believed to be is that
-thing, else something new, called thing_1, thing_2 ... Walls are no things: whiskers know one by its width.
+Infra-red identifies things by name. Hits of whiskers and bumper near a tracked thing are that thing, others become
+thing_1, thing_2 ... Whiskers tell walls from things by their width.
 """
 
 from collections.abc import Mapping
@@ -20,16 +20,16 @@ Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
 MEETS_M = 0.3
-"""Something met this near to where a thing is believed to be is that thing."""
+"""A hit this near to a tracked thing is that thing."""
 NEAR_M = 1.5
-"""Farther off a whisker's beams lie too far apart to tell a thing from a wall."""
+"""Beyond, the whiskers' beams are too far apart to tell a thing from a wall."""
 GAP_M = 0.4
-"""What stands this much nearer than what is seen beside it stands alone."""
+"""A thing stands at least this much nearer than what the neighbouring beams hit."""
 WIDE_M = 0.6
 OUT_OF_REACH_M = 99.0
-"""Stands for what meets nothing: the difference of two infinities is no number."""
+"""In place of infinity, since the difference of two infinities is not a number."""
 HALF_THING_M = 0.1
-"""A thing's surface is met, its middle lies about this far behind."""
+"""From a thing's surface to its centre, about."""
 
 
 def by_infra_red(sightings: Sightings, pose: Pose) -> Observation:
@@ -39,7 +39,7 @@ def by_infra_red(sightings: Sightings, pose: Pose) -> Observation:
 
 
 def by_whiskers(ranges_m: Floats, pose: Pose, cursors: Cursors) -> Observation:
-    """Things that stand alone among the whiskers' hits.
+    """Isolated things among the whiskers' hits.
 
     :param ranges_m: shape (N,), metres from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
     """
@@ -51,27 +51,30 @@ def by_whiskers(ranges_m: Floats, pose: Pose, cursors: Cursors) -> Observation:
 
 
 def by_touch(felt: complex, cursors: Cursors) -> Observation:
-    """What was bumped into, world frame."""
+    """What the bumper has touched; world frame."""
     return Observation.of_one(_name(felt, cursors, {}), Modality.TOUCH, felt)
 
 
 @numba.njit(cache=True)
 def alone(ranges_m: Floats, hull_m: float) -> Points:
-    """The middles of what is met by neighbouring beams and is narrow, with free space on either side.
+    """The centres of narrow groups of neighbouring hits with free space on either side.
 
-    :param hull_m: from the robot's middle to where whiskers begin.
+    :param hull_m: from the robot's centre to the start of the whiskers.
     :returns: shape (G,), complex, robot's frame, metres.
     """
-    count, found = len(ranges_m), 0
+    count = len(ranges_m)
+    found = 0
     near = np.minimum(ranges_m, OUT_OF_REACH_M)
     breaks = [beam for beam in range(count) if abs(near[beam] - near[beam - 1]) >= GAP_M]
     middles = np.empty(len(breaks), np.complex128)
     for n in range(len(breaks)):
         begin = breaks[n]
         end = breaks[n + 1] if n + 1 < len(breaks) else breaks[0] + count
-        farthest, hits = 0.0, 0j
+        farthest = 0.0
+        hits = 0j
         for beam in range(begin, end):
-            away_m, angle = hull_m + ranges_m[beam % count] + HALF_THING_M, tau * (beam % count) / count
+            away_m = hull_m + ranges_m[beam % count] + HALF_THING_M
+            angle = tau * (beam % count) / count
             hits += complex(away_m * cos(angle), away_m * sin(angle))
             farthest = max(farthest, near[beam % count])
         beside = min(near[begin - 1], near[end % count])
@@ -83,7 +86,7 @@ def alone(ranges_m: Floats, hull_m: float) -> Points:
 
 
 def _name(at: complex, cursors: Cursors, taken: Mapping[str, complex]) -> str:
-    """The thing believed to be there, or a new name."""
+    """The name of the tracked thing at a place, or a new name."""
     near = cursors.nearest(at, taken)
     if near is not None and near[1] <= MEETS_M:
         return near[0]

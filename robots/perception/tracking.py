@@ -1,7 +1,7 @@
-"""Cursors: symbols anchored in what is perceived (SRA; Coradeschi & Saffiotti 2001).
+"""Object tracking (SRA): observations of several sensors become cursors, whose evidence grows and decays.
 
-A robot in a hall tracks a dozen things at once, twenty times a second: they are columns, fused by compiled arithmetic
-(numba).
+A cursor is a symbol anchored in perception (SRA; Coradeschi & Saffiotti 2001). A robot tracks a dozen things twenty
+times a second, so cursors are columns, updated by compiled functions (numba).
 """
 
 from collections.abc import Container, Iterable, Iterator, Mapping
@@ -26,14 +26,14 @@ class Modality(StrEnum):
 
 
 WEIGHT = {Modality.INFRA_RED: 0.3, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.5}
-"""How much of what is missing to certainty one observation adds (our choice)."""
+"""The share of the missing evidence that one observation adds (our choice)."""
 SIGMA_M = {Modality.INFRA_RED: 0.05, Modality.ULTRASONIC: 0.1, Modality.TOUCH: 0.15}
-"""How far the place it tells may be off, metres (our choice)."""
+"""Standard deviation of an observed place, metres (our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Things by name, and where each is.
+    """The places of named things, by one sensor in one tick.
 
     :param at: shape (N,), complex, world frame, metres.
     """
@@ -48,27 +48,27 @@ class Observation:
 
 
 MOVING_S = 1.5
-"""A thing that left its place this long ago and not again stands still."""
+"""A thing moves until this long after it last left its resting place."""
 HALF_LIFE_S = 2.0
-"""Evidence that nothing renews halves in this time (our choice)."""
+"""Of evidence without observations (our choice)."""
 STILL_M = 0.1
-"""Something that seems to move by less than this has not moved: it is within the sensor's noise."""
+"""A smaller movement is sensor noise."""
 GONE_S = 0.5
-"""Out of view for longer than this breaks a view."""
+"""A view ends after this long out of view."""
 JUMP_M = 0.5
-"""What seems to be this far off was carried there, or is another's echo: it is believed anew."""
+"""A larger deviation from the expected place restarts the filter: the thing was carried, or it is another one."""
 VELOCITY_GAIN = 0.1
 DRIFT_M2_S = 0.01
-"""How uncertain a place becomes that is not observed, variance a second."""
+"""The growth of an unobserved place's variance, a second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cursor:
-    """A thing as it is believed to be. World frame, metres; times on the robot's clock, seconds.
+    """The belief about one thing. World frame, metres; times on the robot's clock, seconds.
 
-    `at` and `velocity` are filtered, as of `seen_s`; `evidence` in [0, 1], as of then; `variance_m2` of the place.
-    `viewed_s`: last in infra-red; `in_view_since_s`: there without a break. `anchor`: where it was when it was last
-    found to have moved; `rest` and `moved_s`: where it was filtered, and when that last left there.
+    `at`, `velocity` (both filtered), `evidence` in [0, 1] and `variance_m2` are as of `seen_s`. `viewed_s`: last in
+    infra-red; `in_view_since_s`: since when without a break. `anchor`: the raw place of the last movement; `rest`: the
+    filtered one, which it last left at `moved_s`.
     """
 
     at: complex
@@ -84,11 +84,11 @@ class Cursor:
     variance_m2: float = 1.0
 
     def moving_at(self, now_s: float) -> bool:
-        """True while it does not keep its place."""
+        """True if it has left its resting place recently."""
         return now_s - self.moved_s <= MOVING_S
 
     def evidence_at(self, now_s: float) -> float:
-        """What is left of its evidence."""
+        """Its decayed evidence."""
         return self.evidence * exp2(-max(0.0, now_s - self.seen_s) / HALF_LIFE_S)
 
 
@@ -99,9 +99,9 @@ SEEN_S, VIEWED_S, IN_VIEW_SINCE_S, STILL_SINCE_S, MOVED_S, EVIDENCE, VARIANCE_M2
 
 
 class Cursors(Mapping[str, Cursor]):
-    """The things believed in, by name: columns, and one cursor for who asks for one.
+    """Cursors by name, kept as columns.
 
-    :param rows: each name's row.
+    :param rows: name to row.
     :param points: shape (K, 4), complex: a row's `POINTS`. :param numbers: shape (K, 7): its `NUMBERS`.
     """
 
@@ -110,7 +110,9 @@ class Cursors(Mapping[str, Cursor]):
     def __init__(
         self, rows: Mapping[str, int], points: NDArray[np.complex128], numbers: NDArray[np.float64]
     ) -> None:
-        self.rows, self.points, self.numbers = rows, points, numbers
+        self.rows = rows
+        self.points = points
+        self.numbers = numbers
 
     @classmethod
     def of(cls, cursors: Mapping[str, Cursor]) -> "Cursors":
@@ -124,11 +126,11 @@ class Cursors(Mapping[str, Cursor]):
         )
 
     def copy(self) -> "Cursors":
-        """As they are now. Names are never added to `rows` in place, only values are changed."""
+        """A snapshot. `rows` is shared, for it is never changed in place."""
         return Cursors(self.rows, self.points.copy(), self.numbers.copy())
 
     def with_new(self, names: Iterable[str]) -> "Cursors":
-        """With a row, of no evidence, for each name that has none."""
+        """With a row without evidence for each new name."""
         new = [name for name in names if name not in self.rows]
         rows = {**self.rows, **{name: len(self.rows) + n for n, name in enumerate(new)}}
         return Cursors(
@@ -138,28 +140,28 @@ class Cursors(Mapping[str, Cursor]):
         )
 
     def only(self, rows: NDArray[np.int64]) -> "Cursors":
-        """Those of these rows."""
+        """The cursors of these rows."""
         names = list(self.rows)
         kept = {names[row]: n for n, row in enumerate(rows.tolist())}
         return Cursors(kept, self.points[rows], self.numbers[rows])
 
     def evidence_at(self, now_s: float) -> NDArray[np.float64]:
-        """Shape (K,): what is left of each one's evidence."""
+        """Shape (K,): the decayed evidence of each."""
         since_s = np.maximum(0.0, now_s - self.numbers[:, SEEN_S])
         return np.asarray(self.numbers[:, EVIDENCE] * np.exp2(-since_s / HALF_LIFE_S))
 
     def fuse(
         self,
         rows: NDArray[np.int64],
-        told: NDArray[np.complex128],
+        observed: NDArray[np.complex128],
         now_s: float,
         *,
         weight: float,
         noise_m2: float,
         viewed: bool,
     ) -> None:
-        """Account, in place, for where these things were told to be; shape (N,), world frame, metres."""
-        _fuse(self.points, self.numbers, rows, told, now_s, weight, noise_m2, viewed)
+        """Update these rows in place by observed places; shape (N,), world frame, metres."""
+        _fuse(self.points, self.numbers, rows, observed, now_s, weight, noise_m2, viewed)
 
     def __getitem__(self, name: str) -> Cursor:
         row = self.rows[name]
@@ -177,7 +179,7 @@ class Cursors(Mapping[str, Cursor]):
         return len(self.rows)
 
     def nearest(self, at: complex, but: Container[str]) -> tuple[str, float] | None:
-        """The thing believed to be nearest to a point, without some, and how far off it is, metres."""
+        """The name of the nearest thing that is not in `but`, and its distance, metres."""
         places = zip(self.rows, self.points[:, AT].tolist(), strict=True)
         off_m = [(name, abs(place - at)) for name, place in places if name not in but]
         return min(off_m, key=itemgetter(1), default=None)
@@ -188,25 +190,32 @@ def _fuse(
     points: NDArray[np.complex128],
     numbers: NDArray[np.float64],
     rows: NDArray[np.int64],
-    told: NDArray[np.complex128],
+    observed: NDArray[np.complex128],
     now_s: float,
     weight: float,
     noise_m2: float,
     viewed: bool,
 ) -> None:
-    """Evidence: e + w (1 - e), of what has not decayed. Place: a Kalman filter's; velocity: a share of the surprise.
+    """Evidence e becomes e + w (1 - e). The place is Kalman-filtered; the velocity takes a share of the innovation.
 
-    Since when it has been in view, and still, is by infra-red alone.
+    The times in view and at rest are by infra-red alone.
 
-    :param points, numbers: of `Cursors`, changed in place. :param rows, told: shape (N,): which things, and where.
+    :param points, numbers: of `Cursors`, changed in place. :param rows, observed: shape (N,): which things, and where.
     """
     for n in range(len(rows)):
-        place, about, at = points[rows[n]], numbers[rows[n]], told[n]
+        place = points[rows[n]]
+        about = numbers[rows[n]]
+        at = observed[n]
         if about[EVIDENCE] == 0.0:  # new
-            place[AT], place[ANCHOR], place[VELOCITY], place[REST] = at, at, 0j, at
-            about[SEEN_S], about[IN_VIEW_SINCE_S], about[STILL_SINCE_S] = now_s, now_s, now_s
-            about[VIEWED_S], about[MOVED_S] = now_s if viewed else -inf, -inf
-            about[EVIDENCE], about[VARIANCE_M2] = weight, noise_m2
+            place[:] = at
+            place[VELOCITY] = 0j
+            about[SEEN_S] = now_s
+            about[IN_VIEW_SINCE_S] = now_s
+            about[STILL_SINCE_S] = now_s
+            about[VIEWED_S] = now_s if viewed else -inf
+            about[MOVED_S] = -inf
+            about[EVIDENCE] = weight
+            about[VARIANCE_M2] = noise_m2
             continue
         step_s = now_s - about[SEEN_S]
         evidence = about[EVIDENCE] * exp2(-max(0.0, step_s) / HALF_LIFE_S)
@@ -214,15 +223,19 @@ def _fuse(
         expected = place[AT] + place[VELOCITY] * min(step_s, GONE_S)
         variance_m2 = about[VARIANCE_M2] + DRIFT_M2_S * step_s
         gain = variance_m2 / (variance_m2 + noise_m2)
-        surprise = at - expected
-        if _size(surprise) > JUMP_M:
-            place[AT], place[VELOCITY], about[VARIANCE_M2] = at, 0j, noise_m2
+        innovation = at - expected
+        if _size(innovation) > JUMP_M:
+            place[AT] = at
+            place[VELOCITY] = 0j
+            about[VARIANCE_M2] = noise_m2
         else:
-            place[AT], about[VARIANCE_M2] = expected + gain * surprise, (1 - gain) * variance_m2
+            place[AT] = expected + gain * innovation
+            about[VARIANCE_M2] = (1 - gain) * variance_m2
             if step_s > 0:
-                place[VELOCITY] += VELOCITY_GAIN * surprise / step_s
+                place[VELOCITY] += VELOCITY_GAIN * innovation / step_s
         if _size(place[AT] - place[REST]) > STILL_M:
-            place[REST], about[MOVED_S] = place[AT], now_s
+            place[REST] = place[AT]
+            about[MOVED_S] = now_s
         about[SEEN_S] = now_s
         if not viewed:
             continue
@@ -243,39 +256,47 @@ def _size(way: complex) -> float:
 
 
 FORGOTTEN = 0.02
-TIDY_S = 1.0
+"""Things with less evidence are dropped."""
+CLEANUP_S = 1.0
 
 
 class ObjectTracking:
-    """Fuses observations of any modality into one cursor a thing. Feed it once a tick."""
+    """Fuses observations of all modalities into one cursor a thing. To be called once a tick."""
 
     def __init__(self) -> None:
         self._cursors = Cursors.of({})
         self._rows: dict[tuple[str, ...], NDArray[np.int64]] = {}
-        self._tidied_s = float("-inf")
+        self._cleaned_s = float("-inf")
 
     @property
     def cursors(self) -> Cursors:
-        """All things believed in, by name, as they are until the next observation."""
+        """The cursors by name, valid until the next observation."""
         return self._cursors
 
-    def observe(self, told: Iterable[Observation], now_s: float) -> None:
-        """Account for what sensors told at one instant."""
-        for one in told:
+    def observe(self, observed: Iterable[Observation], now_s: float) -> None:
+        """Account for the observations of one tick."""
+        for one in observed:
             if one.names:
                 self._fuse(one, now_s)
-        if now_s - self._tidied_s >= TIDY_S:
-            self._tidied_s = now_s
+        if now_s - self._cleaned_s >= CLEANUP_S:
+            self._cleaned_s = now_s
             kept = np.flatnonzero(self._cursors.evidence_at(now_s) >= FORGOTTEN)
-            self._cursors, self._rows = self._cursors.only(kept), {}
+            self._cursors = self._cursors.only(kept)
+            self._rows = {}
 
-    def _fuse(self, told: Observation, now_s: float) -> None:
-        rows, viewed = self._rows_of(told.names), told.modality is Modality.INFRA_RED
-        weight, noise_m2 = WEIGHT[told.modality], SIGMA_M[told.modality] ** 2
-        self._cursors.fuse(rows, told.at, now_s, weight=weight, noise_m2=noise_m2, viewed=viewed)
+    def _fuse(self, observed: Observation, now_s: float) -> None:
+        rows = self._rows_of(observed.names)
+        self._cursors.fuse(
+            rows,
+            observed.at,
+            now_s,
+            weight=WEIGHT[observed.modality],
+            noise_m2=SIGMA_M[observed.modality] ** 2,
+            viewed=observed.modality is Modality.INFRA_RED,
+        )
 
     def _rows_of(self, names: tuple[str, ...]) -> NDArray[np.int64]:
-        """Shape (N,): the rows of things, those that are new with no evidence yet."""
+        """Shape (N,): the rows of things; new ones are added."""
         if names not in self._rows:
             self._cursors = self._cursors.with_new(names)
             self._rows[names] = np.array([self._cursors.rows[name] for name in names], dtype=np.int64)

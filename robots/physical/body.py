@@ -41,9 +41,7 @@ class Gripper:
 
 
 class Sensor(StrEnum):
-    """What can be switched on and off. Odometry and battery gauge are the drive's and the supply's own counters: they
-    always run.
-    """
+    """The sensors that can be switched on and off. Odometry and battery gauge always run."""
 
     ULTRASONIC = "ultrasonic"
     BUMPER = "bumper"
@@ -51,7 +49,7 @@ class Sensor(StrEnum):
     GRIPPER = "gripper"
     CAPTURE_HEAD = "capture_head"
 
-    # NOTE: an enumeration's own is written in Python, and sensors are looked up a hundred times a tick.
+    # NOTE: Enum's own __hash__ is written in Python, and sensors are looked up a hundred times a tick.
     __hash__ = str.__hash__
 
 
@@ -64,12 +62,12 @@ READS = {
     Sensor.GRIPPER: "gripper",
     Sensor.CAPTURE_HEAD: "capture_head_m",
 }
-"""The name among `Readings` of what each sensor reads."""
+"""Sensor to its field of `Readings`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readings:
-    """Everything a body's sensors say at one instant; None of a sensor that is off.
+    """The readings of one tick; None of a sensor that is off.
 
     `ranges_m`: shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range.
     `bumper`: touched since the last reading. `capture_head_m`: (x, y) deflection of the compliant capture head,
@@ -92,7 +90,7 @@ class Readings:
 
 
 class Body(Protocol):
-    """What the behavioural agent commands and senses through."""
+    """The seam through which the behavioural agent senses and acts."""
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
         """Command forward speed and turn rate; held until the next command."""

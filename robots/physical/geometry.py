@@ -1,6 +1,6 @@
 """Plane geometry. A point is a complex number: x ahead (or east), y to the left (or north), metres."""
 
-from cmath import phase, rect
+from cmath import rect
 from math import pi
 
 from numba.extending import register_jitable
@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 from robots.physical.body import Pose
 
 
-@register_jitable  # for compiled code, too; to Python it is what it was
+@register_jitable  # callable from compiled functions, and a plain function in Python
 def wrap(angle_rad: float) -> float:
     """The same angle in (-pi, pi]."""
     turned = (angle_rad + pi) % (2 * pi) - pi
@@ -27,8 +27,3 @@ def to_world(pose: Pose, point: complex) -> complex:
 def to_robot(pose: Pose, point: complex) -> complex:
     """A point of the world's frame in the robot's frame."""
     return (point - complex(pose.x_m, pose.y_m)) * rect(1.0, -pose.heading_rad)
-
-
-def bearing(point: complex) -> float:
-    """Direction of a point of the robot's frame, radians, 0 ahead, counter-clockwise."""
-    return phase(point)

@@ -1,4 +1,4 @@
-"""What a robot was told of itself and of the places it can sense, before it was sent out."""
+"""A robot's configuration: its own properties and its map of places."""
 
 from cmath import rect
 from collections.abc import Mapping
@@ -26,10 +26,12 @@ class BeaconSpec:
 
 
 class Architecture(StrEnum):
-    """How sensing goes with acting: beside it (P-SMPA), or in turn with it (SMPA), to compare."""
+    """How sensing and acting are scheduled."""
 
     PARALLEL = "parallel"
+    """Sensing beside acting (P-SMPA)."""
     SEQUENTIAL = "sequential"
+    """Sensing and acting in turn (SMPA), for comparison."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

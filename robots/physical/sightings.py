@@ -1,7 +1,6 @@
-"""What a robot's beacon sensor reads: one sighting, and all of an instant as columns.
+"""Readings of the beacon sensor: one sighting, and all sightings of a tick as columns.
 
-A robot in a hall sees dozens of beacons and tags twenty times a second: what goes over all of them (localisation,
-object tracking, what is in the way) works on the columns, and a sighting is only made for who asks for one by name.
+A robot sees dozens of beacons and tags twenty times a second, so localisation, tracking and obstacles work on columns.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -33,12 +32,12 @@ class Sighting:
 
     @property
     def sound(self) -> bool:
-        """True if what it reads are numbers."""
+        """True if all its readings are finite."""
         return isfinite(sum(self.read))
 
 
 class Sightings(Mapping[str, Sighting]):
-    """What is in view at one instant, by identity; not to be changed.
+    """What is in view in one tick, by identity; immutable.
 
     :param names: the N identities, each once.
     :param read: shape (N, 3): range (metres), bearing and aspect (radians) of each.
@@ -47,7 +46,8 @@ class Sightings(Mapping[str, Sighting]):
     __slots__ = ("_rows", "_sound", "names", "read")
 
     def __init__(self, names: tuple[str, ...], read: NDArray[np.float64]) -> None:
-        self.names, self.read = names, read
+        self.names = names
+        self.read = read
         self._rows: dict[str, int] | None = None
         self._sound: bool | None = None
 
@@ -59,24 +59,24 @@ class Sightings(Mapping[str, Sighting]):
 
     @property
     def rows(self) -> Mapping[str, int]:
-        """Where in the columns each is."""
+        """Identity to row."""
         if self._rows is None:
             self._rows = {name: row for row, name in enumerate(self.names)}
         return self._rows
 
     @property
     def sound(self) -> bool:
-        """True if every reading is a number."""
+        """True if every reading is finite."""
         if self._sound is None:
             self._sound = isfinite(self.read.sum())
         return self._sound
 
     def in_world(self, x_m: float, y_m: float, heading_rad: float) -> NDArray[np.complex128]:
-        """Shape (N,), complex, metres: where they are in the frame in which the observer's pose is given."""
+        """Shape (N,), complex, metres: their places in the frame of the observer's pose."""
         return _in_world(self.read, x_m, y_m, heading_rad)
 
     def only(self, names: Collection[str]) -> "Sightings":
-        """Those of them that have these identities."""
+        """The sightings of these identities."""
         kept = [row for row, name in enumerate(self.names) if name in names]
         return Sightings(tuple(self.names[row] for row in kept), self.read[kept])
 

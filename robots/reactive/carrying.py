@@ -1,13 +1,13 @@
-"""Stimuli of two robots that carry a long object together, and of the one that puts it down."""
+"""Stimuli for carrying a long object by two robots, and for putting it down."""
 
 from cmath import phase
 from dataclasses import dataclass
 from math import cos, pi
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.formation import formation_with, guide_formation, put_down_point
 from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
@@ -15,14 +15,13 @@ from robots.physical.geometry import clip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JointWayOn:
-    """How fast to go on so that the whole comes to stand near a place: 1 is the robot's full speed.
+class JointWayOn(Strict):
+    """The speed at which the formation goes to a place: 1 is the robot's full speed.
 
-    The middle goes at `cruise`, less within `full_m` of the point; in a bend the robot on the inside goes slower than
-    the middle, the one on the outside faster.
+    The middle goes at `cruise`, less within `full_m` of the point; in a bend the inner robot is slower than the middle,
+    the outer one faster.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["joint_way_on"] = "joint_way_on"
     object: str
@@ -33,10 +32,8 @@ class JointWayOn:
     turn_rad_s: Annotated[float, Field(gt=0, le=2)] = 0.45
 
     def read(self, percepts: Percepts) -> float | None:
-        whole, guidance = (
-            formation_with(percepts, self.object),
-            guide_formation(percepts, self.object, self.place),
-        )
+        whole = formation_with(percepts, self.object)
+        guidance = guide_formation(percepts, self.object, self.place)
         if whole is None or guidance is None:
             return None
         middle = self.cruise * clip(guidance.advance_m / self.full_m)
@@ -45,10 +42,9 @@ class JointWayOn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JointWayRound:
-    """How fast to turn with the whole so that it comes to stand near a place: 1 is the robot's full turn rate."""
+class JointWayRound(Strict):
+    """The turn rate at which the formation goes to a place: 1 is the robot's full turn rate."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["joint_way_round"] = "joint_way_round"
     object: str
@@ -64,10 +60,9 @@ class JointWayRound:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Askew:
-    """How far the robot is off square to the long object it holds; 1 if it has to turn `full_rad` to the left."""
+class Askew(Strict):
+    """The robot's angle off square to the long object it holds; 1 if it has to turn `full_rad` to the left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["askew"] = "askew"
     object: str
@@ -79,10 +74,9 @@ class Askew:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PutAhead:
+class PutAhead(Strict):
     """How far ahead the middle of the held object has to go to lie at a place; 1 at `full_m`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["put_ahead"] = "put_ahead"
     object: str
@@ -97,10 +91,9 @@ class PutAhead:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PutAside:
+class PutAside(Strict):
     """The direction that the held object's middle has to go to lie at a place; 1 at `full_rad` to the left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["put_aside"] = "put_aside"
     object: str

@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import ClassVar
 
-from pydantic import ConfigDict
-
-from robots.conditions import AnyCondition
-from robots.data import STRICT
+from robots.conditions.composition import AnyCondition
+from robots.data import Strict
 from robots.perception.percepts import Percepts
 from robots.reactive.responses import AnyResponse
 from robots.reactive.stimuli import AnyStimulus
@@ -25,14 +22,13 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BehaviourPattern:
+class BehaviourPattern(Strict):
     """bp = [f_r(s), f_u(s)] on one degree of freedom.
 
-    `when`: the context within the packet outside of which the utility is forced to zero irrespective of the
-    stimulus (MACTA §3 asks for that between packets; within one it is our choice).
+    `when`: the context outside of which the utility is zero whatever the stimulus (MACTA §3 asks for that between
+    packets; within one it is our choice).
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     name: str
     dof: DegreeOfFreedom
     level: Level
@@ -42,7 +38,7 @@ class BehaviourPattern:
     when: tuple[AnyCondition, ...] = ()
 
     def respond(self, percepts: Percepts) -> Utilitor:
-        """The utilitor for what is perceived; without stimulus or out of context it has no utility."""
+        """The pattern's utilitor; without utility if the stimulus is not sensed, or out of context."""
         for condition in self.when:
             if not condition.check(percepts).holds:
                 return REST
@@ -55,7 +51,7 @@ class BehaviourPattern:
 
 @dataclass(frozen=True, slots=True)
 class Responses:
-    """What every active pattern answered at one instant, and what the synthesis made of it."""
+    """The utilitors of all active patterns in one tick, and the resultants of the synthesis."""
 
     patterns: tuple[BehaviourPattern, ...] = ()
     answers: tuple[Utilitor, ...] = ()
@@ -63,7 +59,7 @@ class Responses:
 
     @property
     def of(self) -> Sequence[tuple[BehaviourPattern, Utilitor]]:
-        """Each pattern with its answer."""
+        """Each pattern with its utilitor."""
         return tuple(zip(self.patterns, self.answers, strict=True))
 
     def resultants(self) -> dict[str, tuple[float, float]]:
@@ -76,7 +72,7 @@ class Responses:
 
 
 def respond(patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Responses:
-    """Ask every pattern, and resolve the related utilitors: by degree of freedom."""
+    """Evaluate every pattern, and resolve the utilitors of each degree of freedom."""
     answers = tuple([pattern.respond(percepts) for pattern in patterns])
     related: dict[DegreeOfFreedom, list[Utilitor]] = {}
     for pattern, utilitor in zip(patterns, answers, strict=True):

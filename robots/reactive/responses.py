@@ -1,14 +1,14 @@
-"""The functions f_r and f_u of a stimulus (MACTA eq. 1, table 2), as data names them. All are normalised."""
+"""The normalised functions f_r and f_u of a stimulus (MACTA eq. 1, table 2)."""
 
 from dataclasses import dataclass
 from math import copysign, sqrt
-from typing import Annotated, ClassVar, Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 
-MOST_GAIN = 20.0
+MAX_GAIN = 20.0
 
 
 class Response(Protocol):
@@ -18,10 +18,9 @@ class Response(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Constant:
+class Constant(Strict):
     """The same whatever is sensed: table 2's `translate`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["constant"] = "constant"
     value: Annotated[float, Field(ge=-1, le=1)]
 
@@ -30,12 +29,11 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Linear:
-    """gain * s + offset, and no more than `limit` either way."""
+class Linear(Strict):
+    """gain * s + offset, clipped to `limit` either way."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["linear"] = "linear"
-    gain: Annotated[float, Field(ge=-MOST_GAIN, le=MOST_GAIN)] = 1.0
+    gain: Annotated[float, Field(ge=-MAX_GAIN, le=MAX_GAIN)] = 1.0
     offset: Annotated[float, Field(ge=-1, le=1)] = 0.0
     limit: Annotated[float, Field(ge=0, le=1)] = 1.0
 
@@ -44,22 +42,20 @@ class Linear:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Size:
+class Size(Strict):
     """|s|: a utility that grows with the stimulus on either side."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["size"] = "size"
-    gain: Annotated[float, Field(ge=-MOST_GAIN, le=MOST_GAIN)] = 1.0
+    gain: Annotated[float, Field(ge=-MAX_GAIN, le=MAX_GAIN)] = 1.0
 
     def at(self, s: float) -> float:
         return min(1.0, self.gain * abs(s))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Quick:
-    """sign(s) * sqrt|s|, or sqrt|s| as a utility: table 2's "under-damped", steep from the first."""
+class Quick(Strict):
+    """sign(s) * sqrt|s|, or sqrt|s| as a utility: table 2's "under-damped", steep at 0."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["quick"] = "quick"
     signed: bool = True
 
@@ -69,10 +65,9 @@ class Quick:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Slow:
-    """sign(s) * (1 - sqrt(1 - |s|)): our reading of table 2's "over-damped", flat at first."""
+class Slow(Strict):
+    """sign(s) * (1 - sqrt(1 - |s|)): our reading of table 2's "over-damped", flat at 0."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["slow"] = "slow"
 
     def at(self, s: float) -> float:
@@ -80,10 +75,9 @@ class Slow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Full:
-    """sign(s): all of it, at once (our reading of table 2's `s1 + 1`, which no proximity keeps below 1)."""
+class Full(Strict):
+    """sign(s) (our reading of table 2's `s1 + 1`, which no proximity keeps below 1)."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     form: Literal["full"] = "full"
 
     def at(self, s: float) -> float:

@@ -1,12 +1,13 @@
-"""Notices that a packet gets nowhere, and tries to shake it loose: back off, turn, try again. All of it our
-choice.
-"""
+"""Detects that a packet makes no progress, and retries: back off, turn, go on. All of it our choice."""
 
 from cmath import phase
-from math import inf, isfinite, pi
+from math import hypot, inf, isfinite
+from typing import NamedTuple
 
 from robots.data import Checked
 from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.physical.body import Pose
+from robots.physical.geometry import wrap
 from robots.reactive.synthesis import Motion
 
 STALLED_S = 7.0
@@ -16,16 +17,17 @@ RETRIES = 4
 NEARER_M = 0.05
 MOVED_M = 0.06
 TURNED_RAD = 0.25
-BACK_OFF_S, TURN_S = 1.6, 1.2
+BACK_OFF_S = 1.6
+TURN_S = 1.2
 REAR_GAP_M = 0.12
 WATCHED: Needs = LOCATING
-"""What tells of progress."""
+"""The sensors that measure progress."""
 BACKS_OFF: Needs = SURROUNDINGS
-"""What the manoeuvre asks for: whether the way back is free."""
+"""The sensors of the retry manoeuvre."""
 
 
 class StallMemory(Checked):
-    """How far a packet's patience has come; seconds and metres. `best_m` is None before there is any."""
+    """The state of a guard. `best_m`: None before the first distance."""
 
     retries: int = 0
     idle_s: float = 0.0
@@ -33,22 +35,32 @@ class StallMemory(Checked):
     best_m: float | None = None
 
 
+class Mark(NamedTuple):
+    """Where a robot was when it last moved, and what it held."""
+
+    pose: Pose
+    holding: str | None
+
+    def differs_from(self, other: "Mark") -> bool:
+        moved_m = hypot(self.pose.x_m - other.pose.x_m, self.pose.y_m - other.pose.y_m)
+        turned_rad = abs(wrap(self.pose.heading_rad - other.pose.heading_rad))
+        return moved_m > MOVED_M or turned_rad > TURNED_RAD or self.holding != other.holding
+
+
 class StallGuard:
-    """Watches one packet's progress: towards its goal if it has one, else any movement or change of the
-    gripper.
-    """
+    """Watches one packet's progress: towards its goal if it has one, else any movement or change of the gripper."""
 
     def __init__(self, goal: str | None, retries: int = RETRIES, stalled_s: float = STALLED_S) -> None:
-        self._goal, self._stalled_s = goal, stalled_s
+        self._goal = goal
+        self._stalled_s = stalled_s
         self.allowed = retries
         self._best_m = inf
-        self._mark: tuple[complex, float, str | None] | None = None
+        self._mark: Mark | None = None
         self._idle_s = 0.0
         self._manoeuvre_s: float | None = None
         self.retries = 0
 
     def memory(self) -> StallMemory:
-        """What to go on with after a power failure; where it was last seen to move it finds out anew."""
         return StallMemory(
             retries=self.retries,
             idle_s=self._idle_s,
@@ -57,7 +69,9 @@ class StallGuard:
         )
 
     def recall(self, memory: StallMemory) -> None:
-        self.retries, self._idle_s, self._manoeuvre_s = memory.retries, memory.idle_s, memory.manoeuvre_s
+        self.retries = memory.retries
+        self._idle_s = memory.idle_s
+        self._manoeuvre_s = memory.manoeuvre_s
         self._best_m = inf if memory.best_m is None else memory.best_m
 
     @property
@@ -66,16 +80,16 @@ class StallGuard:
 
     @property
     def spent(self) -> bool:
-        """True if it has stalled more often than there are retries."""
+        """True if it has stalled and no retry is left."""
         return self.stalled and self.retries >= self.allowed
 
     @property
     def manoeuvring(self) -> bool:
-        """True while it shakes the robot loose."""
+        """True during the retry manoeuvre."""
         return self._manoeuvre_s is not None
 
     def watch(self, percepts: Percepts, step_s: float) -> None:
-        """Account for one tick in which the packet's patterns were active."""
+        """Account for one tick in which the patterns acted."""
         self._idle_s = 0.0 if self._progressed(percepts) else self._idle_s + step_s
 
     def begin_manoeuvre(self) -> None:
@@ -87,7 +101,7 @@ class StallGuard:
     def manoeuvre(
         self, percepts: Percepts, step_s: float, speed_m_s: float, turn_rad_s: float
     ) -> Motion | None:
-        """The retry manoeuvre's motion; None when none is under way."""
+        """The motion of the retry manoeuvre; None without one."""
         if self._manoeuvre_s is None:
             return None
         self._manoeuvre_s += step_s
@@ -107,10 +121,8 @@ class StallGuard:
                 self._best_m = abs(point)
                 return True
             return False
-        here = (complex(percepts.pose.x_m, percepts.pose.y_m), percepts.pose.heading_rad, percepts.holding)
-        mark = self._mark
-        turned = 0.0 if mark is None else abs((here[1] - mark[1] + pi) % (2 * pi) - pi)
-        if mark is None or abs(here[0] - mark[0]) > MOVED_M or turned > TURNED_RAD or here[2] != mark[2]:
+        here = Mark(percepts.pose, percepts.holding)
+        if self._mark is None or here.differs_from(self._mark):
             self._mark = here
             return True
         return False

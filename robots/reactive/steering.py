@@ -1,4 +1,4 @@
-"""Stimuli of the behavioural suite (SRA fig. 4): what is left to turn or to go, an obstacle at the side, a whim."""
+"""Stimuli of the behavioural suite (SRA fig. 4): remaining turn or distance, an obstacle at the side, wandering."""
 
 from cmath import phase
 from dataclasses import dataclass
@@ -6,23 +6,22 @@ from math import cos, pi, sin
 from typing import Annotated, ClassVar, Literal
 from zlib import crc32
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.course import clear_course
 from robots.perception.percepts import LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
 
 ALONG_M = 1.2
-"""An obstacle farther off than this is none to follow."""
+"""A farther obstacle is not followed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ToTurn:
-    """What is left of an angle to turn by since the packet began; 1 at `full_rad` to the left."""
+class ToTurn(Strict):
+    """The rest of an angle to turn by since the packet's start; 1 at `full_rad` to the left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_turn"] = "to_turn"
     rad: float
@@ -34,10 +33,9 @@ class ToTurn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ToHeading:
+class ToHeading(Strict):
     """How far a direction of the world's frame is off the heading; 1 at `full_rad` to the left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_heading"] = "to_heading"
     rad: Annotated[float, Field(ge=-2 * pi, le=2 * pi)]
@@ -48,10 +46,9 @@ class ToHeading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ToAdvance:
-    """What is left of a way straight ahead, or back if negative, since the packet began; 1 at `full_m`."""
+class ToAdvance(Strict):
+    """The rest of a distance to advance, negative: back, since the packet's start; 1 at `full_m`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["to_advance"] = "to_advance"
     m: float
@@ -62,10 +59,9 @@ class ToAdvance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ToGo:
-    """How far there is to go until `short_of_m` before something, in whatever direction; 1 at `full_m`."""
+class ToGo(Strict):
+    """The distance to something less `short_of_m`, whatever its direction; 1 at `full_m`."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["to_go"] = "to_go"
     target: str
@@ -78,10 +74,9 @@ class ToGo:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
+class Course(Strict):
     """The free direction nearest to that of something; 1 at `full_rad` to the left, 0 if every way is blocked."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["course"] = "course"
     target: str
@@ -96,13 +91,12 @@ class Course:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Distance:
+class Distance(Strict):
     """How much farther than `keep_m` something is, negative: nearer; 1 at `full_m`. None if no distance is to be kept.
 
     Off to the side it shrinks with the bearing's cosine, so that the robot turns first.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["distance"] = "distance"
     target: str
@@ -117,10 +111,9 @@ class Distance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Astern:
+class Astern(Strict):
     """The nearest thing within a sector behind; 0 at `reach_m` from the hull, 1 at touch."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["astern"] = "astern"
     reach_m: Annotated[float, Field(gt=0, le=2)] = 0.3
@@ -132,15 +125,13 @@ class Astern:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Alongside:
+class Alongside(Strict):
     """How to turn to keep an obstacle at the side, at a gap from the hull; 1 is a quarter turn to the left.
 
-    The nearest point within reach on that side should be abeam and at the gap. Our choices: metres weigh
-    `rad_per_m`; where there is nothing to follow the robot drives on straight until it has followed something, which
-    the event `found` tells, and then round to that side.
+    The nearest point within reach on that side should be abeam and at the gap. Our choices: the weight `rad_per_m` of
+    the gap's error; without an obstacle the robot drives straight until the event `found`, then to that side.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["alongside"] = "alongside"
     side: Literal[-1, 1]
@@ -158,13 +149,12 @@ class Alongside:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Whim:
-    """A direction that wanders: smooth, without aim, different for every robot, the same in every run.
+class Whim(Strict):
+    """A smoothly changing direction for wandering, different for every robot, the same in every run.
 
-    Our choice: two sines of the packet's time, of periods that share no multiple, out of phase by the robot's name.
+    Our choice: two sines of the packet's time with incommensurable periods, their phases by the robot's name.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["whim"] = "whim"
     period_s: Annotated[float, Field(ge=1, le=120)] = 9.0
@@ -176,7 +166,7 @@ class Whim:
 
 
 def abeam(percepts: Percepts, side: int) -> complex | None:
-    """The nearest point of what stands at a side, from a little ahead to astern; robot's frame."""
+    """The nearest obstacle at a side, from a little ahead to astern; robot's frame."""
     found = [
         one.at
         for one in percepts.obstacles

@@ -1,8 +1,6 @@
-"""Stimuli: what a behaviour pattern reacts to, one normalised number s in [-1, 1]; None when it is not
-sensed.
+"""Stimuli: what a behaviour pattern reacts to, one normalised number s in [-1, 1]; None when it is not sensed.
 
-Some are sensors as they are (whiskers, capture head, light barrier), some virtual: a direction computed from
-sightings.
+Some are plain sensors (whiskers, capture head, light barrier), some virtual ones: directions computed from sightings.
 """
 
 from cmath import phase
@@ -10,9 +8,9 @@ from dataclasses import dataclass
 from math import cos, pi
 from typing import Annotated, ClassVar, Literal, Protocol
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.course import guide
 from robots.perception.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
 from robots.physical.geometry import clip
@@ -31,7 +29,7 @@ from robots.reactive.steering import (
 
 
 class Stimulus(Protocol):
-    """One sensory stimulus (MACTA eq. 1). `needs`: the sensors whose percepts it reads."""
+    """One sensory stimulus (MACTA eq. 1). `needs`: the sensors that it reads."""
 
     @property
     def needs(self) -> Needs: ...
@@ -40,10 +38,9 @@ class Stimulus(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Always:
-    """No sensor at all: 1."""
+class Always(Strict):
+    """Always 1, without a sensor."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["always"] = "always"
 
@@ -52,10 +49,9 @@ class Always:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WayOn:
-    """How far there is to go to stand near a place; 1 at `full_m` or more, negative: back."""
+class WayOn(Strict):
+    """The advance of the guidance to a place; 1 at `full_m` or more, negative: back."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_on"] = "way_on"
     place: str
@@ -67,10 +63,9 @@ class WayOn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WayRound:
-    """How much to turn to come to stand near a place; 1 at `full_rad` to the left."""
+class WayRound(Strict):
+    """The turn of the guidance to a place; 1 at `full_rad` to the left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     sense: Literal["way_round"] = "way_round"
     place: str
@@ -82,13 +77,12 @@ class WayRound:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ahead:
+class Ahead(Strict):
     """How far something is ahead of a point `short_of_m` before the robot's centre; 1 at `full_m`.
 
     Off to the side it shrinks with the bearing's cosine, so that the robot turns first.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["ahead"] = "ahead"
     target: str
@@ -104,10 +98,9 @@ class Ahead:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bearing:
+class Bearing(Strict):
     """The direction of something; 1 at `full_rad` to the left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = LOCATING
     sense: Literal["bearing"] = "bearing"
     target: str
@@ -119,7 +112,7 @@ class Bearing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Proximity:
+class Proximity(Strict):
     """s1 of table 2: the nearest thing within a sector ahead; 0 at `reach_m` from the hull, 1 at touch.
 
     `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead
@@ -127,7 +120,6 @@ class Proximity:
     approach point is not in the way.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     sense: Literal["proximity"] = "proximity"
     reach_m: Annotated[float, Field(gt=0, le=2)] = 0.3
     sector_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
@@ -154,10 +146,9 @@ class Proximity:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CaptureHead:
+class CaptureHead(Strict):
     """s2 of table 2: how far the object is off the capture head's middle; 1 at `full_m` ahead or left."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = HEAD
     sense: Literal["capture_head"] = "capture_head"
     axis: Literal["x", "y"]
@@ -169,10 +160,9 @@ class CaptureHead:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Barrier:
+class Barrier(Strict):
     """The jaws' light barrier: 1 while the object stands between the jaws, -1 otherwise."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = GRIP
     sense: Literal["barrier"] = "barrier"
     object: str
@@ -182,10 +172,9 @@ class Barrier:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LowBattery:
+class LowBattery(Strict):
     """0 while the battery holds `enough` or more, 1 when it is empty."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["low_battery"] = "low_battery"
     enough: Annotated[float, Field(gt=0, le=1)] = 0.2
@@ -195,10 +184,9 @@ class LowBattery:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Commanded:
+class Commanded(Strict):
     """What an operator who drives the robot commands on one axis; None if nobody drives."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = NOTHING
     sense: Literal["drive_command"] = "drive_command"
     axis: Literal["forward", "left"]

@@ -25,7 +25,7 @@ class DegreeOfFreedom(StrEnum):
     ROTATE = "rotate"
     GRIP = "grip"
 
-    __hash__ = str.__hash__  # as of sensors, to be looked up quickly
+    __hash__ = str.__hash__  # Enum's own is written in Python, and slow
 
 
 class Utilitor(NamedTuple):
@@ -71,7 +71,7 @@ def superpose(utilitors: Sequence[Utilitor]) -> Utilitor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """What the synthesis asks of the body. `close_gripper` None leaves the gripper as it is."""
+    """The command to the body. `close_gripper` None leaves the gripper as it is."""
 
     linear_m_s: float = 0.0
     angular_rad_s: float = 0.0

@@ -1,7 +1,6 @@
-"""A robot's behavioural repertoire: the content of its packets, as data, and how a packet on the wire becomes
-one.
+"""A robot's behavioural repertoire: the contents of its packets, as data, and binding packets of the wire to them.
 
-Only on-robot software looks in here: the reflective agent knows packets by tag (MACTA §4).
+For on-robot software only: the reflective agent knows packets by tag (MACTA §4).
 """
 
 from robots.repertoire.load import Repertoire, load_repertoire

@@ -1,4 +1,4 @@
-"""Loads packets' contents and fits packets on the wire to them."""
+"""Loads packets' contents and binds packets of the wire to them."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -22,17 +22,17 @@ from robots.wire import BehaviourPacket
 
 TARGET = ("object", "x", "y")
 OBJECT_STAND_OFF_M = 0.6
-"""A robot that goes to an object stops this far before its middle; at a way-point it stops on it."""
+"""A robot stops this far from an object's middle, and on a way-point."""
 
 
 @dataclass(frozen=True, slots=True)
 class Repertoire:
-    """The packets that on-robot software knows; which of them a robot may use its profile says."""
+    """The packets of the on-robot software; a robot's profile says which of them it may use."""
 
     specs: Mapping[str, PacketSpec]
 
     def tuned(self, tuning: Mapping[str, Tuning]) -> "Repertoire":
-        """The repertoire with parameters of its packets' patterns overridden; packets by tag.
+        """The repertoire with overridden parameters, by packet tag.
 
         :raises RepertoireError: naming packet, pattern and parameter.
         """
@@ -48,7 +48,7 @@ class Repertoire:
         return spec
 
     def _content(self, packet: BehaviourPacket, profile: RobotProfile) -> PacketSpec:
-        """A tag's content: for long objects there may be one of its own, or none for others."""
+        """The content for a packet's tag and object: long objects may have one of their own."""
         thing = packet.arguments.get("object")
         long = f"{packet.tag} (long)"
         if long in self.specs and (thing in profile.lengths_m or packet.tag not in self.specs):
@@ -60,7 +60,7 @@ class Repertoire:
         return self._known(packet.tag)
 
     def bind(self, packet: BehaviourPacket, profile: RobotProfile) -> BoundPacket:
-        """A packet on the wire as the triplet this robot runs; what it awaits is added to the pre-conditions.
+        """The content of a packet of the wire; conditions for `awaits` are added to its pre-conditions.
 
         :raises RepertoireError: naming the tag, argument or fact that does not fit.
         """
@@ -99,10 +99,7 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
 
 
 def _check_names(packet: BehaviourPacket, spec: PacketSpec) -> None:
-    """A misspelt parameter would have its default, and nobody would know.
-
-    Packets that are not basic are given all that their plan-net action has (table 3), whether they go by it or not.
-    """
+    """Refuse unknown parameters of basic packets; others have all those of their plan-net action (table 3)."""
     known = {*spec.arguments, *spec.parameters, *LIMITS, *(TARGET if spec.target else ())}
     unknown = sorted(packet.arguments.keys() - known)
     if unknown:
@@ -112,7 +109,7 @@ def _check_names(packet: BehaviourPacket, spec: PacketSpec) -> None:
 
 
 def _parameters(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
-    """What the packet gives of its parameters and limits."""
+    """The parameters and limits that the packet sets."""
     values: dict[str, Value] = {}
     for name, parameter in {**LIMITS, **spec.parameters}.items():
         if name in packet.arguments:
@@ -124,7 +121,7 @@ def _parameters(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
 
 
 def _target(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
-    """What a packet with a target is about: an object, or a way-point of the world's frame."""
+    """The target of a packet: an object, or a way-point of the world's frame."""
     given = packet.arguments
     if not spec.target:
         return {}
@@ -149,8 +146,9 @@ def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoir
 
 @cache
 def _shipped_repertoire() -> Repertoire:
-    # NOTE: it takes 60 ms to check, too long for every robot of a large world.
-    packets, own = _checked(_shipped()), load_self_level()
+    # NOTE: checking takes 60 ms, too long for every robot of a large world.
+    packets = _checked(_shipped())
+    own = load_self_level()
     return Repertoire({tag: own.added_to(spec) for tag, spec in packets.specs.items()})
 
 

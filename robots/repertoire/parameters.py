@@ -1,4 +1,4 @@
-"""Parameters of packets: checked values that a script may give beside names (SRA fig. 4, in brackets)."""
+"""Parameters of packets: checked values that a script may set (SRA fig. 4, in brackets)."""
 
 from collections.abc import Mapping
 from math import isfinite
@@ -9,7 +9,7 @@ Value = float | str
 
 
 class Parameter(Checked):
-    """A number within its range, or one word of several; what it is when a script does not say."""
+    """A number within `least` and `most`, or one of `choices`."""
 
     about: str
     default: Value
@@ -18,9 +18,9 @@ class Parameter(Checked):
     choices: tuple[str, ...] = ()
 
     def read(self, text: str) -> Value:
-        """The value that a script's text stands for.
+        """Parse and check a value.
 
-        :raises ValueError: with the values it may have.
+        :raises ValueError: stating the valid values.
         """
         if self.choices:
             if text not in self.choices:
@@ -35,7 +35,8 @@ class Parameter(Checked):
         return number
 
 
-MAX_VELOCITY, MAX_DISTANCE = "max_velocity_m_s", "max_distance_m"
+MAX_VELOCITY = "max_velocity_m_s"
+MAX_DISTANCE = "max_distance_m"
 LIMITS: Mapping[str, Parameter] = {
     MAX_VELOCITY: Parameter(about="no faster than this", default=2.0, least=0.01, most=2.0),
     MAX_DISTANCE: Parameter(about="no farther than this by odometry", default=1e4, least=0.01, most=1e4),

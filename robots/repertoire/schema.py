@@ -1,6 +1,4 @@
-"""The form of a packet's content: [sensor pre-conditions, behaviour patterns, sensor post-conditions] (MACTA
-§3).
-"""
+"""The form of a packet's content: [sensor pre-conditions, behaviour patterns, sensor post-conditions] (MACTA §3)."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +7,9 @@ from typing import Any
 
 from pydantic import Field, TypeAdapter
 
-from robots.conditions import AnyCondition, Condition, Elapsed, Faster, Travelled
+from robots.conditions.composition import AnyCondition
+from robots.conditions.motion import Elapsed, Faster, Travelled
+from robots.conditions.verdict import Condition
 from robots.data import Checked
 from robots.reactive.avoidance import AnyAvoidance
 from robots.reactive.patterns import BehaviourPattern, Level
@@ -22,25 +22,25 @@ TIMEOUT = "timeout"
 """Events that every packet has (SRA fig. 4)."""
 PATTERNS = "patterns"
 PATTERNS_OF = "patterns_of"
-FASTER = 1.1
-"""Above its velocity limit by this factor a robot is too fast: odometry errs by some per cent."""
+TOO_FAST_FACTOR = 1.1
+"""Of the velocity limit; odometry errs by some per cent."""
 
 
 class PacketSpec(Checked):
     """A packet's content as a template: strings that begin with `$` name arguments, `$me` the robot itself.
 
-    `arguments` must be given; `places`, `objects` and `robots` say which of them name what. `before` and
-    `after` are the sensor pre- and post-conditions. Our additions: `waiting`, patterns active until the pre-
-    conditions hold; `maintain`, conditions whose loss is a failure; `goal`, the place or thing that measures
-    progress, how long without any it has `stalled` (s), and how often it `retries` then (None: it need not get
-    anywhere). `long`: it is what its tag stands for when the `object` is a long one, whose handles are "$object@left",
-    "@right" and "@free". In place of a pattern may stand `patterns_of`, all the patterns of another packet, with this
-    packet's arguments.
+    `arguments` must be given; `places` and `robots` say which of them name what. `before` and `after` are the sensor
+    pre- and post-conditions. `basic`: every robot can carry it out.
 
-    SRA's: `parameters` beside the names, with the limits of every packet; `target`, an argument that is either
-    an `object` or a way-point `x`, `y`; `events`; how to `avoid` obstacles: by the packet's `patterns`, or by a method
-    of `robots.reactive.avoidance`, under which the patterns of the environment level rest. A packet that is `basic` every robot
-    can carry out.
+    Our additions: `waiting`, patterns that act until the pre-conditions hold; `maintain`, conditions whose loss is a
+    failure; `goal`, the place or thing that measures progress; `stalled_s`, how long without progress before a retry;
+    `retries`, how often (None: no progress is asked for). `long`: the content of the tag when `object` is a long one,
+    whose handles are "$object@left", "@right" and "@free". In place of a pattern may stand `patterns_of`, all patterns
+    of another packet, with this packet's arguments.
+
+    SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a
+    way-point `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
+    `robots.reactive.avoidance`, which replaces the patterns of the environment level.
     """
 
     tag: str
@@ -64,10 +64,10 @@ class PacketSpec(Checked):
     stalled_s: float = Field(default=STALLED_S, gt=0)
 
     def with_patterns_of(self, packets: Mapping[str, Sequence[Mapping[str, Any]]]) -> "PacketSpec":
-        """The packet with those patterns in it that it has in common with others.
+        """The packet with each `patterns_of` replaced by that packet's patterns.
 
-        :param packets: patterns by packet's name.
-        :raises ValueError: if it names one that is not there.
+        :param packets: patterns by packet name.
+        :raises ValueError: if it names an unknown packet.
         """
 
         def group(patterns: Iterable[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
@@ -84,16 +84,15 @@ class PacketSpec(Checked):
 
     @property
     def name(self) -> str:
-        """The tag, and whether it is the content for long objects: by this name a repertoire knows it."""
+        """The key in a repertoire: the tag, marked if the content is for long objects."""
         return f"{self.tag} (long)" if self.long else self.tag
 
     def defaults(self) -> dict[str, Value]:
-        """What its parameters and limits are when a script does not say."""
+        """The default values of its parameters and limits."""
         return {name: one.default for name, one in {**LIMITS, **self.parameters}.items()}
 
     def bind(self, arguments: Mapping[str, Value], timeout_s: float = 60.0) -> "BoundPacket":
-        """The packet for these arguments; a name that no argument gives stays unknown to the senses, a
-        parameter that none gives has its default.
+        """The packet for these arguments. Names without an argument are left as they are; parameters have defaults.
 
         :raises pydantic.ValidationError: if a condition or pattern is malformed.
         """
@@ -102,10 +101,12 @@ class PacketSpec(Checked):
         def fill(value: Any) -> Any:
             return filled(value, values)
 
-        conditions, patterns = _conditions(), behaviour_patterns()
+        conditions = _conditions()
+        patterns = behaviour_patterns()
         acting = patterns.validate_python(fill(self.patterns))
         avoid = _avoidance().validate_python(_method(fill(self.avoid)))
-        max_velocity_m_s, max_distance_m = float(values[MAX_VELOCITY]), float(values[MAX_DISTANCE])
+        max_velocity_m_s = float(values[MAX_VELOCITY])
+        max_distance_m = float(values[MAX_DISTANCE])
         events = {name: conditions.validate_python(fill(one)) for name, one in self.events.items()}
         return BoundPacket(
             tag=self.tag,
@@ -125,7 +126,7 @@ class PacketSpec(Checked):
 
 
 def filled(template: Any, values: Mapping[str, Value]) -> Any:
-    """A template with values in place of the names that have one."""
+    """A template with its names replaced by their values."""
     if isinstance(template, str) and template.startswith("$"):
         name, at, handle = template[1:].partition("@")
         value = values.get(name, f"${name}")
@@ -142,13 +143,13 @@ def _limits(
 ) -> dict[str, tuple[Condition, ...]]:
     """The events of the base class Behaviour (SRA fig. 4)."""
     return {
-        TOO_FAST: (Faster(m_s=FASTER * max_velocity_m_s),),
+        TOO_FAST: (Faster(m_s=TOO_FAST_FACTOR * max_velocity_m_s),),
         TOO_FAR: (Travelled(m=max_distance_m),),
         TIMEOUT: (Elapsed(s=timeout_s),),
     }
 
 
-# NOTE: a checker takes 20 ms to make, longer than half a tick: made at first use, then kept.
+# NOTE: a TypeAdapter takes 20 ms to make, half a tick: made at first use, then kept.
 @cache
 def _conditions() -> TypeAdapter[tuple[AnyCondition, ...]]:
     return TypeAdapter(tuple[AnyCondition, ...])
@@ -165,7 +166,7 @@ def _avoidance() -> TypeAdapter[AnyAvoidance | None]:
 
 
 def _method(avoid: Any) -> Any:
-    """A method's settings from its name alone, or as they are; None for the patterns."""
+    """The settings of an avoidance method, which may be given by its name alone; None for the patterns."""
     if not isinstance(avoid, str):
         return avoid
     return None if avoid == PATTERNS else {"by": avoid}

@@ -1,4 +1,4 @@
-"""The self level (MACTA §3): patterns that every packet shares that drives, and the levels of the battery."""
+"""The self level (MACTA §3): the patterns that all driving packets share, and the battery levels."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -16,10 +16,10 @@ FILE = "self_level.yaml"
 
 
 class SelfLevel(Checked):
-    """Shares of a full battery, 0 to 1, and patterns to add to packets.
+    """Shares of a full battery, 0 to 1, and the shared patterns.
 
-    Below `low` a robot without a script seeks its charger, below `needed` it takes on no script, and below `critical`
-    it breaks off the one it has. The measures are our choice.
+    Below `low` a robot without a script seeks its charger, below `needed` it accepts no script, and below `critical` it
+    gives up the one it has. The values are our choice.
     """
 
     low: float = Field(gt=0, le=1)
@@ -35,7 +35,7 @@ class SelfLevel(Checked):
         return self
 
     def added_to(self, spec: PacketSpec) -> PacketSpec:
-        """The packet with the shared patterns on those degrees of freedom on which its own patterns act."""
+        """The packet with the shared patterns of those degrees of freedom that its own patterns act on."""
 
         def group(patterns: Sequence[Mapping[str, Any]]) -> tuple[Mapping[str, Any], ...]:
             moved = {one["dof"] for one in patterns}

@@ -1,7 +1,7 @@
-"""Tuning: patterns' parameters of a packet overridden with data, each checked where it applies.
+"""Tuning: overrides of the numbers in a packet's patterns.
 
-A pattern goes by "dof/name", as telemetry shows it, a parameter by where it stands in the pattern: `stimulus.reach_m`,
-`r.gain`, `u.value`.
+A pattern is named "dof/name", as in telemetry, a parameter by its place in the pattern: `stimulus.reach_m`, `r.gain`,
+`u.value`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,9 +22,9 @@ Template = Mapping[str, Any]
 
 
 def tuned(spec: PacketSpec, tuning: Tuning) -> PacketSpec:
-    """The packet with its patterns' parameters overridden.
+    """The packet with overridden parameters.
 
-    :raises RepertoireError: naming packet, pattern and parameter, for one that is not there or out of its range.
+    :raises RepertoireError: naming packet, pattern and parameter, if one is unknown or out of its range.
     """
     known = [_name(one) for one in (*spec.waiting, *spec.patterns)]
     for name in tuning:
@@ -39,7 +39,7 @@ def tuned(spec: PacketSpec, tuning: Tuning) -> PacketSpec:
 
 
 def parameters(spec: PacketSpec) -> dict[str, dict[str, float]]:
-    """Every number of the packet's patterns as it is now, by pattern and parameter; defaults, too."""
+    """Every number of the packet's patterns, defaults included, by pattern and parameter."""
     templates = [*spec.waiting, *spec.patterns]
     patterns = behaviour_patterns().validate_python([filled(one, spec.defaults()) for one in templates])
     return {f"{one.dof}/{one.name}": dict(_numbers(one)) for one in patterns}

@@ -1,7 +1,7 @@
 """Messages between agent models and robots, with FIPA performatives.
 
-Everything but telemetry is kept by its sender until a reply names it: a robot answers a request with agree or refuse,
-the service answers a report with a receipt (`confirm`). Both ends drop ids they have seen and repeat their answer.
+A sender keeps every message but telemetry until a reply names it: a robot answers a request with agree or refuse, the
+service answers a report with a receipt (`confirm`). Both ends ignore known ids and repeat their answer.
 """
 
 import uuid
@@ -15,6 +15,8 @@ from robots.wire.script import BehaviourScript, FailureCategory, PacketState, Sc
 
 
 class Performative(StrEnum):
+    """FIPA performatives."""
+
     REQUEST = "request"
     AGREE = "agree"
     REFUSE = "refuse"
@@ -26,6 +28,8 @@ class Performative(StrEnum):
 
 
 class ControlVerb(StrEnum):
+    """What an order asks of a script."""
+
     CANCEL = "cancel"
     PAUSE = "pause"
     RESUME = "resume"
@@ -110,10 +114,9 @@ class ScriptReport(Wire):
 
 
 class UpkeepReport(Wire):
-    """Robot to service: how a packet stands that it carries out for its own sake (inform).
+    """Robot to service: the state of a packet of its own script (inform).
 
-    One that begins to lead somewhere perceives nothing: the robot is then on its way. `driver` is the operator who
-    drives it, None if it is about the robot's own business.
+    Without facts when it starts to drive somewhere. `driver`: the operator who drives the robot, None for upkeep.
     """
 
     kind: Literal["upkeep_report"] = "upkeep_report"

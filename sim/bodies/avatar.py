@@ -1,65 +1,121 @@
 """The virtual avatar (SRA, Virtual Robotic Workbench): a robot without a physical body, which moves by itself.
 
-It meets nothing and nothing meets it; other robots see its beacon, and hear it by virtual sonar only. The map alone
-stops it. Its jaws work as all jaws do (our choice): what they hold goes with them.
+It collides with nothing; other robots see its beacon, and hear it by virtual sonar only. The floor map alone stops it.
+Its jaws work as all jaws do (our choice): what they hold goes with them.
 """
 
-from math import hypot, remainder, tau
+from collections.abc import Iterable, Sequence
+from math import cos, hypot, remainder, sin, tau
 
-from robots.physical.body import Pose
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.physical.body import RADIUS_M, Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
-from sim.bodies.floor import FRONT_M, FloorMap
-from sim.bodies.odometry import Odometry, reckoned
+from robots.world.walls import WALL_THICKNESS_M, Panel
+from sim.bodies.odometry import Odometry, advanced
 from sim.bodies.velocity import RampedBody
+from sim.clock import TICK_S
+from sim.physics.bullet import front_m
 from sim.physics.jaws import Jaws
-from sim.physics.scene import TICK_S, Scene
+from sim.physics.scene import SAMPLE_RADIUS_M, Rock, Scene
+
+JAW_M = SAMPLE_RADIUS_M
+"""Half the jaws' breadth."""
+FRONT_M = front_m(JAW_M)
+"""From the body's middle to the jaws' front."""
+
+Points = NDArray[np.float64]
+"""Shape (N, 2), metres, world frame; a single point (2,)."""
+
+
+class FloorMap:
+    """Walls, closed doors and rocks. Other robots and samples are not on it."""
+
+    def __init__(self, panels: Sequence[Panel], rocks: Sequence[Rock] = ()) -> None:
+        self._starts = _points(panel.start for panel in panels)
+        self._ends = _points(panel.end for panel in panels)
+        self._rocks = _points(rock.point for rock in rocks)
+        self._rock_radii_m = np.array([rock.radius_m for rock in rocks], dtype=np.float64)
+
+    def clearance_m(self, pose: Pose) -> float:
+        """Distance from a rover's hull or jaws to the nearest obstacle; negative if they overlap.
+
+        The jaws' front is taken as rounded (our choice).
+        """
+        middle = np.array([pose.x_m, pose.y_m])
+        ahead = np.array([cos(pose.heading_rad), sin(pose.heading_rad)])
+        tip = middle + (FRONT_M - JAW_M) * ahead
+        edges = np.concatenate((self._starts, self._ends))
+        to_wall_m = (
+            _least(_distances_m(middle, self._starts, self._ends)) - RADIUS_M,
+            _least(_distances_m(tip, self._starts, self._ends)) - JAW_M,
+            _least(_distances_m(edges, middle, tip)) - JAW_M,
+        )
+        to_rock_m = (
+            _least(np.hypot(*(self._rocks - middle).T) - self._rock_radii_m) - RADIUS_M,
+            _least(_distances_m(self._rocks, middle, tip) - self._rock_radii_m) - JAW_M,
+        )
+        return min(min(to_wall_m) - WALL_THICKNESS_M / 2, *to_rock_m)
 
 
 class AvatarBody(RampedBody):
-    """Integrates its own pose; a step that would end in a wall is not made, but for the part of it that would not."""
+    """Integrates its own pose; the part of a step that would end in an obstacle is not made."""
 
     def __init__(
-        self,
-        spec: RobotSpec,
-        ramps: Ramps,
-        jaws: Jaws,
-        scene: Scene,
-        odometry: Odometry,
-        floor: FloorMap,
+        self, spec: RobotSpec, ramps: Ramps, jaws: Jaws, scene: Scene, odometry: Odometry, floor: FloorMap
     ) -> None:
         super().__init__(spec, ramps, jaws, scene, odometry)
         self._floor = floor
-        self._stopped = False
-        self._asked = scene.pose(spec.name)
-        self._room_m = floor.room_m(self._asked)
-        scene.disembody(spec.name)
+        self._blocked = False
+        self._measured_at = scene.pose(spec.name)
+        self._clearance_m = floor.clearance_m(self._measured_at)
+        scene.make_intangible(spec.name)
 
     def drive(self) -> None:
         self._ramp()
-        self._stopped = False
+        self._blocked = False
         if self._driven != (0.0, 0.0):
-            self._scene.put_rover(self.spec.name, self._stepped(self._scene.pose(self.spec.name)))
+            self._scene.put_rover(self.spec.name, self._next(self._scene.pose(self.spec.name)))
 
     def touches(self) -> bool:
         """True while a wall stops it."""
-        return self._stopped
+        return self._blocked
 
-    def _stepped(self, pose: Pose) -> Pose:
-        """The whole step, if a wall is in its way only the turn or only the way, else none."""
-        ahead_m, turn_rad = self._driven[0] * TICK_S, self._driven[1] * TICK_S
-        for way in ((ahead_m, turn_rad), (0.0, turn_rad), (ahead_m, 0.0)):
-            then = reckoned(pose, *way)
-            if self._is_free(then) or self._floor.room_m(then) >= self._floor.room_m(pose):
+    def _next(self, pose: Pose) -> Pose:
+        """The pose after the whole step; if an obstacle is in its way after the turn or the translation alone."""
+        ahead_m = self._driven[0] * TICK_S
+        turn_rad = self._driven[1] * TICK_S
+        for step in ((ahead_m, turn_rad), (0.0, turn_rad), (ahead_m, 0.0)):
+            then = advanced(pose, *step)
+            if self._is_free(then) or self._floor.clearance_m(then) >= self._floor.clearance_m(pose):
                 return then
-            self._stopped = True
+            self._blocked = True
         return pose
 
     def _is_free(self, then: Pose) -> bool:
-        """Whether it stands clear there. The map is asked only beyond the room that was found last time."""
-        off_m = hypot(then.x_m - self._asked.x_m, then.y_m - self._asked.y_m)
-        off_m += FRONT_M * abs(remainder(then.heading_rad - self._asked.heading_rad, tau))
-        if off_m >= self._room_m:
-            self._asked, self._room_m = then, self._floor.room_m(then)
-            return self._room_m >= 0
+        """Whether it is clear there. The map is read only beyond the clearance measured last time."""
+        moved_m = hypot(then.x_m - self._measured_at.x_m, then.y_m - self._measured_at.y_m)
+        moved_m += FRONT_M * abs(remainder(then.heading_rad - self._measured_at.heading_rad, tau))
+        if moved_m >= self._clearance_m:
+            self._measured_at = then
+            self._clearance_m = self._floor.clearance_m(then)
+            return self._clearance_m >= 0
         return True
+
+
+def _points(points: Iterable[tuple[float, float]]) -> Points:
+    return np.array(list(points), dtype=np.float64).reshape(-1, 2)
+
+
+def _distances_m(points: Points, starts: Points, ends: Points) -> NDArray[np.float64]:
+    """From points to the nearest points of segments, one each or one for all; shape (N,)."""
+    along = ends - starts
+    share = ((points - starts) * along).sum(-1) / (along * along).sum(-1)
+    nearest = starts + np.clip(share, 0.0, 1.0)[..., None] * along
+    return np.asarray(np.hypot(*(points - nearest).T))
+
+
+def _least(distances_m: NDArray[np.float64]) -> float:
+    return float(distances_m.min(initial=np.inf))

@@ -1,7 +1,7 @@
-"""Two driven wheels on an axle through the body's middle: motors, inertia, traction. Knows nothing of what is around.
+"""Two driven wheels on an axle through the body's middle: motors, inertia, traction.
 
-Our choices: impulses a tick instead of forces, so that any measures are stable; a wheel that does not slip takes the
-chassis with it, one whose traction is used up slips; slip sideways has the whole traction to itself. Speeds of
+Our choices: impulses per tick instead of forces, so that any dimensions are stable; a wheel that does not slip takes
+the chassis with it, one whose traction is used up slips; slip sideways has the whole traction to itself. Speeds of
 wheels are those of their rims, metres a second; left is 0, right is 1.
 """
 
@@ -9,14 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from robots.world.bodies import WheeledBodySpec
-from sim.physics.scene import ROVER_INERTIA_KG_M2, ROVER_MASS_KG, TICK_S
+from sim.clock import TICK_S
+from sim.physics.scene import ROVER_INERTIA_KG_M2, ROVER_MASS_KG
 from sim.snapshot import AxleState
 
 GRAVITY_M_S2 = 9.81
 ON_WHEELS = 0.8
-"""Share of the weight that the driven wheels bear; the caster, which rolls any way, bears the rest."""
+"""Share of the weight that the driven wheels bear; the caster, which rolls in any direction, bears the rest."""
 STANDS_M_S = 1e-3
-"""Slower than this, a wheel that is to stand is held by its brake."""
+"""A wheel commanded to stand and slower than this is held by its brake."""
 
 Pair = tuple[float, float]
 
@@ -38,15 +39,16 @@ class Axle:
 
     def __init__(self, spec: WheeledBodySpec, grip: Pair = (1.0, 1.0)) -> None:
         """:param grip: true radius of each wheel as a share of the nominal one."""
-        self._spec, self._grip = spec, grip
+        self._spec = spec
+        self._grip = grip
         self.rims_m_s: Pair = (0.0, 0.0)
         self._set: Pair = (0.0, 0.0)
         self._slip: Pair = (0.0, 0.0)
         self._pulled: Pair = (0.0, 0.0)
         per_turn = ROVER_INERTIA_KG_M2 / spec.base_m**2
         self._wheel_kg = spec.inertia_kg_m2 / spec.radius_m**2
-        # NOTE: how much chassis one wheel feels when it alone is pulled, and how much of it when the other one is.
-        self._own_kg, self._cross_kg = ROVER_MASS_KG / 4 + per_turn, ROVER_MASS_KG / 4 - per_turn
+        self._own_kg = ROVER_MASS_KG / 4 + per_turn  # mass of the chassis at a wheel that alone is pulled
+        self._cross_kg = ROVER_MASS_KG / 4 - per_turn  # and at the other wheel
         load_n = ROVER_MASS_KG * GRAVITY_M_S2 * ON_WHEELS
         self._torque_n_s = spec.torque_n_m / spec.radius_m * TICK_S
         self._traction_n_s = spec.traction * load_n / 2 * TICK_S
@@ -54,28 +56,32 @@ class Axle:
     def state(self) -> AxleState:
         return AxleState(rims_m_s=self.rims_m_s, set_m_s=self._set, slip=self._slip, pulled_n_s=self._pulled)
 
-    def recall(self, state: AxleState, grip: Pair) -> None:
-        """:param grip: the wheels' radii, as they were drawn."""
+    def restore(self, state: AxleState, grip: Pair) -> None:
+        """:param grip: true radius of each wheel as a share of the nominal one."""
         self._grip = grip
-        self.rims_m_s, self._set = state.rims_m_s, state.set_m_s
-        self._slip, self._pulled = state.slip, state.pulled_n_s
+        self.rims_m_s = state.rims_m_s
+        self._set = state.set_m_s
+        self._slip = state.slip
+        self._pulled = state.pulled_n_s
 
     def follow(self, now: Velocity) -> Velocity:
-        """Let the wheels go with the chassis where something has stopped or pushed it, as far as they do not slip.
+        """Let the wheels follow a chassis that was stopped or pushed, as far as they do not slip.
 
-        :param now: the chassis' velocity in the tick that is over, with all that met it.
+        :param now: the chassis' velocity in the last tick, with all collisions.
         """
-        spare = _each(lambda used, most: most - abs(used), self._pulled, (self._traction_n_s,) * 2)
+        spare = _each(lambda used, limit: limit - abs(used), self._pulled, (self._traction_n_s,) * 2)
         return self._pull(now, self.rims_m_s, self._slip, spare)
 
     def roll(self, now: Velocity, linear_m_s: float, angular_rad_s: float, slip: Pair) -> Velocity:
-        """The chassis' velocity for the coming tick, as motors and floor make it from what it has.
+        """The chassis' velocity for the coming tick, by motors and floor.
 
         :param slip: share of each wheel's turn that is lost on the floor in this tick.
         """
-        self._slip, self._set = slip, self._ramped(self._wanted(linear_m_s, angular_rad_s))
+        self._slip = slip
+        self._set = self._ramped(self._wanted(linear_m_s, angular_rad_s))
         if self._set == (0.0, 0.0) and self._stands(now):
-            self.rims_m_s = self._pulled = (0.0, 0.0)
+            self.rims_m_s = (0.0, 0.0)
+            self._pulled = (0.0, 0.0)
             return STILL
         motors = self._motors(self._over_ground(now))
         spun = _each(lambda rim, push: rim + push / self._wheel_kg, self.rims_m_s, motors)
@@ -83,9 +89,9 @@ class Axle:
         held_n_s = _within(-ROVER_MASS_KG * now.left_m_s, 2 * self._traction_n_s)
         return replace(pulled, left_m_s=now.left_m_s + held_n_s / ROVER_MASS_KG)
 
-    def _pull(self, now: Velocity, spun: Pair, slip: Pair, most: Pair) -> Velocity:
-        """Wheels and chassis after the floor has brought them together; keeps the wheels' part."""
-        pull = self._traction(spun, self._over_ground(now), slip, most)
+    def _pull(self, now: Velocity, spun: Pair, slip: Pair, limits: Pair) -> Velocity:
+        """Chassis and wheels after traction has acted between them; updates the wheels."""
+        pull = self._traction(spun, self._over_ground(now), slip, limits)
         self._pulled = pull
         self.rims_m_s = _each(lambda rim, back: rim - back / self._wheel_kg, spun, pull)
         turn_n_m_s = (pull[1] - pull[0]) * self._spec.base_m / 2
@@ -96,16 +102,17 @@ class Axle:
         )
 
     def _over_ground(self, now: Velocity) -> Pair:
-        """How fast the floor goes by below each wheel."""
+        """Speed of the floor below each wheel."""
         across = now.turn_rad_s * self._spec.base_m / 2
         return (now.ahead_m_s - across, now.ahead_m_s + across)
 
     def _wanted(self, linear_m_s: float, angular_rad_s: float) -> Pair:
-        """Rim speeds for a velocity; beyond what wheels can do both are slowed, so that the curve stays the same."""
+        """Rim speeds for a velocity; beyond the wheels' limit both are slowed, so that the curve stays the same."""
         across = angular_rad_s * self._spec.base_m / 2
-        left, right = linear_m_s - across, linear_m_s + across
-        most_m_s = self._spec.speed_rad_s * self._spec.radius_m
-        share = min(1.0, most_m_s / max(abs(left), abs(right), 1e-9))
+        left = linear_m_s - across
+        right = linear_m_s + across
+        limit_m_s = self._spec.speed_rad_s * self._spec.radius_m
+        share = min(1.0, limit_m_s / max(abs(left), abs(right), 1e-9))
         return (left * share * self._grip[0], right * share * self._grip[1])
 
     def _ramped(self, wanted: Pair) -> Pair:
@@ -115,17 +122,19 @@ class Axle:
     def _motors(self, over_ground: Pair) -> Pair:
         """Impulses at the rims that bring the wheels to their set speeds, within the motors' torque.
 
-        A motor has to turn its wheel, and through it what of the chassis the floor lets it pull.
+        A motor turns its wheel, and through it as much of the chassis as traction allows.
         """
         left = (1 - self._slip[0]) * self._set[0] - over_ground[0]
         right = (1 - self._slip[1]) * self._set[1] - over_ground[1]
-        own, cross, most = self._own_kg, self._cross_kg, self._traction_n_s
-        load = (_within(own * left + cross * right, most), _within(cross * left + own * right, most))
+        own = self._own_kg
+        cross = self._cross_kg
+        limit = self._traction_n_s
+        load = (_within(own * left + cross * right, limit), _within(cross * left + own * right, limit))
         spin = _each(lambda then, now: self._wheel_kg * (then - now), self._set, self.rims_m_s)
         return _each(lambda own, loaded: _within(own + loaded, self._torque_n_s), spin, load)
 
-    def _traction(self, spun: Pair, over_ground: Pair, slip: Pair, most: Pair) -> Pair:
-        """Impulses between floor and wheels that end their slipping, within what the floor can hold."""
+    def _traction(self, spun: Pair, over_ground: Pair, slip: Pair, limits: Pair) -> Pair:
+        """Impulses between floor and wheels that end their slipping, within the limits."""
         lag = (
             (1 - slip[0]) * spun[0] - over_ground[0],
             (1 - slip[1]) * spun[1] - over_ground[1],
@@ -135,11 +144,11 @@ class Axle:
         own = (give + (1 - slip[0]) / self._wheel_kg, give + (1 - slip[1]) / self._wheel_kg)
         scale = own[0] * own[1] - cross * cross
         wished = ((lag[0] * own[1] - lag[1] * cross) / scale, (lag[1] * own[0] - lag[0] * cross) / scale)
-        left, right = _each(_within, wished, most)
-        if left != wished[0]:  # what slips leaves the other wheel more to do, or less
-            right = _within((lag[1] - cross * left) / own[1], most[1])
+        left, right = _each(_within, wished, limits)
+        if left != wished[0]:  # a slipping wheel changes the load of the other
+            right = _within((lag[1] - cross * left) / own[1], limits[1])
         elif right != wished[1]:
-            left = _within((lag[0] - cross * right) / own[0], most[0])
+            left = _within((lag[0] - cross * right) / own[0], limits[0])
         return (left, right)
 
     def _stands(self, now: Velocity) -> bool:

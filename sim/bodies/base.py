@@ -9,73 +9,74 @@ from robots.physical.sonar import Activity, cascade
 from robots.world import RobotSpec
 from sim.bodies.battery import Battery
 from sim.physics.jaws import Jaws
+from sim.physics.scene import Scene
 from sim.snapshot import BodyState, RampedState, WheeledState
 
 
 class SimulatedBody(ABC):
-    """Implements `robots.physical.body.Body`, and knows no more than a real one would. Its kind decides how it moves."""
+    """Implements `robots.body.Body`, and knows no more than a real one would. Subclasses decide how it moves."""
 
-    def __init__(self, spec: RobotSpec, jaws: Jaws) -> None:
+    def __init__(self, spec: RobotSpec, jaws: Jaws, scene: Scene) -> None:
         self.spec = spec
-        self._jaws = jaws
-        self._wanted = (0.0, 0.0)
-        self._readings: Readings | None = None
-        self._activities: list[Activity] = []
         self.running = ALL_SENSORS
         self.battery = Battery(load_powers(), level=spec.battery)
+        self._jaws = jaws
+        self._scene = scene
+        self._command = (0.0, 0.0)
+        self._readings: Readings | None = None
+        self._activities: list[Activity] = []
 
     @property
     @abstractmethod
     def driven(self) -> tuple[float, float]:
-        """How its drive moves it: metres a second ahead, radians a second counter-clockwise."""
+        """The drive's velocity: metres a second ahead, radians a second counter-clockwise."""
 
     @abstractmethod
     def drive(self) -> None:
-        """Move for the coming tick, or have the scene move it (called by the world before each tick)."""
+        """Move for the coming tick, or set the velocity in the scene (called before each tick)."""
 
     @abstractmethod
-    def count_way(self, true: Pose) -> None:
-        """Bring odometry up to date (called by the world before it senses)."""
+    def update_odometry(self, true: Pose) -> None:
+        """Bring odometry up to date (called before the world senses)."""
 
-    @abstractmethod
     def touches(self) -> bool:
         """True while it presses against something."""
+        return self._scene.touched(self.spec.name)
 
     @abstractmethod
     def get_position(self) -> Pose: ...
 
     @abstractmethod
     def drive_state(self) -> RampedState | WheeledState:
-        """What to go on with of its drive and odometry."""
+        """State of its drive and odometry, for a snapshot."""
 
     @abstractmethod
-    def recall_drive(self, state: RampedState | WheeledState) -> None:
+    def restore_drive(self, state: RampedState | WheeledState) -> None:
         """:raises ValueError: if it is another kind's."""
 
     def state(self) -> BodyState:
         return BodyState(
-            wanted=self._wanted,
+            wanted=self._command,
             running=self.running,
             left_j=self.battery.left_j,
             charging=self.battery.charging,
             drive=self.drive_state(),
         )
 
-    def recall(self, state: BodyState) -> None:
-        """Go on as the body of a snapshot.
-
-        :raises ValueError: if it is of another kind.
-        """
-        self._wanted, self.running = state.wanted, state.running
-        self.battery.recall(state.left_j, charging=state.charging)
-        self.recall_drive(state.drive)
+    def restore(self, state: BodyState) -> None:
+        """:raises ValueError: if the state is of another kind of body."""
+        self._command = state.wanted
+        self.running = state.running
+        self.battery.left_j = state.left_j
+        self.battery.charging = state.charging
+        self.restore_drive(state.drive)
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
-        """Take a command, and hold it until the next; with an empty battery it is to stop."""
-        drives = self.battery.level > 0
-        self._wanted = (
-            clip(linear_m_s, self.spec.speed_m_s * drives),
-            clip(angular_rad_s, self.spec.turn_rad_s * drives),
+        """Take a command, and hold it until the next; with an empty battery the command is to stop."""
+        powered = self.battery.level > 0
+        self._command = (
+            clip(linear_m_s, self.spec.speed_m_s * powered),
+            clip(angular_rad_s, self.spec.turn_rad_s * powered),
         )
 
     def set_gripper(self, *, closed: bool) -> None:
@@ -90,18 +91,18 @@ class SimulatedBody(ABC):
         return self._readings
 
     def install(self, activity: Activity) -> None:
-        """Set up, at the start, a module that senses after those that are there; the first are the sensors' drivers."""
+        """Add a module that senses after those already installed; the sensors' drivers come first."""
         self._activities.append(activity)
 
     def refresh(self, readings: Readings) -> None:
-        """Hand over what the sensors' drivers say at this tick (called by the world)."""
+        """Take the sensors' readings of this tick (called by the world)."""
         self._readings = cascade(readings, self._activities)
 
-    def spend(self, step_s: float, *, at_home: bool) -> None:
-        """Let the battery pay for a step."""
-        self.battery.pass_time(step_s, running=self.running, driven=self.driven, at_home=at_home)
+    def drain_battery(self, step_s: float, *, at_home: bool) -> None:
+        """Account for the energy of a step."""
+        self.battery.advance(step_s, running=self.running, driven=self.driven, at_home=at_home)
 
 
 def clip(value: float, limit: float) -> float:
-    """Within the limit; a command that is no number stops the motion."""
+    """Clamp to the limit; a command that is not a finite number stops the motion."""
     return max(-limit, min(limit, value)) if -inf < value < inf else 0.0

@@ -9,49 +9,55 @@ from robots.world import RobotSpec
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.axle import STILL, Axle, Velocity
 from sim.bodies.base import SimulatedBody
-from sim.bodies.encoders import Encoders
+from sim.bodies.odometry import Encoders
+from sim.clock import TICK_S
 from sim.physics.jaws import Jaws
-from sim.physics.scene import TICK_S, Scene
+from sim.physics.scene import Scene
 from sim.snapshot import RampedState, StreamState, WheeledState
 
-LIFTED_M_S, LIFTED_RAD_S = 5.0, 30.0
-"""What seems to have moved faster than this was lifted and set down: it stands."""
+LIFTED_M_S = 5.0
+LIFTED_RAD_S = 30.0
+"""A body that seems to have moved faster than this was lifted and set down: it stands."""
 
 
 class WheeledBody(SimulatedBody):
-    """Pushes and collisions act through the solver: the axle goes on from the motion that they leave it."""
+    """Pushes and collisions act through the solver: the axle continues from the motion the solver leaves."""
 
     def __init__(
         self,
         spec: RobotSpec,
-        measures: WheeledBodySpec,
+        wheels: WheeledBodySpec,
         jaws: Jaws,
         scene: Scene,
         told: Pose,
         rng: np.random.Generator,
     ) -> None:
-        super().__init__(spec, jaws)
-        self._measures, self._scene, self._rng = measures, scene, rng.spawn(1)[0]
-        self._encoders = Encoders(measures, told, rng)
-        self._axle = Axle(measures, self._encoders.grip)
+        super().__init__(spec, jaws, scene)
+        self._wheels = wheels
+        self._rng = rng.spawn(1)[0]
+        self._encoders = Encoders(wheels, told, rng)
+        self._axle = Axle(wheels, self._encoders.grip)
         self._last = scene.pose(spec.name)
 
     @property
     def driven(self) -> tuple[float, float]:
         left, right = self._axle.rims_m_s
-        return ((left + right) / 2, (right - left) / self._measures.base_m)
+        return ((left + right) / 2, (right - left) / self._wheels.base_m)
 
     def drive(self) -> None:
         pose = self._scene.pose(self.spec.name)
-        now = self._axle.follow(_moved(self._last, pose))
+        now = self._axle.follow(_mean_velocity(self._last, pose))
         self._encoders.roll(self._axle.rims_m_s, TICK_S)
         self._last = pose
-        left, right = (self._measures.slip * self._rng.standard_normal(2)).tolist()
-        velocity = self._axle.roll(now, *self._wanted, slip=(left, right))
+        left, right = (self._wheels.slip * self._rng.standard_normal(2)).tolist()
+        velocity = self._axle.roll(now, *self._command, slip=(left, right))
         self._scene.drive(self.spec.name, velocity.ahead_m_s, velocity.turn_rad_s, velocity.left_m_s)
 
-    def count_way(self, true: Pose) -> None:
+    def update_odometry(self, true: Pose) -> None:
         self._encoders.read()
+
+    def get_position(self) -> Pose:
+        return self._encoders.pose
 
     def drive_state(self) -> WheeledState:
         return WheeledState(
@@ -61,26 +67,22 @@ class WheeledBody(SimulatedBody):
             floor=StreamState.of(self._rng),
         )
 
-    def recall_drive(self, state: RampedState | WheeledState) -> None:
+    def restore_drive(self, state: RampedState | WheeledState) -> None:
         if not isinstance(state, WheeledState):
             raise ValueError(f"{self.spec.name} has wheels, but its snapshot has none")
-        self._encoders.recall(state.encoders)
-        self._axle.recall(state.axle, self._encoders.grip)
+        self._encoders.restore(state.encoders)
+        self._axle.restore(state.axle, self._encoders.grip)
         self._last = state.last
         state.floor.restore(self._rng)
 
-    def touches(self) -> bool:
-        return self._scene.touched(self.spec.name)
 
-    def get_position(self) -> Pose:
-        return self._encoders.pose
-
-
-def _moved(last: Pose, now: Pose) -> Velocity:
-    """The mean velocity of the last tick, in the frame that the body has now."""
-    east, north = (now.x_m - last.x_m) / TICK_S, (now.y_m - last.y_m) / TICK_S
-    turn = remainder(now.heading_rad - last.heading_rad, tau) / TICK_S
-    if hypot(east, north) > LIFTED_M_S or abs(turn) > LIFTED_RAD_S:
+def _mean_velocity(last: Pose, now: Pose) -> Velocity:
+    """The mean velocity of the last tick, in the body's present frame."""
+    east_m_s = (now.x_m - last.x_m) / TICK_S
+    north_m_s = (now.y_m - last.y_m) / TICK_S
+    turn_rad_s = remainder(now.heading_rad - last.heading_rad, tau) / TICK_S
+    if hypot(east_m_s, north_m_s) > LIFTED_M_S or abs(turn_rad_s) > LIFTED_RAD_S:
         return STILL
-    ahead, left = cos(now.heading_rad), sin(now.heading_rad)
-    return Velocity(east * ahead + north * left, north * ahead - east * left, turn)
+    cosine = cos(now.heading_rad)
+    sine = sin(now.heading_rad)
+    return Velocity(east_m_s * cosine + north_m_s * sine, north_m_s * cosine - east_m_s * sine, turn_rad_s)

@@ -10,22 +10,25 @@ from collections.abc import Mapping, Sequence
 from math import cos, hypot, sin
 
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
-from sim.physics.beam import Beam, JawsPose, Press
-from sim.physics.scene import TICK_S, Placed, Scene
+from sim.clock import TICK_S
+from sim.physics.beam import Beam, Contact, JawsPose
+from sim.physics.scene import Placed, Scene
 from sim.snapshot import JawsState
 
 BARRIER_M = 0.07
-"""The light barrier meets a sample whose middle is this near to the jaws' middle."""
+"""Distance from the jaws' middle at which a sample's middle breaks the light barrier."""
 HANDLE_M = 0.03
-"""It meets a long one whose handle is this near."""
+"""Distance at which a long sample's handle breaks it."""
 SLIP_M = 0.15
 """A sample farther than this from a second holder's jaws has slipped out."""
 
 
 def jaws_point(pose: Pose) -> tuple[float, float]:
     """The middle of the jaws, in the world's frame."""
-    ahead = (GRIPPER_REACH_M * cos(pose.heading_rad), GRIPPER_REACH_M * sin(pose.heading_rad))
-    return (pose.x_m + ahead[0], pose.y_m + ahead[1])
+    return (
+        pose.x_m + GRIPPER_REACH_M * cos(pose.heading_rad),
+        pose.y_m + GRIPPER_REACH_M * sin(pose.heading_rad),
+    )
 
 
 class Jaws:
@@ -48,24 +51,26 @@ class Jaws:
             slipped=self.slipped,
         )
 
-    def recall(self, state: JawsState) -> None:
-        """Hold again what was held, where the scene has it: it is lifted, and nothing moves."""
-        self._closed, self.slipped = dict(state.closed), state.slipped
+    def restore(self, state: JawsState) -> None:
+        """Grip again what was held, at its place in the scene: it is lifted, and nothing moves."""
+        self._closed = dict(state.closed)
+        self.slipped = state.slipped
         self._holders = {sample: list(holders) for sample, holders in state.holders.items()}
         for sample in (sample for sample, holders in self._holders.items() if holders):
-            point, heading_rad = self._scene.sample_point(sample)[:2], self._scene.sample_heading(sample)
+            point = self._scene.sample_point(sample)[:2]
+            heading_rad = self._scene.sample_heading(sample)
             self._scene.lift(sample)
             self._scene.carry(sample, point, heading_rad)
             if sample in state.beams:
                 self._beams[sample] = self._beam(sample)
-                self._beams[sample].recall(state.beams[sample])
+                self._beams[sample].restore(state.beams[sample])
 
     def holders(self, sample: str) -> tuple[str, ...]:
         """The rovers that hold a sample, the one that carries it first."""
         return tuple(self._holders[sample])
 
-    def hidden(self) -> list[tuple[str, str]]:
-        """Rovers and the compact samples in their jaws, whose tags they do not see; those of long ones they do."""
+    def hidden_tags(self) -> list[tuple[str, str]]:
+        """Rovers and the compact samples in their jaws, whose tags they cannot see; a long one's tag stays visible."""
         return [
             (rover, sample)
             for sample, holders in self._holders.items()
@@ -74,7 +79,7 @@ class Jaws:
         ]
 
     def state(self, rover: str) -> Gripper:
-        """The gripper's own sensing."""
+        """What the gripper senses."""
         if self._closed[rover]:
             return Gripper(closed=True, between_jaws=self._held_by(rover))
         return Gripper(closed=False, between_jaws=self._between(rover))
@@ -86,10 +91,11 @@ class Jaws:
         sample = self._between(rover) if closed else self._held_by(rover)
         self._closed[rover] = closed
         if sample is not None:
-            self._grip(rover, sample) if closed else self._let_go(rover, sample)
+            change = self._grip if closed else self._release
+            change(rover, sample)
 
     def deflection_m(self, rover: str) -> tuple[float, float]:
-        """Where the object is off the middle of a rover's capture head, x and y of the rover's frame."""
+        """Offset of the object from the middle of a rover's capture head, x and y of the rover's frame."""
         sample = self._held_by(rover)
         if sample not in self._beams:
             return (0.0, 0.0)
@@ -99,7 +105,7 @@ class Jaws:
     def drop(self, sample: str) -> None:
         """A sample slips out of all jaws that hold it, which stay closed."""
         for rover in self.holders(sample):
-            self._let_go(rover, sample)
+            self._release(rover, sample)
 
     def carry(self) -> None:
         """Bring every held sample to its carrier's jaws."""
@@ -115,17 +121,17 @@ class Jaws:
                     holders.remove(other)
 
     def _carry_beam(self, sample: str, beam: Beam) -> None:
-        """Let the heads and what presses against a long sample move it; set it down if the last head loses it."""
-        jaws = {rover: self._pose_of(rover) for rover in self._holders[sample]}
-        presses = [
-            Press(complex(*at), complex(*normal), depth_m)
-            for at, normal, depth_m in self._scene.presses(sample)
+        """Move a long sample by its heads and contacts; set it down if the last head loses it."""
+        jaws = {rover: self._jaws_pose(rover) for rover in self._holders[sample]}
+        contacts = [
+            Contact(complex(*at), complex(*normal), depth_m)
+            for at, normal, depth_m in self._scene.contacts(sample)
         ]
-        lost = beam.advance(jaws, presses, TICK_S)
+        lost = beam.advance(jaws, contacts, TICK_S)
         self._scene.carry(sample, (beam.middle.real, beam.middle.imag), beam.heading_rad)
         for rover in lost:
             self.slipped += 1
-            self._let_go(rover, sample)
+            self._release(rover, sample)
 
     def _grip(self, rover: str, sample: str) -> None:
         if not self._holders[sample]:
@@ -133,14 +139,14 @@ class Jaws:
         self._holders[sample].append(rover)
         if sample in self._lengths_m:
             beam = self._beams.setdefault(sample, self._beam(sample))
-            jaws = self._pose_of(rover)
+            jaws = self._jaws_pose(rover)
             beam.grip(rover, min((1, -1), key=lambda end: abs(beam.handle(end) - jaws.middle)), jaws)
 
-    def _let_go(self, rover: str, sample: str) -> None:
+    def _release(self, rover: str, sample: str) -> None:
         point = self._scene.sample_point(sample)
         self._holders[sample].remove(rover)
         if sample in self._beams:
-            self._beams[sample].let_go(rover)
+            self._beams[sample].release(rover)
         if not self._holders[sample]:
             beam = self._beams.pop(sample, None)
             self._scene.set_down(sample, point[:2], beam.heading_rad if beam else 0.0)
@@ -159,7 +165,7 @@ class Jaws:
         return sample if distance_m <= BARRIER_M else self._handle_between(jaws)
 
     def _handle_between(self, jaws: tuple[float, float]) -> str | None:
-        """The long sample one of whose handles is between the jaws, and in nobody else's."""
+        """The long sample with a handle between the jaws that no other rover grips."""
         for sample in self._lengths_m:
             beam = self._beams.get(sample) or self._beam(sample)
             taken = {beam.end_of(holder) for holder in self._holders[sample]}
@@ -169,11 +175,11 @@ class Jaws:
         return None
 
     def _beam(self, sample: str) -> Beam:
-        """A long sample as it lies or is held."""
+        """A long sample at its present pose."""
         x, y, _ = self._scene.sample_point(sample)
         return Beam(self._lengths_m[sample], complex(x, y), self._scene.sample_heading(sample))
 
-    def _pose_of(self, rover: str) -> JawsPose:
+    def _jaws_pose(self, rover: str) -> JawsPose:
         pose = self._scene.pose(rover)
         return JawsPose(complex(*jaws_point(pose)), pose.heading_rad)
 

@@ -1,8 +1,8 @@
-"""Rays in a plane against what a horizontal cut of the scene leaves solid. Compiled (numba).
+"""Rays in a plane against a horizontal cross-section of the scene. Compiled (numba).
 
 Arrays: boxes: shape (B, 6): middle x, y, cosine and sine of the heading, half length along it, half width, metres.
 discs: shape (D, 3): middle x, y, radius. The physics engine casts the same rays in three dimensions, at about 8 µs
-each; here a batch takes about a hundredth of that, for what is out of the way is sorted out before any ray is cast.
+each; a batch here takes about a hundredth of that, because far bodies are excluded before any ray is cast.
 """
 
 from typing import NamedTuple
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ray = tuple[float, float, float, float]
-"""Its start x, y, and the way to its end, metres."""
+"""Its start x, y, and the vector to its end, metres."""
 FREE = 1.0
 """The share of a ray that meets nothing."""
 
 
 class Cut(NamedTuple):
-    """What is solid at one height: boxes and discs as above."""
+    """A cross-section at one height: boxes and discs as above."""
 
     boxes: Floats
     discs: Floats
@@ -37,7 +37,8 @@ def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64])
     near_boxes = np.empty(len(boxes), np.int64)
     near_discs = np.empty(len(discs), np.int64)
     for fan in range(len(fans) - 1):
-        first, last = fans[fan], fans[fan + 1]
+        first = fans[fan]
+        last = fans[fan + 1]
         if first == last:
             continue
         x, y = starts[first]
@@ -45,7 +46,8 @@ def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64])
         for ray in range(first, last):
             reach_m = max(reach_m, np.hypot(ends[ray, 0] - x, ends[ray, 1] - y))
             reach_m = max(reach_m, np.hypot(starts[ray, 0] - x, starts[ray, 1] - y))
-        boxes_near = discs_near = 0
+        boxes_near = 0
+        discs_near = 0
         for n in range(len(boxes)):
             if np.hypot(boxes[n, 0] - x, boxes[n, 1] - y) <= reach_m + np.hypot(boxes[n, 4], boxes[n, 5]):
                 near_boxes[boxes_near] = n
@@ -77,8 +79,8 @@ def in_sight(
 
     :param observers, shining: shape (R, 2) and (E, 2), metres. :param reach_m: shape (E,).
     :param known: shape (R, E): the pairs that matter.
-    :param blocker: shape (R, E), kept from call to call: what blocked the view last is tried first. Most of what is
-        hidden stays hidden by the same wall; that makes no difference but in time.
+    :param blocker: shape (R, E), kept from call to call: the body that blocked the view last, which is tried first.
+        It saves time only: most hidden emitters stay hidden by the same wall.
     """
     boxes, discs = cut
     seen = np.empty((known.sum(), 2), np.int64)
@@ -110,7 +112,8 @@ def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int6
     found = np.empty(len(points), np.int64)
     count = 0
     for n in range(len(points)):
-        off_x, off_y = points[n, 0] - x, points[n, 1] - y
+        off_x = points[n, 0] - x
+        off_y = points[n, 1] - y
         if off_x * off_x + off_y * off_y <= within_m * within_m:
             found[count] = n
             count += 1
@@ -120,7 +123,8 @@ def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int6
 @numba.njit(cache=True)
 def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
     # NOTE: rays are numbers and not rows of arrays, whose making would take longer than the rest.
-    x, y = starts[first, 0], starts[first, 1]
+    x = starts[first, 0]
+    y = starts[first, 1]
     return x, y, ends[last, 0] - x, ends[last, 1] - y
 
 
@@ -136,12 +140,16 @@ def _blocks(boxes: Floats, discs: Floats, n: int, ray: Ray) -> bool:
 @numba.njit(cache=True)
 def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
     """Slab by slab: the ray is within the box where it is between both pairs of sides."""
-    cosine, sine = boxes[n, 2], boxes[n, 3]
-    off_x, off_y = x - boxes[n, 0], y - boxes[n, 1]
-    across, way_across = cosine * off_y - sine * off_x, cosine * way_y - sine * way_x
+    cosine = boxes[n, 2]
+    sine = boxes[n, 3]
+    off_x = x - boxes[n, 0]
+    off_y = y - boxes[n, 1]
+    across = cosine * off_y - sine * off_x
+    way_across = cosine * way_y - sine * way_x
     if _beside(across, way_across, boxes[n, 5]):
         return 1.0
-    along, way_along = cosine * off_x + sine * off_y, cosine * way_x + sine * way_y
+    along = cosine * off_x + sine * off_y
+    way_along = cosine * way_x + sine * way_y
     if _beside(along, way_along, boxes[n, 4]):
         return 1.0
     enters, leaves = _within(along, way_along, boxes[n, 4], 0.0, 1.0)
@@ -153,23 +161,25 @@ def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: floa
 
 @numba.njit(cache=True)
 def _beside(at: float, way: float, half: float) -> bool:
-    """True if a ray begins and ends on one side of a slab: most do, and that is told without a division."""
+    """True if a ray begins and ends on one side of a slab: most do, and this test needs no division."""
     end = at + way
     return (at > half and end > half) or (at < -half and end < -half)
 
 
 @numba.njit(cache=True)
 def _within(at: float, way: float, half: float, enters: float, leaves: float) -> tuple[float, float]:
-    """The part of a ray's way, from and to, that is between -half and half; if there is none, from beyond to."""
+    """The part of a ray, from and to, that is between -half and half; from > to if there is none."""
     if abs(way) < 1e-12:
         return (2.0, 1.0) if abs(at) > half else (enters, leaves)
-    one, other = (-half - at) / way, (half - at) / way
+    one = (-half - at) / way
+    other = (half - at) / way
     return max(enters, min(one, other)), min(leaves, max(one, other))
 
 
 @numba.njit(cache=True)
 def _to_disc(discs: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
-    off_x, off_y = x - discs[n, 0], y - discs[n, 1]
+    off_x = x - discs[n, 0]
+    off_y = y - discs[n, 1]
     inside = off_x * off_x + off_y * off_y - discs[n, 2] * discs[n, 2]
     if inside <= 0.0:
         return 0.0

@@ -17,16 +17,12 @@ from numpy.typing import NDArray
 
 from robots.physical.body import Pose
 from robots.world.walls import WALL_THICKNESS_M, Panel
-from sim.physics import shapes
-from sim.physics.body_poses import Whereabouts
-from sim.physics.cross_section import Outlines
-from sim.physics.quiet import quietly
+from sim.clock import TICK_S
+from sim.physics import bullet
+from sim.physics.bullet import BodyPoses, pybullet
+from sim.physics.cross_section import CollisionShapes
 from sim.physics.rays import Cut, near
 
-with quietly():
-    import pybullet
-
-TICK_S = 1 / 60
 SUBSTEPS = 4  # of 1/240 s each
 
 WALL_HEIGHT_M = 0.6
@@ -42,10 +38,16 @@ BEAM_WIDTH_M = 0.06
 LIFTED_M = 0.245
 """Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
 
-RAYS, WALLS, ROVERS, SAMPLES, LOW = 1, 2, 4, 8, 16  # collision groups; LOW: below the whiskers' plane
-AUDIBLE = WALLS | ROVERS | SAMPLES
+# Collision groups; the engine's own rays are of group 1, LOW is below the whiskers' plane.
+RAYS = 1
+WALLS = 2
+ROVERS = 4
+SAMPLES = 8
+LOW = 16
+SONAR_GROUPS = WALLS | ROVERS | SAMPLES
+"""What a whisker's beam meets."""
 MOVABLE = RAYS | ROVERS | SAMPLES | LOW
-"""What walls meet: where they join each other there is nothing to be solved. The engine's own rays are of group 1."""
+"""What walls collide with: contacts between joined walls need no solving."""
 EVERYTHING = MOVABLE | WALLS
 
 Point3 = tuple[float, float, float]
@@ -60,54 +62,64 @@ class Placed:
     heading_rad: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Rock:
+    """A round obstacle: its middle and radius."""
+
+    point: tuple[float, float]
+    radius_m: float
+
+
 class Scene:
     """One PyBullet world without a window. Bodies are known by their names in the world file."""
 
     def __init__(
         self, panels: Sequence[Panel], rovers: Mapping[str, Pose], samples: Mapping[str, Placed]
     ) -> None:
-        self._client: int = pybullet.connect(pybullet.DIRECT)
-        # The engine keeps some 30 MB a world, also of one that is dropped without being closed.
-        self._disconnect = finalize(self, pybullet.disconnect, self._client)
+        self.client: int = pybullet.connect(pybullet.DIRECT)
+        # The engine keeps about 30 MB per world, also for one that is dropped without being closed.
+        self._disconnect = finalize(self, pybullet.disconnect, self.client)
         self._disconnect.atexit = False
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=TICK_S,
             numSubSteps=SUBSTEPS,
             deterministicOverlappingPairs=1,
-            physicsClientId=self._client,
+            physicsClientId=self.client,
         )
         self._solid: list[int] = []
-        self._outlines = Outlines()
-        self._where = Whereabouts(self._client)
-        self._points: NDArray[np.float64] | None = None
+        self._shapes = CollisionShapes()
+        self._poses = BodyPoses(self.client)
+        self._sample_points: NDArray[np.float64] | None = None
         self._contacts: Sequence[Any] = ()
         for panel in panels:
             self._add_wall(panel)
-        shape = shapes.rover(
-            self._client, height_m=ROVER_HEIGHT_M, jaws_m=LIFTED_M, half_width_m=SAMPLE_RADIUS_M
+        shape = bullet.rover(
+            self.client, height_m=ROVER_HEIGHT_M, jaws_m=LIFTED_M, half_width_m=SAMPLE_RADIUS_M
         )
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
         self._samples = {name: self._add_sample(placed) for name, placed in samples.items()}
         self._names = tuple(samples)
-        self._long = frozenset(self._samples[name] for name, placed in samples.items() if placed.length_m)
+        self._long_bodies = frozenset(
+            self._samples[name] for name, placed in samples.items() if placed.length_m
+        )
         self._held: set[str] = set()
         self._balls: dict[int, float] = {}
 
     def pose(self, rover: str) -> Pose:
         """A rover's true pose."""
-        x, y, _, heading = self._where.at(self._rovers[rover])
+        x, y, _, heading = self._poses.of(self._rovers[rover])
         return Pose(x_m=x, y_m=y, heading_rad=heading)
 
     def sample_point(self, sample: str) -> Point3:
         """A sample's true middle."""
-        return self._where.at(self._samples[sample])[:3]
+        return self._poses.of(self._samples[sample])[:3]
 
     def sample_points(self) -> NDArray[np.float64]:
         """Shape (S, 3): the true middles of all samples, in the order in which the scene was given them."""
-        if self._points is None:
-            wheres = [self._where.at(body) for body in self._samples.values()]
-            self._points = np.array(wheres).reshape(-1, 4)[:, :3]
-        return self._points
+        if self._sample_points is None:
+            poses = [self._poses.of(body) for body in self._samples.values()]
+            self._sample_points = np.array(poses).reshape(-1, 4)[:, :3]
+        return self._sample_points
 
     def samples_near(self, point: tuple[float, float], within_m: float) -> list[str]:
         """The samples whose middles are within a distance of a point in the plane."""
@@ -115,11 +127,11 @@ class Scene:
 
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""
-        return self._where.at(self._samples[sample])[3]
+        return self._poses.of(self._samples[sample])[3]
 
     def drive(self, rover: str, linear_m_s: float, angular_rad_s: float, sideways_m_s: float = 0.0) -> None:
-        """Give a rover its velocity for the coming tick, along its own heading and to the left of it."""
-        heading = self._where.at(self._rovers[rover])[3]
+        """Set a rover's velocity for the coming tick, along its own heading and to the left of it."""
+        heading = self._poses.of(self._rovers[rover])[3]
         pybullet.resetBaseVelocity(
             self._rovers[rover],
             [
@@ -128,33 +140,33 @@ class Scene:
                 0.0,
             ],
             [0.0, 0.0, angular_rad_s],
-            physicsClientId=self._client,
+            physicsClientId=self.client,
         )
 
     def put_rover(self, rover: str, pose: Pose) -> None:
         """Stand a rover somewhere else at once."""
         self._place(self._rovers[rover], (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
 
-    def disembody(self, rover: str) -> None:
-        """From now on a rover only marks its pose: it meets nothing, and no ray meets it."""
+    def make_intangible(self, rover: str) -> None:
+        """From now on the rover only marks its pose: it collides with nothing, and no ray hits it."""
         self._collide(self._rovers[rover], 0, 0)
 
     def step(self) -> None:
         """Advance by one tick of 1/60 s and put every body that moved back into its plane."""
-        pybullet.stepSimulation(physicsClientId=self._client)
-        self._contacts = pybullet.getContactPoints(physicsClientId=self._client) or ()
+        pybullet.stepSimulation(physicsClientId=self.client)
+        self._contacts = pybullet.getContactPoints(physicsClientId=self.client) or ()
         # NOTE: without gravity nothing but a rover moves that nothing touches.
         pushed = {body for contact in self._contacts for body in contact[1:3]}
-        self._points = None if pushed else self._points
+        self._sample_points = None if pushed else self._sample_points
         for body in pushed:
-            self._where.forget(body)
+            self._poses.invalidate(body)
         for body in self._rovers.values():
-            self._where.level(body, ROVER_HEIGHT_M / 2)
+            self._poses.level(body, ROVER_HEIGHT_M / 2)
         for sample, body in self._samples.items():
             if body in pushed and sample not in self._held:
-                self._settle(body, SAMPLE_HEIGHT_M / 2)
+                self._stop_pushed(body, SAMPLE_HEIGHT_M / 2)
         for body in pushed & self._balls.keys():
-            self._settle(body, self._balls[body])
+            self._stop_pushed(body, self._balls[body])
 
     def lift(self, sample: str) -> None:
         """A sample in jaws touches nothing; `carry` moves it."""
@@ -165,11 +177,12 @@ class Scene:
         """Move a lifted sample to a point in the plane."""
         self._place(self._samples[sample], (*point, LIFTED_M), heading_rad)
 
-    def presses(self, sample: str) -> list[tuple[tuple[float, float], tuple[float, float], float]]:
-        """Where walls and rocks press against a lifted sample: point, unit normal towards it, depth in metres."""
-        body, found = self._samples[sample], []
+    def contacts(self, sample: str) -> list[tuple[tuple[float, float], tuple[float, float], float]]:
+        """Where walls and rocks overlap a lifted sample: point, unit normal towards it, depth in metres."""
+        body = self._samples[sample]
+        found = []
         for solid in self._solid:
-            for close in pybullet.getClosestPoints(body, solid, 0.0, physicsClientId=self._client):
+            for close in pybullet.getClosestPoints(body, solid, 0.0, physicsClientId=self.client):
                 found.append((close[5][:2], close[7][:2], -close[8]))
         return found
 
@@ -180,8 +193,8 @@ class Scene:
         self._place(self._samples[sample], (*point, SAMPLE_HEIGHT_M / 2), heading_rad)
 
     def cut(self, *, height_m: float, groups: int) -> Cut:
-        """What bodies of these groups leave solid of the plane at a height, for rays in it."""
-        return self._outlines.cut(self._where.at, height_m=height_m, groups=groups)
+        """The cross-section of the bodies of these groups at a height, for rays in that plane."""
+        return self._shapes.cut(self._poses.of, height_m=height_m, groups=groups)
 
     def touched(self, rover: str) -> bool:
         """True while the rover's body or jaws press against anything."""
@@ -192,23 +205,20 @@ class Scene:
         self, point: tuple[float, float], heading_rad: float, *, side_m: float, height_m: float
     ) -> int:
         """Stand a box on the floor, too heavy to be pushed; it blocks whiskers and, if tall, the line of sight."""
-        shape = shapes.box(self._client, side_m, side_m, height_m)
+        shape = bullet.box(self.client, side_m, side_m, height_m)
         body = self._add(0.0, shape, (*point, height_m / 2), heading_rad)
         self._collide(body, WALLS, MOVABLE)
         return body
 
-    def put_rock(self, point: tuple[float, float], *, radius_m: float) -> int:
-        """Stand a round rock on the floor, too heavy to be pushed; it blocks whiskers, not the line of sight."""
-        shape = shapes.cylinder(self._client, radius_m, ROCK_HEIGHT_M)
-        body = self._add(0.0, shape, (*point, ROCK_HEIGHT_M / 2), 0.0)
-        self._collide(body, WALLS, MOVABLE)
-        self._solid.append(body)
-        return body
+    def put_rock(self, rock: Rock) -> None:
+        """Stand a rock on the floor, too heavy to be pushed; it blocks whiskers, not the line of sight."""
+        shape = bullet.cylinder(self.client, rock.radius_m, ROCK_HEIGHT_M)
+        self._add_solid(shape, (*rock.point, ROCK_HEIGHT_M / 2), 0.0)
 
     def put_ball(self, point: tuple[float, float], *, radius_m: float) -> int:
         """Lay a light ball on the floor, below the whiskers' plane; it moves only while it is pushed."""
         shape = pybullet.createCollisionShape(
-            pybullet.GEOM_SPHERE, radius=radius_m, physicsClientId=self._client
+            pybullet.GEOM_SPHERE, radius=radius_m, physicsClientId=self.client
         )
         body = self._add(0.2, shape, (*point, radius_m), 0.0)
         self._tune(body, lateralFriction=0.1)
@@ -216,33 +226,39 @@ class Scene:
         self._balls[body] = radius_m
         return body
 
-    def take_away(self, body: int) -> None:
+    def remove(self, body: int) -> None:
         """Remove a box or ball."""
         self._balls.pop(body, None)
-        self._where.forget(body)
-        self._outlines.remove(body)
-        pybullet.removeBody(body, physicsClientId=self._client)
+        self._poses.invalidate(body)
+        self._shapes.remove(body)
+        pybullet.removeBody(body, physicsClientId=self.client)
 
     def point_of(self, body: int) -> tuple[float, float]:
         """The true middle of a box or ball."""
-        place, _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        place, _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
         return (place[0], place[1])
 
     def meets(self, rover: str, body: int) -> bool:
         """True while a rover presses against a box or ball."""
-        contacts = pybullet.getContactPoints(self._rovers[rover], body, physicsClientId=self._client)
+        contacts = pybullet.getContactPoints(self._rovers[rover], body, physicsClientId=self.client)
         return any(contact[8] < 1e-3 for contact in contacts)
 
     def close(self) -> None:
         self._disconnect()
 
     def _add_wall(self, panel: Panel) -> None:
-        (x0, y0), (x1, y1) = panel.start, panel.end
-        shape = shapes.box(self._client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
+        x0, y0 = panel.start
+        x1, y1 = panel.end
+        shape = bullet.box(self.client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
         middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
-        body = self._add(0.0, shape, middle, atan2(y1 - y0, x1 - x0))
+        self._add_solid(shape, middle, atan2(y1 - y0, x1 - x0))
+
+    def _add_solid(self, shape: int, middle: Point3, heading_rad: float) -> int:
+        """An obstacle too heavy to be pushed."""
+        body = self._add(0.0, shape, middle, heading_rad)
         self._collide(body, WALLS, MOVABLE)
         self._solid.append(body)
+        return body
 
     def _add_rover(self, shape: int, pose: Pose) -> int:
         body = self._add(ROVER_MASS_KG, shape, (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
@@ -253,9 +269,9 @@ class Scene:
 
     def _add_sample(self, placed: Placed) -> int:
         if placed.length_m:
-            shape = shapes.box(self._client, placed.length_m, BEAM_WIDTH_M, SAMPLE_HEIGHT_M)
+            shape = bullet.box(self.client, placed.length_m, BEAM_WIDTH_M, SAMPLE_HEIGHT_M)
         else:
-            shape = shapes.cylinder(self._client, SAMPLE_RADIUS_M, SAMPLE_HEIGHT_M)
+            shape = bullet.cylinder(self.client, SAMPLE_RADIUS_M, SAMPLE_HEIGHT_M)
         body = self._add(0.5, shape, (*placed.point, SAMPLE_HEIGHT_M / 2), placed.heading_rad)
         self._tune(body, lateralFriction=0.1)
         self._collide(body, SAMPLES, EVERYTHING)
@@ -263,8 +279,8 @@ class Scene:
 
     def _add(self, mass_kg: float, shape: int, middle: Point3, heading_rad: float) -> int:
         turn = pybullet.getQuaternionFromEuler([0.0, 0.0, heading_rad])
-        body: int = pybullet.createMultiBody(mass_kg, shape, -1, middle, turn, physicsClientId=self._client)
-        self._outlines.put(body, pybullet.getCollisionShapeData(body, -1, physicsClientId=self._client))
+        body: int = pybullet.createMultiBody(mass_kg, shape, -1, middle, turn, physicsClientId=self.client)
+        self._shapes.put(body, pybullet.getCollisionShapeData(body, -1, physicsClientId=self.client))
         return body
 
     def _tune(self, body: int, **properties: Any) -> None:
@@ -274,22 +290,22 @@ class Scene:
             linearDamping=0.0,
             angularDamping=0.0,
             restitution=0.0,
-            physicsClientId=self._client,
+            physicsClientId=self.client,
             **properties,
         )
 
     def _collide(self, body: int, group: int, mask: int) -> None:
-        pybullet.setCollisionFilterGroupMask(body, -1, group, mask, physicsClientId=self._client)
-        self._outlines.regroup(body, group)
+        pybullet.setCollisionFilterGroupMask(body, -1, group, mask, physicsClientId=self.client)
+        self._shapes.regroup(body, group)
 
     def _place(self, body: int, middle: Point3, heading_rad: float) -> None:
-        self._where.place(body, middle, heading_rad)
-        self._points = None
+        self._poses.place(body, middle, heading_rad)
+        self._sample_points = None
 
-    def _settle(self, body: int, height_m: float) -> None:
+    def _stop_pushed(self, body: int, height_m: float) -> None:
         """Floor friction: what was pushed in this tick stands still at its end, upright."""
-        linear, angular = pybullet.getBaseVelocity(body, physicsClientId=self._client)
+        linear, angular = pybullet.getBaseVelocity(body, physicsClientId=self.client)
         if any(linear) or any(angular):
-            x, y, _, heading = self._where.at(body)
-            self._place(body, (x, y, height_m), heading if body in self._long else 0.0)
-            pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
+            x, y, _, heading = self._poses.of(body)
+            self._place(body, (x, y, height_m), heading if body in self._long_bodies else 0.0)
+            pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)

@@ -6,7 +6,6 @@ where nothing is in range. Infra-red sightings: walls block them, rovers and sam
 
 import itertools
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf, nan, pi, radians, tau
 from typing import NamedTuple
 
@@ -15,9 +14,9 @@ from numpy.typing import NDArray
 
 from robots.physical.body import RADIUS_M, Pose
 from robots.physical.sightings import Sightings
-from robots.world import RobotSpec, Sample, WorldFile
+from robots.world import Location, RobotSpec, Sample
 from sim.physics.rays import FREE, free_shares, in_sight
-from sim.physics.scene import AUDIBLE, WALLS, Scene
+from sim.physics.scene import SONAR_GROUPS, WALLS, Scene
 
 BEACON_HEIGHT_M = 0.5
 WHISKER_HEIGHT_M = 0.1
@@ -27,21 +26,20 @@ BEARING_SIGMA_RAD = radians(0.5)
 ASPECT_SIGMA_RAD = radians(1.0)
 _EDGE_M = RADIUS_M + 0.002  # rays start just outside the body they belong to
 
-
 Rngs = Mapping[str, np.random.Generator]
 Floats = NDArray[np.float64]
 
 
 class Fans(NamedTuple):
-    """The whiskers of some rovers, one after the other: N rays of F rovers."""
+    """The whiskers of F rovers, one after the other: N rays."""
 
     specs: tuple[RobotSpec, ...]
     counts: NDArray[np.int64]
     """Shape (F,)."""
     bounds: NDArray[np.int64]
-    """Shape (F + 1,): a rover's rays are those from one to the next."""
+    """Shape (F + 1,): rover f has the rays `bounds[f]` to `bounds[f + 1]`."""
     beams_rad: Floats
-    """Shape (N,), off straight ahead; the others alike."""
+    """Shape (N,), from straight ahead; the following likewise."""
     range_m: Floats
     least_m: Floats
 
@@ -64,81 +62,60 @@ class Whiskers:
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
         self._specs = tuple(specs)
         self._fans: Fans | None = None
-        self._silence = {s.name: np.full(s.whiskers, inf) for s in specs if "real" not in s.sonar}
+        self._unfitted = {s.name: np.full(s.whiskers, inf) for s in specs if "real" not in s.sonar}
 
     def read(
         self, scene: Scene, poses: Mapping[str, Pose], rngs: Rngs, running: Container[str]
     ) -> dict[str, Floats]:
-        """One array of ranges a rover whose array runs; no rays are cast for the others, nor where none is fitted."""
-        silent = {name: ranges for name, ranges in self._silence.items() if name in running}
-        specs = tuple([spec for spec in self._specs if spec.name in running and spec.name not in silent])
+        """Ranges by rover whose array runs; no rays are cast for the others, nor for those without a real array."""
+        unfitted = {name: ranges for name, ranges in self._unfitted.items() if name in running}
+        specs = tuple([spec for spec in self._specs if spec.name in running and spec.name not in unfitted])
         if not specs:
-            return silent
+            return unfitted
         if self._fans is None or self._fans.specs != specs:
             self._fans = Fans.of(specs)
         fans = self._fans
         at = np.repeat(_rows(poses[spec.name] for spec in specs), fans.counts, axis=0)
-        ways = _unit(at[:, 2] + fans.beams_rad)
-        starts, ends = at[:, :2] + _EDGE_M * ways, at[:, :2] + (_EDGE_M + fans.range_m)[:, None] * ways
-        cut = scene.cut(height_m=WHISKER_HEIGHT_M, groups=AUDIBLE)
+        directions = _unit(at[:, 2] + fans.beams_rad)
+        starts = at[:, :2] + _EDGE_M * directions
+        ends = at[:, :2] + (_EDGE_M + fans.range_m)[:, None] * directions
+        cut = scene.cut(height_m=WHISKER_HEIGHT_M, groups=SONAR_GROUPS)
         free = free_shares(cut, starts, ends, fans.bounds)
         noise = np.concatenate([rngs[spec.name].standard_normal(spec.whiskers) for spec in specs])
-        heard = np.maximum(fans.least_m, free * fans.range_m + RANGE_SIGMA_M * noise)
-        ranges = np.where(free < FREE, heard, inf)
+        measured = np.maximum(fans.least_m, free * fans.range_m + RANGE_SIGMA_M * noise)
+        ranges = np.where(free < FREE, measured, inf)
         spans = itertools.pairwise(fans.bounds.tolist())
-        return silent | {
+        return unfitted | {
             spec.name: ranges[first:last] for spec, (first, last) in zip(specs, spans, strict=True)
         }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Beacon:
-    """A fixed beacon: world frame, metres; the directions in which it emits, radians."""
-
-    identity: str
-    x_m: float
-    y_m: float
-    axes_rad: tuple[float, ...] = ()
-
-
-def beacons_of(world: WorldFile) -> tuple[Beacon, ...]:
-    """One at each place."""
-    return tuple(
-        Beacon(
-            identity=place.name,
-            x_m=place.at[0],
-            y_m=place.at[1],
-            axes_rad=tuple(radians(axis) for axis in place.approach_deg),
-        )
-        for place in world.places
-    )
 
 
 class InfraRed:
     """The beacon sensors of all rovers, read in one batch.
 
-    Beacons, rovers and the samples' tags shine, in this order. A rover sees the beacons of its reach, the other
+    Emitters are beacons, rovers and the samples' tags, in this order. A rover sees the beacons of its reach, the other
     rovers, and every tag that is near enough and not hidden in its own jaws. A compact sample's tag has no axis; a
-    long one's, at its middle, shines to either side.
+    long one's, at its middle, emits to both sides.
 
+    :param beacons: the places; each has a beacon that emits along its approach directions.
     :param reach: the names of the beacons that each rover knows.
     """
 
     def __init__(
-        self, beacons: Sequence[Beacon], reach: Mapping[str, Collection[str]], samples: Sequence[Sample]
+        self, beacons: Sequence[Location], reach: Mapping[str, Collection[str]], samples: Sequence[Sample]
     ) -> None:
         self._rovers = {rover: row for row, rover in enumerate(reach)}
         names = [sample.name for sample in samples]
-        self._identities = [*(beacon.identity for beacon in beacons), *reach, *names]
+        self._identities = [*(beacon.name for beacon in beacons), *reach, *names]
         self._tags = {name: len(beacons) + len(reach) + n for n, name in enumerate(names)}
         self._long = [sample.name for sample in samples if sample.length_m]
-        self._fixed = np.array([(beacon.x_m, beacon.y_m) for beacon in beacons]).reshape(-1, 2)
-        self._axes_rad = _padded([beacon.axes_rad for beacon in beacons], len(self._identities))
+        self._fixed = np.array([beacon.at for beacon in beacons]).reshape(-1, 2)
+        self._axes_rad = _padded_rad([beacon.approach_deg for beacon in beacons], len(self._identities))
         self._reach_m = np.full(len(self._identities), inf)
         self._reach_m[len(beacons) + len(reach) :] = TAG_RANGE_M
         self._known = np.ones((len(reach), len(self._identities)), np.bool_)
         for row, known in enumerate(reach.values()):
-            self._known[row, : len(beacons)] = [beacon.identity in known for beacon in beacons]
+            self._known[row, : len(beacons)] = [beacon.name in known for beacon in beacons]
             self._known[row, len(beacons) + row] = False
         self._blocker = np.zeros(self._known.shape, np.int64)
 
@@ -150,24 +127,25 @@ class InfraRed:
         running: Collection[str],
         hidden: Iterable[tuple[str, str]],
     ) -> dict[str, Sightings]:
-        """What each rover sees whose sensor runs.
+        """Sightings by rover whose sensor runs.
 
         :param hidden: rovers and the samples in their jaws whose tags they do not see.
         """
         at = _rows(poses.values())
-        shining = np.concatenate([self._fixed, at[:, :2], scene.sample_points()[:, :2]])
+        emitters_at = np.concatenate([self._fixed, at[:, :2], scene.sample_points()[:, :2]])
         known = self._known & np.array([[rover in running] for rover in self._rovers])
         for rover, sample in hidden:
             known[self._rovers[rover], self._tags[sample]] = False
         for sample in self._long:
             along_rad = scene.sample_heading(sample)
-            self._axes_rad[self._tags[sample], :2] = along_rad + pi / 2, along_rad - pi / 2
+            self._axes_rad[self._tags[sample], :2] = (along_rad + pi / 2, along_rad - pi / 2)
         walls = scene.cut(height_m=BEACON_HEIGHT_M, groups=WALLS)
-        pairs = in_sight(walls, at[:, :2], shining, self._reach_m, known, self._blocker)
-        rovers, emitters = pairs[:, 0], pairs[:, 1]
+        pairs = in_sight(walls, at[:, :2], emitters_at, self._reach_m, known, self._blocker)
+        rovers = pairs[:, 0]
+        emitters = pairs[:, 1]
         counts = np.bincount(rovers, minlength=len(self._rovers))
         noise = [rngs[rover].standard_normal((counts[row], 3)) for rover, row in self._rovers.items()]
-        read = _measured(at[rovers], shining[emitters], self._axes_rad[emitters], np.concatenate(noise))
+        read = _measured(at[rovers], emitters_at[emitters], self._axes_rad[emitters], np.concatenate(noise))
         names = [self._identities[n] for n in emitters.tolist()]
         ends = np.cumsum(counts).tolist()
         spans = {rover: slice(ends[row] - counts[row], ends[row]) for rover, row in self._rovers.items()}
@@ -175,7 +153,7 @@ class InfraRed:
 
 
 def aspect_rad(observers: Floats, emitters: Floats, axes_rad: Floats) -> Floats:
-    """How far each observer stands off its emitter's nearest emitting axis, counter-clockwise positive; else 0.
+    """Angle of each observer off its emitter's nearest axis, counter-clockwise positive; 0 without an axis.
 
     :param observers, emitters: shape (N, 2), metres. :param axes_rad: shape (N, A), NaN where there are fewer.
     """
@@ -183,20 +161,20 @@ def aspect_rad(observers: Floats, emitters: Floats, axes_rad: Floats) -> Floats:
     off = _wrapped(around[:, None] - axes_rad)
     size = np.where(np.isnan(off), inf, np.abs(off))
     nearest = np.take_along_axis(off, np.argmin(size, axis=1)[:, None], axis=1)[:, 0]
-    return np.where(np.isnan(nearest), 0.0, nearest)
+    return np.nan_to_num(nearest)
 
 
 def _measured(observers: Floats, emitters: Floats, axes_rad: Floats, noise: Floats) -> Floats:
-    """Range, bearing and aspect as the sensor reads them, shape (N, 3), of pairs in line of sight."""
-    ways = emitters - observers[:, :2]
-    range_m = np.hypot(ways[:, 0], ways[:, 1]) + RANGE_SIGMA_M * noise[:, 0]
-    toward = np.arctan2(ways[:, 1], ways[:, 0]) - observers[:, 2]
+    """Range, bearing and aspect as the sensor measures them, shape (N, 3), of pairs in line of sight."""
+    offsets = emitters - observers[:, :2]
+    range_m = np.hypot(offsets[:, 0], offsets[:, 1]) + RANGE_SIGMA_M * noise[:, 0]
+    bearing = np.arctan2(offsets[:, 1], offsets[:, 0]) - observers[:, 2]
     aspect = aspect_rad(observers, emitters, axes_rad) + ASPECT_SIGMA_RAD * noise[:, 2]
     has_axis = ~np.isnan(axes_rad[:, 0])
     return np.column_stack(
         [
             np.maximum(0.0, range_m),
-            _wrapped(toward + BEARING_SIGMA_RAD * noise[:, 1]),
+            _wrapped(bearing + BEARING_SIGMA_RAD * noise[:, 1]),
             np.where(has_axis, _wrapped(aspect), 0.0),
         ]
     )
@@ -215,9 +193,9 @@ def _wrapped(angles_rad: Floats) -> Floats:
     return angles_rad - tau * np.rint(angles_rad / tau)
 
 
-def _padded(axes_rad: Sequence[tuple[float, ...]], rows: int) -> Floats:
+def _padded_rad(axes_deg: Sequence[Sequence[float]], rows: int) -> Floats:
     """Shape (rows, A >= 2): a row an emitter, NaN where it has fewer axes."""
-    padded = np.full((rows, max([2, *map(len, axes_rad)])), nan)
-    for row, axes in enumerate(axes_rad):
-        padded[row, : len(axes)] = axes
+    padded = np.full((rows, max([2, *map(len, axes_deg)])), nan)
+    for row, axes in enumerate(axes_deg):
+        padded[row, : len(axes)] = np.radians(axes)
     return padded

@@ -1,4 +1,4 @@
-"""What a world's process is asked and answers on its control channel; between our own two processes only."""
+"""Commands and answers on the control channel of a world's process."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -8,26 +8,19 @@ from sim.truth import Truth
 
 @dataclass(frozen=True, slots=True)
 class AskTruth:
-    """The answer is a `Truth`."""
-
-
-@dataclass(frozen=True, slots=True)
-class SetSpeed:
-    """World seconds a wall second; None is flat out. Answered with `Done`."""
-
-    speed: float | None
+    """Answered with a `Truth`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """Let the world stand still, or go on. Answered with `Done`."""
+    """Pause the world, or let it continue. Answered with `Done`."""
 
     paused: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Not answered: the process ends."""
+    """End the process. Not answered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +30,10 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The first word of a world: its run, and why it begins afresh where it might have gone on."""
+    """The first message of a process: the world's run, and why it was not resumed where it might have been."""
 
     run: str
-    why_afresh: str = ""
+    not_resumed_because: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +43,11 @@ class Failed:
     reason: str
 
 
-Command = AskTruth | SetSpeed | Pause | Stop
+Command = AskTruth | Pause | Stop
 Answer = Done | Ready | Failed | Truth
 
 
-class Gauge(Protocol):
+class SharedNumber(Protocol):
     """A number shared between two processes without a lock."""
 
     value: float

@@ -1,24 +1,25 @@
-"""A simulated world in its own process (not a thread: PyBullet never lets go of the interpreter's lock)."""
+"""A simulated world in its own process (not a thread: PyBullet holds the interpreter's lock)."""
 
 import multiprocessing
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from threading import Lock
 from typing import Any, Self
 
-from robots.link.channel import PipeLink
+from robots.link import PipeLink
 from robots.world import WorldFile
 from sim.error import SimulationError
-from sim.process.control import Answer, AskTruth, Command, Done, Failed, Gauge, Pause, Ready, SetSpeed, Stop
-from sim.process.keep import Keep
-from sim.process.world_loop import Order, run
+from sim.process.control import Answer, AskTruth, Command, Done, Failed, Pause, Ready, SharedNumber, Stop
+from sim.process.snapshot_file import SnapshotSettings
+from sim.process.world_loop import Channels, WorldOrder, run
 from sim.truth import Truth
 
-START_S = 180.0
-ANSWER_S = 10.0
-STOP_S = 5.0
+START_TIMEOUT_S = 180.0
+ANSWER_TIMEOUT_S = 10.0
+STOP_TIMEOUT_S = 5.0
 
 
 class SimulationProcess:
@@ -28,15 +29,25 @@ class SimulationProcess:
     """
 
     def __init__(
-        self, process: BaseProcess, control: "Connection[Any, Any]", link: PipeLink, now: Gauge, factor: Gauge
+        self, process: BaseProcess, control: "Connection[Any, Any]", link: PipeLink, now_s: SharedNumber
     ) -> None:
-        self._process, self._control, self._now, self._factor = process, control, now, factor
-        self._lock = Lock()
+        """:raises SimulationError: if the world is not built; the process is then ended."""
         self.link = link
-        self.run = ""
-        """Names the world from its building on, however often it is resumed."""
-        self.why_afresh = ""
-        """Why it was built where it might have gone on."""
+        self._process = process
+        self._control = control
+        self._now_s = now_s
+        self._lock = Lock()
+        try:
+            ready = self._receive(START_TIMEOUT_S)
+            if not isinstance(ready, Ready):
+                raise SimulationError(f"the world's first message was {ready}")
+        except SimulationError:
+            self.stop()
+            raise
+        self.run = ready.run
+        """Identifies the world, however often it is resumed."""
+        self.not_resumed_because = ready.not_resumed_because
+        """Why it was built new where it might have been resumed; empty otherwise."""
 
     @classmethod
     def start(
@@ -46,35 +57,29 @@ class SimulationProcess:
         seed: int = 0,
         speed: float | None = 1.0,
         jitter_m: float = 0.4,
-        keep: Keep | None = None,
+        snapshots: SnapshotSettings | None = None,
     ) -> "SimulationProcess":
         """Start a world and wait until it is built.
 
-        :param speed: world seconds a wall second; None is flat out.
-        :param keep: where it is kept on the disk, to go on from; not at all unless given.
+        :param speed: world seconds per wall second; None is as fast as possible.
+        :param snapshots: where it is stored on the disk, to resume from; not at all unless given.
         :raises SimulationError: if it cannot be built; the message says why.
         """
         context = multiprocessing.get_context("spawn")
         control, far_control = context.Pipe()
         link, far_link = context.Pipe()
-        now, factor = context.RawValue("d", 0.0), context.RawValue("d", 0.0)
-        order = Order(world=world, seed=seed, speed=speed, jitter_m=jitter_m, keep=keep)
+        now_s = context.RawValue("d", 0.0)
+        order = WorldOrder(world=world, seed=seed, speed=speed, jitter_m=jitter_m, snapshots=snapshots)
         process = context.Process(
             target=run,
-            args=(order, far_control, far_link, now, factor),
+            args=(order, Channels(far_control, far_link, now_s)),
             name=f"world-{world.name}",
             daemon=True,
         )
-        _start_deaf_to_interrupts(process.start)
+        _start_with_interrupts_blocked(process.start)
         far_control.close()
         far_link.close()
-        started = cls(process, control, PipeLink(link), now, factor)
-        try:
-            started._expect_ready(started._receive(START_S))
-        except SimulationError:
-            started.stop()
-            raise
-        return started
+        return cls(process, control, PipeLink(link), now_s)
 
     @property
     def pid(self) -> int | None:
@@ -84,14 +89,9 @@ class SimulationProcess:
     def alive(self) -> bool:
         return self._process.is_alive()
 
-    @property
-    def real_time_factor(self) -> float:
-        """World seconds a wall second over the last second; below the wished speed if it cannot keep up."""
-        return self._factor.value
-
     def now_s(self) -> float:
         """The world's clock; implements `robots.clock.Clock`. Stands still when the process is gone."""
-        return self._now.value
+        return self._now_s.value
 
     def truth(self) -> Truth:
         """The world as it is; never for an agent or the planner."""
@@ -100,20 +100,18 @@ class SimulationProcess:
             raise SimulationError(f"the world answered {answer} when asked for its truth")
         return answer
 
-    def set_speed(self, speed: float | None) -> None:
-        """:raises SimulationError: if the speed is not above 0 (None: flat out)."""
-        self._expect_done(self._ask(SetSpeed(speed)))
-
     def pause(self, paused: bool = True) -> None:
-        """Let the world stand still, or go on."""
-        self._expect_done(self._ask(Pause(paused)))
+        """Pause the world, or let it continue."""
+        answer = self._ask(Pause(paused))
+        if not isinstance(answer, Done):
+            raise SimulationError(f"the world answered {answer} to a command")
 
     def stop(self) -> None:
         """End the process and wait for its end; safe to call again."""
         with self._lock:
             if self._process.is_alive():
-                _try_send(self._control, Stop())
-            self._process.join(STOP_S)
+                self._send(Stop())
+            self._process.join(STOP_TIMEOUT_S)
             if self._process.is_alive():
                 self._process.kill()
                 self._process.join()
@@ -128,9 +126,13 @@ class SimulationProcess:
 
     def _ask(self, command: Command) -> Answer:
         with self._lock:
-            _try_send(self._control, command)
-            # NOTE: a world that broke has left its reason in the pipe, so it is read even if nobody was there to ask.
-            return self._receive(ANSWER_S)
+            self._send(command)
+            return self._receive(ANSWER_TIMEOUT_S)
+
+    def _send(self, command: Command) -> None:
+        """Failure is ignored here: a world that broke has left its reason in the pipe, to be received next."""
+        with suppress(OSError, ValueError):
+            self._control.send(command)
 
     def _receive(self, timeout_s: float) -> Answer:
         try:
@@ -141,35 +143,15 @@ class SimulationProcess:
             raise SimulationError(
                 f"the world's process is gone (exit code {self._process.exitcode})"
             ) from error
-        return answer
-
-    def _expect_ready(self, answer: Answer) -> None:
-        if not isinstance(answer, Ready):
-            raise SimulationError(
-                answer.reason if isinstance(answer, Failed) else f"the world began by {answer}"
-            )
-        self.run, self.why_afresh = answer.run, answer.why_afresh
-
-    @staticmethod
-    def _expect_done(answer: Answer) -> None:
         if isinstance(answer, Failed):
             raise SimulationError(answer.reason)
-        if not isinstance(answer, Done):
-            raise SimulationError(f"the world answered {answer} to a command")
+        return answer
 
 
-def _try_send(control: "Connection[Any, Any]", command: Command) -> bool:
-    try:
-        control.send(command)
-    except (OSError, ValueError):
-        return False
-    return True
-
-
-def _start_deaf_to_interrupts(start: Callable[[], None]) -> None:
-    """A child inherits the signal mask: the operator's Ctrl-C does not reach it, not even while it starts."""
-    kept = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _start_with_interrupts_blocked(start: Callable[[], None]) -> None:
+    """A child inherits the signal mask, so the operator's Ctrl-C does not reach it even while it starts."""
+    previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         start()
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, kept)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous)

@@ -1,10 +1,10 @@
-"""Where a world's snapshot lies on the disk, and its clock beside it. One process at a time may use them."""
+"""The file with a world's snapshot, and its clock beside it. One process at a time may use them."""
 
 import fcntl
 import os
 import struct
-import time
 from contextlib import suppress
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Self
@@ -12,36 +12,57 @@ from typing import Self
 from pydantic import ValidationError
 
 from robots.world import WorldFile
+from sim.clock import TICK_S, SleepingClock, WallClock
 from sim.error import NotResumable, SimulationError
-from sim.physics.scene import TICK_S
 from sim.snapshot import FORMAT, WorldSnapshot, digest_of
 
-PATIENCE_S = 10.0
-"""How long the process before, which may be about to end, is waited for."""
-PAUSE_S = 0.05
+LOCK_TIMEOUT_S = 10.0
+"""How long to wait for a previous process that may be about to end."""
+LOCK_RETRY_S = 0.05
 _CLOCK = struct.Struct("<d")
 
 
-class SnapshotFile:
-    """A snapshot is replaced as a whole, so that there is always a whole one. The clock is written before it is shown:
-    a world that is resumed shows no time twice.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SnapshotSettings:
+    """Where a world's snapshots are stored, and whether to resume from them.
+
+    :param run: the run to resume, None if none is known.
+    :param any_run: resume whatever run is there: the record of runs is kept elsewhere.
+    :param start_new: do not resume, whatever is there.
+    :param resume_only: fail rather than start a new world.
     """
 
-    def __init__(self, path: Path) -> None:
-        """:raises SimulationError: if another process keeps its world there, or the folder cannot be written."""
-        self._path, self._new = path, path.with_suffix(".new")
+    folder: Path
+    run: str | None = None
+    any_run: bool = False
+    start_new: bool = False
+    resume_only: bool = False
+
+    def path_of(self, world: WorldFile) -> Path:
+        return self.folder / f"{world.name}.json"
+
+
+class SnapshotFile:
+    """A snapshot is replaced atomically. The clock is written before it is shown: a resumed world shows no time twice.
+
+    :raises SimulationError: if another process uses the file, or the folder cannot be written.
+    """
+
+    def __init__(self, path: Path, wall_clock: SleepingClock | None = None) -> None:
+        self._path = path
+        self._new_path = path.with_suffix(".new")
         try:
             path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             self._lock = os.open(path.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
-            _lock(self._lock, path)
+            _lock(self._lock, path, wall_clock or WallClock())
             self._clock = os.open(path.with_suffix(".clock"), os.O_RDWR | os.O_CREAT, 0o600)
         except OSError as error:
-            raise SimulationError(f"cannot keep snapshots at {path}: {error.strerror}") from error
+            raise SimulationError(f"cannot store snapshots at {path}: {error.strerror}") from error
 
     def read(self, world: WorldFile) -> WorldSnapshot:
         """The snapshot of a world, its clock where it was last shown.
 
-        :raises NotResumable: if there is none, or it is of something else, or not whole; says which.
+        :raises NotResumable: if there is none, it is of another world or format, or it is damaged.
         """
         try:
             text = self._path.read_bytes()
@@ -58,15 +79,15 @@ class SnapshotFile:
         return snapshot.model_copy(update={"ticks": max(snapshot.ticks, self._shown_ticks())})
 
     def write(self, snapshot: WorldSnapshot) -> None:
-        """:raises OSError: if it cannot be written; the one before is still there."""
-        with os.fdopen(os.open(self._new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as file:
+        """:raises OSError: if it cannot be written; the previous snapshot is still there."""
+        with os.fdopen(os.open(self._new_path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as file:
             file.write(snapshot.model_dump_json().encode())
             file.flush()
             os.fsync(file.fileno())
-        self._new.replace(self._path)
+        self._new_path.replace(self._path)
 
-    def show_time(self, now_s: float) -> None:
-        """Before anybody is shown a time. A full disk does not matter here: it is always the same eight bytes."""
+    def write_clock(self, now_s: float) -> None:
+        """To be called before a time is shown. A full disk does not matter: the same eight bytes are rewritten."""
         with suppress(OSError):
             os.pwrite(self._clock, _CLOCK.pack(now_s), 0)
 
@@ -76,7 +97,7 @@ class SnapshotFile:
         return round(time_s / TICK_S) if isfinite(time_s) else 0
 
     def close(self) -> None:
-        """Let another process use it; so does the end of this one, however it comes."""
+        """Unlock the file for other processes; the end of this process does the same."""
         os.close(self._clock)
         os.close(self._lock)
 
@@ -87,14 +108,15 @@ class SnapshotFile:
         self.close()
 
 
-def _lock(lock: int, path: Path) -> None:
-    give_up_s = time.monotonic() + PATIENCE_S
+def _lock(lock: int, path: Path, wall_clock: SleepingClock) -> None:
+    deadline_s = wall_clock.now_s() + LOCK_TIMEOUT_S
     while True:
         try:
             return fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            if time.monotonic() > give_up_s:
+            if wall_clock.now_s() > deadline_s:
+                os.close(lock)
                 raise SimulationError(
                     f"another process keeps its world at {path}; end it, or choose another data folder"
                 ) from None
-            time.sleep(PAUSE_S)
+            wall_clock.sleep(LOCK_RETRY_S)

@@ -1,0 +1,1 @@
+"""Experiments on simulated robots without a service: interference, injected faults, scripts given directly."""

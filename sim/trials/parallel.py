@@ -1,4 +1,4 @@
-"""Independent runs side by side, each in a process of its own; what they give does not depend on how many there are."""
+"""Independent runs in parallel processes; the results do not depend on the number of processes."""
 
 import os
 import signal
@@ -12,36 +12,36 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 
-def side_by_side(work: Callable[[Job], Result], jobs: Sequence[Job], *, workers: int) -> Generator[Result]:
-    """The results in the jobs' order, each as soon as it and those before it are there.
+def run_parallel(work: Callable[[Job], Result], jobs: Sequence[Job], *, workers: int) -> Generator[Result]:
+    """The results in the order of the jobs, each as soon as it and those before it are complete.
 
     :param work: picklable, as are jobs and results.
     """
-    others = set(active_children())
+    unrelated = set(active_children())
     pool = ProcessPoolExecutor(
         min(workers, len(jobs)) or 1,
         mp_context=get_context("spawn"),
-        initializer=_begin,
+        initializer=_start_worker,
     )
     try:
         yield from pool.map(work, jobs)
     except BaseException:
-        # NOTE: an interruption would wait for the runs under way, and for those that are queued to be next.
-        for process in set(active_children()) - others:
+        # NOTE: without this, an interruption waits for the runs under way and the prefetched ones.
+        for process in set(active_children()) - unrelated:
             process.terminate()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _begin() -> None:
-    """In a new process: an interruption ends it without words, and it does not outlive who asked for its work."""
+def _start_worker() -> None:
+    """In a new process: an interruption ends it silently, and it ends with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    # NOTE: a pool's process waits for its next job for ever when the pool's owner was killed.
+    # NOTE: otherwise a pool's process waits for its next job for ever if the parent was killed.
     parent = parent_process()
     assert parent is not None
     parent.join()

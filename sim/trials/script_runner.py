@@ -1,10 +1,11 @@
-"""Robots of a simulated world that are given scripts without a service: their reports kept, confirmed and cleared."""
+"""Gives scripts to simulated robots without a service, and collects, confirms and clears their reports."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Self
 
 from robots.wire import (
     BehaviourScript,
+    Body,
     Clearance,
     Control,
     ControlVerb,
@@ -20,13 +21,13 @@ from robots.wire import (
 from robots.world import WorldFile
 from sim.snapshot import WorldSnapshot
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import AgentMaker, Simulation
+from sim.world.simulation import AgentFactory, Simulation
 
 
-class Crew:
-    """Speaks with the robots as a service would over a link that never fails; keeps no record and mends nothing.
+class ScriptRunner:
+    """Speaks with the robots as a service would over a link that never fails; stores and recovers nothing.
 
-    `reports` are the packets' reports as they came; `ended` and `refused` go by the script's id.
+    `reports` are the packets' reports in the order of arrival; `ended` and `refused` are by the script's id.
     """
 
     def __init__(
@@ -35,16 +36,16 @@ class Crew:
         *,
         seed: int,
         jitter_m: float = 0.4,
-        make_agent: AgentMaker = behavioural_agent,
+        make_agent: AgentFactory = behavioural_agent,
     ) -> None:
         self.world = world
-        self._make_agent = make_agent
         self.simulation = Simulation(world, make_agent=make_agent, seed=seed, jitter_m=jitter_m)
         self.scripts: list[BehaviourScript] = []
         self.reports: list[PacketReport] = []
         self.ended: dict[str, ScriptReport] = {}
         self.refused: dict[str, Refusal] = {}
-        self._over: set[tuple[str, str]] = set()
+        self._make_agent = make_agent
+        self._finished: set[tuple[str, str]] = set()
         self._seen: set[str] = set()
 
     def __enter__(self) -> Self:
@@ -54,22 +55,22 @@ class Crew:
         self.simulation.close()
 
     def restart(self) -> None:
-        """The world ends and goes on from its snapshot; what is in the air between robots and crew is lost."""
+        """End the world and resume it from its snapshot; messages under way are lost."""
         data = self.simulation.snapshot().model_dump_json()
         self.simulation.close()
         snapshot = WorldSnapshot.model_validate_json(data)
         self.simulation = Simulation(self.world, make_agent=self._make_agent, snapshot=snapshot)
 
     def send(self, scripts: Sequence[BehaviourScript]) -> None:
-        """Hand out scripts."""
+        """Send scripts to their robots."""
         self.scripts += scripts
-        for each in scripts:
-            self._say(each.robot, Performative.REQUEST, ScriptRequest(script=each))
+        for script in scripts:
+            self._send(script.robot, Performative.REQUEST, ScriptRequest(script=script))
 
     def cancel(self, script: BehaviourScript) -> None:
-        """Have a robot stop its script."""
+        """Cancel a robot's script."""
         order = Control(script_id=script.id, verb=ControlVerb.CANCEL)
-        self._say(script.robot, Performative.CANCEL, order)
+        self._send(script.robot, Performative.CANCEL, order)
 
     def run(
         self,
@@ -78,28 +79,28 @@ class Crew:
         timeout_s: float = 600.0,
         meanwhile: Callable[[], None] = lambda: None,
     ) -> bool:
-        """Hand out scripts and wait until each has ended or was refused; True if all did.
+        """Send scripts and step until each has ended or was refused; True if all did.
 
-        :param meanwhile: is called at 20 Hz.
+        :param meanwhile: called at 20 Hz.
         """
         self.send(scripts)
-        names = {each.id for each in scripts}
+        ids = {script.id for script in scripts}
 
-        def over() -> bool:
-            self.hear()
+        def all_ended() -> bool:
+            self.receive()
             meanwhile()
-            return names <= {*self.ended, *self.refused}
+            return ids <= {*self.ended, *self.refused}
 
-        return self.simulation.run_until(over, timeout_s=timeout_s)
+        return self.simulation.run_until(all_ended, timeout_s=timeout_s)
 
-    def hear(self) -> None:
-        """Take in what the robots have said since."""
+    def receive(self) -> None:
+        """Process the messages that have arrived."""
         for message in self.simulation.link.receive():
             body = message.body
             if isinstance(body, Refusal):
                 self.refused[body.script_id] = body
             if isinstance(body, PacketReport | ScriptReport):
-                self._say(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
+                self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
                 if message.id not in self._seen:
                     self._seen.add(message.id)
                     self._note(body)
@@ -110,26 +111,29 @@ class Crew:
             return
         self.reports.append(report)
         if report.state is PacketState.FINISHED:
-            self._over.add((report.script_id, report.packet_id))
+            self._finished.add((report.script_id, report.packet_id))
             self._clear(report.packet_id)
 
-    def _clear(self, action: str) -> None:
-        """Tell the robots that wait for it that an action has ended, once all who do it have said so."""
-        doers = [each for each in self.scripts if any(step.id == action for step in each.packets)]
-        if all((each.id, action) in self._over for each in doers):
-            for each in self.scripts:
-                if any(action in step.after for step in each.packets):
-                    clearance = Clearance(script_id=each.id, ended=(action,))
-                    self._say(each.robot, Performative.REQUEST, clearance)
+    def _clear(self, packet_id: str) -> None:
+        """Clear the packets that wait for this one, once every robot that executes it has finished it."""
+        joint = [
+            script for script in self.scripts if any(packet.id == packet_id for packet in script.packets)
+        ]
+        if all((script.id, packet_id) in self._finished for script in joint):
+            for script in self.scripts:
+                if any(packet_id in packet.after for packet in script.packets):
+                    clearance = Clearance(script_id=script.id, ended=(packet_id,))
+                    self._send(script.robot, Performative.REQUEST, clearance)
 
-    def _say(self, robot: str, performative: Performative, body: Any, in_reply_to: str | None = None) -> None:
-        now_s = self.simulation.clock.now_s()
+    def _send(
+        self, robot: str, performative: Performative, body: Body, in_reply_to: str | None = None
+    ) -> None:
         self.simulation.link.send(
             Message(
                 performative=performative,
                 sender="service",
                 receiver=robot,
-                sent_at_s=now_s,
+                sent_at_s=self.simulation.clock.now_s(),
                 in_reply_to=in_reply_to,
                 body=body,
             )

@@ -1,0 +1,1 @@
+"""A simulated world in the calling process: scene, bodies, agents, links and clock."""

@@ -1,43 +1,44 @@
-"""Puts the on-robot software into simulated bodies, told no more than a real robot would be."""
+"""Makes the on-robot software for simulated bodies, with no more knowledge than a real robot has."""
 
 from math import radians
 
 from robots.executive.agent import BehaviouralAgent
 from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire
-from sim.world.simulation import Fitting
+from sim.world.simulation import AgentSetup
 
 
-def behavioural_agent(fitting: Fitting, repertoire: Repertoire | None = None) -> BehaviouralAgent:
-    """An agent with the map of its own reach, the names of its fellows, and the pose it was told.
+def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -> BehaviouralAgent:
+    """An agent that knows the beacons of its reach, its fellows' names, and the pose it was told.
 
     :param repertoire: None is the one that ships.
     """
+    spec = setup.spec
     beacons = {
         place.name: BeaconSpec(
             x_m=place.at[0], y_m=place.at[1], approach_rad=tuple(radians(axis) for axis in place.approach_deg)
         )
-        for place in fitting.reach
+        for place in setup.reach
     }
     profile = RobotProfile(
-        name=fitting.spec.name,
-        start=fitting.told,
+        name=spec.name,
+        start=setup.told,
         beacons=beacons,
-        speed_m_s=fitting.spec.speed_m_s,
-        turn_rad_s=fitting.spec.turn_rad_s,
-        repertoire=tuple(fitting.spec.repertoire),
-        others=fitting.others,
-        home=fitting.spec.home,
-        architecture=Architecture(fitting.spec.architecture),
-        whisker_least_m=fitting.spec.whisker_least_m,
-        lengths_m=fitting.lengths_m,
-        round_trip_s=fitting.round_trip_s,
+        speed_m_s=spec.speed_m_s,
+        turn_rad_s=spec.turn_rad_s,
+        repertoire=tuple(spec.repertoire),
+        others=setup.others,
+        home=spec.home,
+        architecture=Architecture(spec.architecture),
+        whisker_least_m=spec.whisker_least_m,
+        lengths_m=setup.lengths_m,
+        round_trip_s=setup.round_trip_s,
     )
     return BehaviouralAgent(
         profile=profile,
-        body=fitting.body,
-        link=fitting.link,
-        clock=fitting.clock,
-        repertoire=(repertoire or load_repertoire()).tuned(fitting.spec.tuning),
-        memory=fitting.memory,
+        body=setup.body,
+        link=setup.link,
+        clock=setup.clock,
+        repertoire=(repertoire or load_repertoire()).tuned(spec.tuning),
+        memory=setup.memory,
     )

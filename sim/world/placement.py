@@ -1,15 +1,15 @@
-"""Start poses: where a seed puts the rovers, and what they are told about it."""
+"""Initial poses of rovers, samples and rocks, drawn by a seed or read from a snapshot."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, dist, hypot, radians, remainder, sin, sqrt, tau
+from math import cos, dist, radians, remainder, sin, sqrt, tau
 
 import numpy as np
 
 from robots.physical.body import RADIUS_M, Pose
 from robots.world import RobotSpec, WorldFile
 from robots.world.walls import Panel, clearance_m
-from sim.physics.scene import Placed
+from sim.physics.scene import Placed, Rock
 from sim.snapshot import WorldSnapshot
 
 WALL_CLEARANCE_M = RADIUS_M + 0.2  # room to turn with the jaws ahead
@@ -18,20 +18,12 @@ SAMPLE_CLEARANCE_M = RADIUS_M + 0.2
 TOLD_SIGMA_M = 0.03
 TOLD_SIGMA_RAD = radians(2)
 SAMPLE_SIGMA_M = 0.01
-_TRIES = 1000
-
-
-@dataclass(frozen=True, slots=True)
-class Rock:
-    """Where a seed puts an obstacle: metres in the world's frame."""
-
-    point: tuple[float, float]
-    radius_m: float
+MAX_DRAWS = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Places:
-    """Where everything is that the world file does not fix, and what each rover was told of its start."""
+class Placement:
+    """The poses that the world file does not fix, and the start pose each rover was told."""
 
     rocks: tuple[Rock, ...]
     rovers: Mapping[str, Pose]
@@ -39,19 +31,19 @@ class Places:
     told: Mapping[str, Pose]
 
     @classmethod
-    def drawn(
+    def draw(
         cls, world: WorldFile, panels: Sequence[Panel], rng: np.random.Generator, jitter_m: float
-    ) -> "Places":
-        """As a seed has it."""
+    ) -> "Placement":
+        """Drawn at random."""
         rocks = rocks_of(world, rng)
-        starts = StartPlaces(world=world, panels=panels, rocks=rocks, rng=rng, jitter_m=jitter_m).poses()
+        starts = StartPoses(world=world, panels=panels, rocks=rocks, rng=rng, jitter_m=jitter_m).draw()
         samples = placed_samples(world, rng)
         told = {name: told_pose(pose, rng) for name, pose in starts.items()}
         return cls(rocks=rocks, rovers=starts, samples=samples, told=told)
 
     @classmethod
-    def kept(cls, world: WorldFile, snapshot: WorldSnapshot) -> "Places":
-        """As a snapshot has it."""
+    def restore(cls, world: WorldFile, snapshot: WorldSnapshot) -> "Placement":
+        """Read from a snapshot."""
         lying = {one.name: snapshot.samples[one.name] for one in world.samples}
         return cls(
             rocks=tuple(Rock(rock.point, rock.radius_m) for rock in snapshot.rocks),
@@ -65,10 +57,10 @@ class Places:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StartPlaces:
-    """Draws start poses: within `jitter_m` of the world file's, in its area, clear of all, any heading.
+class StartPoses:
+    """Start poses within `jitter_m` of the world file's, in the rover's area, clear of everything, with any heading.
 
-    Without jitter, or where no clear place is found, the world file's own start.
+    Without jitter, or where no clear pose is found, the world file's own start.
     """
 
     world: WorldFile
@@ -77,41 +69,40 @@ class StartPlaces:
     rng: np.random.Generator
     jitter_m: float
 
-    def poses(self) -> dict[str, Pose]:
-        """A pose a rover. The file's starts are kept free for those that are not placed yet."""
+    def draw(self) -> dict[str, Pose]:
+        """A pose a rover. The starts of rovers that are not placed yet are kept free."""
         poses = {spec.name: _file_start(spec) for spec in self.world.robots}
         if self.jitter_m > 0:
             for spec in self.world.robots:
                 others = [pose for name, pose in poses.items() if name != spec.name]
-                poses[spec.name] = self._draw(spec, poses[spec.name], others)
+                poses[spec.name] = self._draw_one(spec, poses[spec.name], others)
         return poses
 
-    def _draw(self, spec: RobotSpec, start: Pose, others: Sequence[Pose]) -> Pose:
-        for _ in range(_TRIES):
+    def _draw_one(self, spec: RobotSpec, start: Pose, others: Sequence[Pose]) -> Pose:
+        for _ in range(MAX_DRAWS):
             x_m, y_m = _within((start.x_m, start.y_m), self.jitter_m, self.rng)
             pose = Pose(x_m=x_m, y_m=y_m, heading_rad=remainder(tau * self.rng.random(), tau))
-            if self._clear(spec, (pose.x_m, pose.y_m), others):
+            if self._is_clear(spec, (x_m, y_m), others):
                 return pose
         return start
 
-    def _clear(self, spec: RobotSpec, point: tuple[float, float], others: Sequence[Pose]) -> bool:
-        bodies = [(other.x_m, other.y_m) for other in others]
-        lying, samples = self.world.lying, self.world.samples
+    def _is_clear(self, spec: RobotSpec, point: tuple[float, float], others: Sequence[Pose]) -> bool:
+        lying = self.world.lying
         reach = [
             (self.world.location(lying[one.name]).at, SAMPLE_CLEARANCE_M + one.length_m / 2)
-            for one in samples
+            for one in self.world.samples
         ]
         return (
             self.world.area_of(spec).contains(point)
             and clearance_m(point, self.panels) >= WALL_CLEARANCE_M
-            and all(hypot(point[0] - x, point[1] - y) >= BODY_CLEARANCE_M for x, y in bodies)
-            and all(hypot(point[0] - x, point[1] - y) >= reach_m for (x, y), reach_m in reach)
+            and all(dist(point, (other.x_m, other.y_m)) >= BODY_CLEARANCE_M for other in others)
+            and all(dist(point, at) >= reach_m for at, reach_m in reach)
             and all(dist(point, rock.point) - rock.radius_m >= WALL_CLEARANCE_M for rock in self.rocks)
         )
 
 
 def told_pose(true: Pose, rng: np.random.Generator) -> Pose:
-    """What a rover is told of its start: approximately true."""
+    """The start pose a rover is told: approximately true."""
     noise = rng.standard_normal(3)
     return Pose(
         x_m=true.x_m + TOLD_SIGMA_M * noise[0],
@@ -121,7 +112,7 @@ def told_pose(true: Pose, rng: np.random.Generator) -> Pose:
 
 
 def rocks_of(world: WorldFile, rng: np.random.Generator) -> tuple[Rock, ...]:
-    """Where the obstacles stand: at the world file's points, each within its own jitter."""
+    """The obstacles at the world file's points, each within its own jitter."""
     return tuple(
         Rock(_within(one.at, one.jitter_m, rng) if one.jitter_m else one.at, one.radius_m)
         for one in world.obstacles
@@ -129,9 +120,7 @@ def rocks_of(world: WorldFile, rng: np.random.Generator) -> tuple[Rock, ...]:
 
 
 def placed_samples(world: WorldFile, rng: np.random.Generator) -> dict[str, Placed]:
-    """Where the samples stand at the start: at their locations, within about a centimetre; long ones lie across
-    their location's first approach direction.
-    """
+    """The samples at their locations, within about a centimetre; long ones lie across the first approach direction."""
     placed = {}
     for sample in world.samples:
         place = world.location(world.lying[sample.name])
@@ -143,9 +132,10 @@ def placed_samples(world: WorldFile, rng: np.random.Generator) -> dict[str, Plac
 
 
 def _within(middle: tuple[float, float], reach_m: float, rng: np.random.Generator) -> tuple[float, float]:
-    """A point within reach of another, any as likely as any other."""
-    away, around = reach_m * sqrt(rng.random()), tau * rng.random()
-    return (middle[0] + away * cos(around), middle[1] + away * sin(around))
+    """A uniformly distributed point within reach of another."""
+    distance_m = reach_m * sqrt(rng.random())
+    angle_rad = tau * rng.random()
+    return (middle[0] + distance_m * cos(angle_rad), middle[1] + distance_m * sin(angle_rad))
 
 
 def _file_start(spec: RobotSpec) -> Pose:

@@ -1,8 +1,8 @@
 """The radio between the shared link and one robot: it loses, delays, reorders and repeats, in the world's time.
 
-What becomes of a message follows from the seed, the robot, the way, the world's time and how many went before it, so a
-world that is taken up again needs no random stream of its radio. What is in the air when the process ends is lost; to
-send again is the ends' business.
+The fate of a message follows from the seed, the robot, the direction, the world's time and the number of messages
+before it, so a resumed world needs no random stream of its radio. Messages under way when the process ends are lost;
+repeating them is the ends' business.
 """
 
 import heapq
@@ -14,12 +14,13 @@ from hashlib import blake2b
 from robots.wire import Message, Telemetry
 from robots.world import LinkSpec, WorldFile
 
-WHOLE = 2.0**64
-AIR_HOLDS = 1000
-"""So many messages may be under way each way before telemetry, which is never kept, is not sent any more."""
+MAX_UNDER_WAY = 1000
+"""Messages under way in one direction beyond which telemetry, which nobody repeats, is not sent any more."""
 
 
-class Way(StrEnum):
+class Direction(StrEnum):
+    """The way a message goes."""
+
     UP = "up"
     """From the robot."""
     DOWN = "down"
@@ -32,49 +33,46 @@ class Radio:
     def __init__(self, link: LinkSpec = LinkSpec(), *, robot: str = "", seed: int = 0) -> None:  # noqa: B008
         self.link = link
         self._name = f"{seed}/{robot}"
-        self._air: dict[Way, list[tuple[float, int, Message]]] = {Way.UP: [], Way.DOWN: []}
+        self._under_way: dict[Direction, list[tuple[float, int, Message]]] = {way: [] for way in Direction}
         self._sent: Counter[str] = Counter()
         self._order = 0
 
     def in_contact(self, at_s: float) -> bool:
         return self.link.in_contact(at_s)
 
-    def send(self, way: Way, message: Message, now_s: float) -> None:
-        """It leaves now. Whether and when it arrives is the radio's to say."""
+    def send(self, direction: Direction, message: Message, now_s: float) -> None:
+        """Send a message now; the radio decides whether and when it arrives."""
         kind = "telemetry" if isinstance(message.body, Telemetry) else "letter"
-        if kind == "telemetry" and len(self._air[way]) >= AIR_HOLDS:
+        if kind == "telemetry" and len(self._under_way[direction]) >= MAX_UNDER_WAY:
             return
-        lost, *late, again = self._draw(f"{way}/{kind}", now_s)
-        if lost < self.link.loss or not self.in_contact(now_s):
+        loss, *jitters, duplication = self._draw(f"{direction}/{kind}", now_s)
+        if loss < self.link.loss or not self.in_contact(now_s):
             return
-        copies = late if again < self.link.duplication else late[:1]
-        for part in copies:
-            arrives_s = now_s + self.link.light_time_s + self.link.delay_s + part * self.link.jitter_s
+        copies = jitters if duplication < self.link.duplication else jitters[:1]
+        for jitter in copies:
+            arrives_s = now_s + self.link.light_time_s + self.link.delay_s + jitter * self.link.jitter_s
             if self.in_contact(arrives_s):
                 self._order += 1
-                heapq.heappush(self._air[way], (arrives_s, self._order, message))
+                heapq.heappush(self._under_way[direction], (arrives_s, self._order, message))
 
-    def arrived(self, way: Way, now_s: float) -> Sequence[Message]:
-        """What has come by now, in the order of its arrival."""
-        air, come = self._air[way], []
-        while air and air[0][0] <= now_s:
-            come.append(heapq.heappop(air)[2])
-        return come
+    def arrived(self, direction: Direction, now_s: float) -> Sequence[Message]:
+        """The messages that have arrived by now, in the order of their arrival."""
+        under_way = self._under_way[direction]
+        arrived = []
+        while under_way and under_way[0][0] <= now_s:
+            arrived.append(heapq.heappop(under_way)[2])
+        return arrived
 
-    def _draw(self, stream: str, now_s: float) -> tuple[float, float, float, float]:
-        """Four numbers in [0, 1). Telemetry has a stream of its own, for how much of it is sent is the wall clock's."""
+    def _draw(self, stream: str, now_s: float) -> tuple[float, ...]:
+        """Four numbers in [0, 1). Telemetry has a stream of its own: how much is sent depends on the wall clock."""
         if self.link.is_sure:
-            return 0.0, 0.0, 0.0, 0.0
+            return (0.0, 0.0, 0.0, 0.0)
         self._sent[stream] += 1
-        drawn = blake2b(
-            f"{self._name}/{stream}/{now_s:.6f}/{self._sent[stream]}".encode(), digest_size=32
-        ).digest()
-        one, two, three, four = (
-            int.from_bytes(drawn[at : at + 8], "little") / WHOLE for at in range(0, 32, 8)
-        )
-        return one, two, three, four
+        key = f"{self._name}/{stream}/{now_s:.6f}/{self._sent[stream]}"
+        digest = blake2b(key.encode(), digest_size=32).digest()
+        return tuple(int.from_bytes(digest[at : at + 8], "little") / 2.0**64 for at in range(0, 32, 8))
 
 
 def radios_of(world: WorldFile, seed: int) -> dict[str, Radio]:
-    """Every robot's, as the world file says."""
+    """Every robot's radio, as the world file specifies."""
     return {spec.name: Radio(world.link_of(spec), robot=spec.name, seed=seed) for spec in world.robots}

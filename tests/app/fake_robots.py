@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass, field
 
 from robots.clock import ManualClock
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.wire import (
     Acknowledgement,
     BehaviourPacket,

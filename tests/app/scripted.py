@@ -1,27 +1,57 @@
-"""A planning worker that always has the same plan."""
+"""A planning worker without processes."""
 
 from concurrent.futures import Future
 
 from app.planning.pool.pool import PlanningWorker
-from planner import PlanNet, PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
+from app.planning.pool.process import Watch
+from app.planning.pool.work import Answer, Work, WorkResult
+from planner import (
+    UNOBSERVED,
+    Observer,
+    PlanNet,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+)
 
 
-class ScriptedWorker(PlanningWorker):
-    """Answers with a plan-net made by hand, without a process."""
+class InProcessWorker(PlanningWorker):
+    """Does the work with an engine of the test, in the thread that asks for it."""
 
-    def __init__(self, plan_net: PlanNet) -> None:
-        self._plan_net = plan_net
+    def __init__(self, engine: PlanningEngine) -> None:
+        self._engine = engine
 
     def warm_up(self) -> "Future[bool]":
         ready: Future[bool] = Future()
         ready.set_result(True)
         return ready
 
-    def plan(
-        self, problem: PlanningProblem, request: PlanningRequest, watch: object = None
-    ) -> PlanningResult:
-        return PlanningResult(
-            status=PlanningStatus.SOLVED, engine="scripted", planning_s=0.0, plan_net=self._plan_net
-        )
+    def do(self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None) -> WorkResult[Answer]:
+        return work(self._engine, watch or UNOBSERVED)
 
     def close(self) -> None: ...
+
+
+class ScriptedEngine:
+    """Always has the same plan."""
+
+    name = "scripted"
+
+    def __init__(self, plan_net: PlanNet) -> None:
+        self._plan_net = plan_net
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        return PlanningResult(
+            status=PlanningStatus.SOLVED, engine=self.name, planning_s=0.0, plan_net=self._plan_net
+        )
+
+
+class ScriptedWorker(InProcessWorker):
+    """Answers with a plan-net made by hand."""
+
+    def __init__(self, plan_net: PlanNet) -> None:
+        super().__init__(ScriptedEngine(plan_net))

@@ -92,9 +92,9 @@ def test_a_world_is_known_though_the_process_that_speaks_for_it_has_said_nothing
     database = Database(database_url)
     migrate(database)
     names: list[str] = [world.file.name for world in worlds]
-    ExecutorRegistry(database, Noted("another"), serves=[], speaks_for=names).register()
+    ExecutorRegistry(database, Noted("another"), serves=[], worlds=names).register()
     settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
     with Service(settings, worlds, worker=worker) as service:
-        assert not any(service.executors.speaks_for(name) for name in names)
+        assert not any(service.executors.holds_lease(name) for name in names)
         assert sorted(one.id for one in service.worlds.reports()) == sorted(names)
     database.close()

@@ -1,4 +1,4 @@
-"""Workflows that nobody carries out: who was taken over from is noted."""
+"""Workflows that nobody carries out: whose workflows were recovered is noted."""
 
 from dataclasses import dataclass, field
 from math import inf
@@ -6,19 +6,19 @@ from math import inf
 
 @dataclass
 class Noted:
-    """Says for `executor` that it took over, and nothing more."""
+    """Notes for `executor` that it recovered the workflows of others, and does nothing more."""
 
     executor: str
-    taken_over: list[tuple[str, str]] = field(default_factory=list)
-    """Who took over from whom."""
-    begins_until: float = inf
+    recovered: list[tuple[str, str]] = field(default_factory=list)
+    """Who recovered from whom."""
+    dequeues_until: float = inf
 
-    def may_begin(self, until: float) -> None:
-        self.begins_until = until
+    def dequeue_until(self, monotonic_s: float) -> None:
+        self.dequeues_until = monotonic_s
 
-    def take_over(self, executor: str) -> int:
-        self.taken_over.append((self.executor, executor))
+    def recover_executor(self, executor: str) -> int:
+        self.recovered.append((self.executor, executor))
         return 1
 
-    def take_up(self) -> int:
+    def recover_lost(self) -> int:
         return 0

@@ -27,7 +27,8 @@ def first_fault(
     """What goes wrong in some order of events, or None if nothing does in any."""
     explorer = _Explorer(plan_net, awaits_of(plan_net, objects, knowledge_base))
     start = State((0,) * len(plan_net.robots), facts)
-    seen, stack = {start}, [start]
+    seen = {start}
+    stack = [start]
     while stack:
         state = stack.pop()
         following = []
@@ -44,7 +45,8 @@ def first_fault(
 
 class _Explorer:
     def __init__(self, plan_net: PlanNet, awaits: Mapping[tuple[str, str], tuple[Fact, ...]]) -> None:
-        self._plan_net, self._awaits = plan_net, awaits
+        self._plan_net = plan_net
+        self._awaits = awaits
         self._scripts = {robot: plan_net.of_robot(robot) for robot in plan_net.robots}
         self._before = {
             action.id: [o for o in plan_net.orderings if o.after == action.id] for action in plan_net.actions

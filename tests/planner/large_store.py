@@ -74,7 +74,8 @@ class LargeStore:
         """The errands one after the other: ten actions a sample."""
         steps: list[tuple[str, dict[str, str]]] = []
         for sample, (aisle, _) in enumerate(self.bays):
-            interchange, yard = f"interchange_{aisle}", f"yard_{sample % self.aisles}"
+            interchange = f"interchange_{aisle}"
+            yard = f"yard_{sample % self.aisles}"
             steps += _leg(yard, "yard", f"sample_{sample}", f"door_{sample}", interchange)
             steps += _leg(
                 f"store_{aisle}", f"aisle_{aisle}", f"sample_{sample}", interchange, f"bay_{sample}"

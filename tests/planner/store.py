@@ -39,7 +39,8 @@ def store_problem(
     }
     functions: dict[tuple[str, tuple[str, ...]], float] = {}
     for robot in world.robots:
-        name, area = robot.name, areas[robot.name]
+        name = robot.name
+        area = areas[robot.name]
         reach = [place.name for place in world.reach_of(robot)]
         facts |= {Fact("robot_position", (name, "near", standing[name])), Fact("in_area", (name, area))}
         facts |= {Fact("robot_attribute", (name, "gripper", "empty"))}

@@ -21,7 +21,7 @@ from planner import (
     PlanningStatus,
     faults_of,
 )
-from planner.alternatives import alternatives, deeds
+from planner.alternatives import activities, alternatives
 from tests.planner.store import inside, store_problem
 
 REQUEST = PlanningRequest(time_limit_s=60)
@@ -75,7 +75,8 @@ class Answering:
     name = "answering"
 
     def __init__(self, **answers: PlanNet) -> None:
-        self.answers, self.asked = answers, 0
+        self.answers = answers
+        self.asked = 0
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -174,7 +175,7 @@ def test_the_store_has_a_plan_without_the_nearer_yard_robot(
     engine: FastDownwardEngine, knowledge_base: KnowledgeBase, problem: PlanningProblem
 ) -> None:
     found = alternatives(engine, knowledge_base, problem, REQUEST, k=4)
-    assert len({deeds(one.plan_net) for one in found}) == len(found) >= 2
+    assert len({activities(one.plan_net) for one in found}) == len(found) >= 2
     for one in found:
         assert faults_of(one.plan_net, problem.facts, knowledge_base) == []
         assert one.plan_net.clearances == sum(o.kept_by is Keeping.CLEARANCE for o in one.plan_net.orderings)

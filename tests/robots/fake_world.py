@@ -6,12 +6,13 @@ It implements `Body` for on-robot software under test. What it knows of the trut
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import atan2, cos, hypot, inf, pi, sin
+from typing import Any
 
 import numpy as np
 
 from robots.clock import ManualClock
 from robots.executive.agent import BehaviouralAgent
-from robots.link.channel import InMemoryLink, Link
+from robots.link import InMemoryLink, Link
 from robots.physical.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
 from robots.physical.geometry import wrap
 from robots.physical.profile import BeaconSpec, RobotProfile
@@ -50,12 +51,15 @@ class FakeWorld:
         pose: Pose,
         others: Sequence[str] = (),
         link: Link | None = None,
-        home: str | None = None,
+        **told: Any,
     ) -> InMemoryLink:
-        """A rover with its agent; returns the service's end of its link."""
+        """A rover with its agent; returns the service's end of its link.
+
+        :param told: more of its `RobotProfile`.
+        """
         ours, theirs = InMemoryLink.pair()
         self.bodies[name] = FakeBody(self, name, pose)
-        profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), home=home)
+        profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), **told)
         self.agents[name] = BehaviouralAgent(
             profile=profile, body=self.bodies[name], link=link or theirs, clock=self.clock
         )

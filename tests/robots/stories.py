@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from math import pi
 
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.physical.profile import BeaconSpec
 from robots.wire import (
     BehaviourPacket,

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from app.cli import truth
+from app.cli import ground_truth
 from app.cli.ground_truth import holds
-from app.soak import Record, executed_twice, goals_that_did_not_come_true, open_for_ever
 from app.store import Database, WorldRow
+from app.trials.checks import RecordedReports, executed_twice, unfinished_goals, untrue_goals
 from robots.world import load_world
 from sim.truth import Truth
 from tests.scenarios.witness import WORLD, Witness
@@ -19,17 +19,17 @@ def judge(seen: Witness, *, data: Path, database_url: str) -> None:
     assert len(seen.accepted) == len(seen.goals)
     real, world = snapshot_truth(data), load_world(WORLD)
     assert {goal["state"] for goal in seen.final} == {"finished"}, seen.final
-    assert not open_for_ever(seen.final)
-    assert not goals_that_did_not_come_true(seen.final, lambda fact: holds(fact, world, real)), real.samples
-    assert not seen.watch.complaints
-    record = Record.read(database_url)
+    assert not unfinished_goals(seen.final)
+    assert not untrue_goals(seen.final, lambda fact: holds(fact, world, real)), real.samples
+    assert not seen.observer.complaints
+    record = RecordedReports.read(database_url)
     assert set(seen.decided.items()) <= {(s.plan_id, s.mission_id) for s in record.scripts}
     assert not executed_twice(record)
 
 
 def snapshot_truth(data: Path) -> Truth:
     """The world as the last snapshot in a data folder has it."""
-    return truth.snapshot_truth(data, load_world(WORLD))
+    return ground_truth.snapshot_truth(data, load_world(WORLD))
 
 
 def run_of(database_url: str) -> str | None:

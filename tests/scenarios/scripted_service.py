@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 
 from app.composition import RunningWorld, Service
-from app.domain.states import GoalState
+from app.domain.lifecycles.goal import GoalState
 from app.missions.world_start import recorded_run
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
-from sim import Keep, LastingWorld
+from sim import SnapshotSettings, SupervisedWorld
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
 
@@ -26,8 +26,8 @@ SPEED = 15.0
 def main(data: Path) -> None:
     store = Store()
     settings = Settings(data=data, token="a-token-for-the-storm", database_url=None)
-    keep = Keep(folder=data / "worlds", run=recorded_run(settings, store.world.name))
-    with LastingWorld.start(store.world, keep, seed=1, speed=SPEED, jitter_m=0.0) as simulation:
+    snapshots = SnapshotSettings(folder=data / "worlds", run=recorded_run(settings, store.world.name))
+    with SupervisedWorld.start(store.world, snapshots, seed=1, speed=SPEED, jitter_m=0.0) as simulation:
         simulation.pause()
         world = RunningWorld(
             file=store.world,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import httpx2
 
-from app.soak import numbers
+from app.trials.observer import event_numbers
 from app.workflows.background import Background
 from examples.production import Running, Shape
 from tests.cluster import Cluster
@@ -112,7 +112,7 @@ class Production:
         seen: list[int] = []
 
         def read(api: httpx2.Client, _: str) -> None:
-            for number in numbers(api, 0):
+            for number in event_numbers(api, 0):
                 seen.append(number)
 
         self.through_any(read, lambda: not seen)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import httpx2
 
-from app.soak import Installation, Life
+from app.trials.service_process import Installation, ServiceProcess
 from tests.scenarios.witness import WORLD, Witness
 
 TOKEN = "a-token-for-the-storm"
@@ -45,34 +45,34 @@ class Storm:
         return self.installation.database_url
 
     def rage(self) -> None:
-        """All kills, and then a life in which everything comes to its end."""
+        """All kills, and then a service in which everything comes to its end."""
         rng = random.Random(self.seed)
         early = set(rng.sample(range(1, self.kills), self.early))
         for number in range(self.kills):
-            with self._life(number) as life:
+            with self._service(number) as service:
                 if number in early:
                     time.sleep(rng.uniform(0.3, 4.0))
                 else:
-                    life.address()
-                    killer = threading.Timer(rng.uniform(0.3, self.latest_s), life.kill)
+                    service.address()
+                    killer = threading.Timer(rng.uniform(0.3, self.latest_s), service.kill)
                     killer.start()
                     with suppress(httpx2.TransportError):  # it is cut off
-                        self._use(life, lambda: True)
+                        self._use(service, lambda: True)
                     killer.join()
-        with self._life(self.kills) as life:
-            self._use(life, lambda: not self.seen.over)
-            life.end()
+        with self._service(self.kills) as service:
+            self._use(service, lambda: not self.seen.over)
+            service.end()
 
     @contextmanager
-    def _life(self, number: int) -> Iterator[Life]:
-        with self.installation.life(number) as life:
-            yield life
-        self.complaints.append(life.complaints)
+    def _service(self, number: int) -> Iterator[ServiceProcess]:
+        with self.installation.running(number) as service:
+            yield service
+        self.complaints.append(service.stderr)
 
-    def _use(self, life: Life, go_on: Callable[[], bool]) -> None:
+    def _use(self, service: ServiceProcess, go_on: Callable[[], bool]) -> None:
         """State every goal, those that are accepted once more, and look on."""
         give_up = time.monotonic() + GIVE_UP_S
-        with life.api() as api:
+        with service.api() as api:
             self.seen.state_goals(api)
             while go_on():
                 assert time.monotonic() < give_up, self.seen.final

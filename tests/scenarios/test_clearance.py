@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 
 from app.composition import RunningWorld, Service
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from benchmarks.errands import with_sample

@@ -10,8 +10,7 @@ import pytest
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
-from app.sweep import Mission, prepare, written
-from app.sweep.mission import posed
+from app.trials.offline_mission import Mission, goal_problem, organised_mission, plan_mission
 from benchmarks.errands import with_sample
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
@@ -24,8 +23,10 @@ from tests.app.sample_store import Store
 def mission(sentence: str) -> Mission:
     store = Store()
     goals = parse_goals(store.world, store.facts, [sentence], store.base)
-    problem = posed(store.world, store.facts, goals, store.base)
-    return prepare(store.world, problem, portfolio(store.base), store.base, PlanningRequest(time_limit_s=60))
+    problem = goal_problem(store.world, store.facts, goals, store.base)
+    return plan_mission(
+        store.world, problem, portfolio(store.base), store.base, PlanningRequest(time_limit_s=60)
+    )
 
 
 @pytest.mark.parametrize(
@@ -57,7 +58,7 @@ def test_the_estimate_with_the_monitors_margin_holds(seed: int) -> None:
 def test_two_robots_use_one_interchange_one_after_the_other_by_clearance(seed: int) -> None:
     """yard_2 sees the interchange clear from the start, but is to come after yard_1."""
     store = Store(with_sample(load_world("sample_store"), "sample_2", "door_2", vacant="bay_3"))
-    one = written(store.world, store.one_interchange_twice(), store.base)
+    one = organised_mission(store.world, store.one_interchange_twice(), store.base)
     assert any(packet.after for script in one.scripts for packet in script.packets)
     ended = simulate_mission(one, seed=seed)
     assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words

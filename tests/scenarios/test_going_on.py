@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from app.soak import Record, executed_twice
-from tests.scenarios.judge import truth_of
+from app.trials.checks import RecordedReports, executed_twice
+from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family
 
 KILLS = 4
@@ -65,8 +65,8 @@ def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
     last = lives.said[-1]
     assert last["outcome"] == "completed", (last, lives.complaints)
     assert {one["goal"] for one in lives.said} == {last["goal"]}
-    assert truth_of(lives.data).samples["sample_1"].ref == "bay_7"
-    assert not executed_twice(Record.read(f"sqlite:///{lives.data}/macta.sqlite"))
+    assert snapshot_truth(lives.data).samples["sample_1"].ref == "bay_7"
+    assert not executed_twice(RecordedReports.read(f"sqlite:///{lives.data}/macta.sqlite"))
     times_s = [one["time_s"] for one in lives.said]
     assert times_s == sorted(times_s)
     assert len({one["world"] for one in lives.said}) == KILLS + 2

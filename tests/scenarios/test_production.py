@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.soak.watch import Follower
+from app.trials.observer import EventFollower
 from examples.production import Shape
 from tests.cluster import Cluster, own_cluster
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
@@ -80,7 +80,7 @@ def test_a_storm_over_every_process_loses_nothing_and_does_nothing_twice(
     seen = Witness(GOALS, by_hand=frozenset({"three"}))
     production.through_any(lambda api, _: seen.state_goals(api), lambda: len(seen.accepted) < len(GOALS))
     run = run_of(production.database_url)
-    follower = Follower(production.api)
+    follower = EventFollower(production.api)
     with follower.following(), ThreadPoolExecutor(1) as thread:
         storm = thread.submit(production.kill_all, VICTIMS, random.Random(SEED), MOST_S)
         production.through_any(seen.look, lambda: not (seen.over and storm.done()))

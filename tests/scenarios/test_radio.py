@@ -12,7 +12,7 @@ import pytest
 
 from app.cli.ground_truth import snapshot_truth
 from app.composition import RunningWorld, Service
-from app.domain.states import MissionState
+from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
@@ -21,7 +21,7 @@ from benchmarks.radio import Ended, IsWorst, carry_out, finishes, sends, with_li
 from robots.link.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
 from sim.snapshot import digest_of
-from sim.world.radio import Way
+from sim.world.radio import Direction
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
@@ -77,7 +77,7 @@ def test_in_short_windows_of_contact_alone_a_mission_comes_true_with_few_letters
     link = LinkSpec.model_validate({"contacts": [{"start_s": 3, "for_s": 10, "every_s": 120}]})
     ended = carry_out(with_link(link.model_dump()), worker, tmp_path)
     assert_well_ended(ended)
-    assert ended.letters[Way.DOWN] + ended.letters[Way.UP] < 2.0 * ended.took_s
+    assert ended.letters[Direction.DOWN] + ended.letters[Direction.UP] < 2.0 * ended.took_s
 
 
 class Operator:
@@ -93,7 +93,7 @@ class Operator:
         for known, said in ((self.states, mission.state), (self.reasons, mission.reason)):
             if known[-1:] != [said]:
                 known.append(said)
-        self.silent |= {report.view.name for report in service.worlds.robots() if report.silent}
+        self.silent |= {report.view.name for report in service.robots.robots() if report.silent}
 
 
 def test_a_robot_that_misses_its_windows_is_asked_makes_the_mission_unknown_and_is_back_on_contact(

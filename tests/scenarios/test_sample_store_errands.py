@@ -9,7 +9,7 @@ from benchmarks.errands import carry_out, packet, to_retrieve, to_store, tour, w
 from benchmarks.sample_store import all_tour
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import WorldFile, load_world
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 
 
 def store_with(*moved: tuple[str, str, str]) -> WorldFile:
@@ -61,21 +61,21 @@ def test_the_same_seed_gives_the_same_errand_to_the_last_bit() -> None:
 
 def history_of_poses(*, seed: int, seconds: float = 15.0) -> list[str]:
     """All poses at each tick of the main job's first seconds."""
-    crew = Crew(load_world("sample_store"), seed=seed)
-    crew.send(to_store("sample_1", "door_1", "bay_7", "yard_1").scripts())
+    runner = ScriptRunner(load_world("sample_store"), seed=seed)
+    runner.send(to_store("sample_1", "door_1", "bay_7", "yard_1").scripts())
     poses = []
     for _ in range(round(seconds * 60)):
-        crew.simulation.step()
-        poses.append(repr(crew.simulation.truth()))
-    crew.simulation.close()
+        runner.simulation.step()
+        poses.append(repr(runner.simulation.truth()))
+    runner.simulation.close()
     return poses
 
 
 def test_a_robot_keeps_watch_of_another_that_drives() -> None:
-    crew = Crew(load_world("sample_store"), seed=1)
+    runner = ScriptRunner(load_world("sample_store"), seed=1)
     watch = packet(1, "TRACK", robot1="yard_1", robot2="yard_2")
     watcher = BehaviourScript(id="watch", mission_id="watch", robot="yard_1", packets=(watch,))
-    assert crew.run([watcher, tour("yard_2", ["door_2", "interchange_2"])], timeout_s=60)
-    words = [f"{report.script_id}: {report.state} {report.detail}" for report in crew.ended.values()]
-    crew.simulation.close()
-    assert {report.state for report in crew.ended.values()} == {ScriptState.FINISHED}, words
+    assert runner.run([watcher, tour("yard_2", ["door_2", "interchange_2"])], timeout_s=60)
+    words = [f"{report.script_id}: {report.state} {report.detail}" for report in runner.ended.values()]
+    runner.simulation.close()
+    assert {report.state for report in runner.ended.values()} == {ScriptState.FINISHED}, words

@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx2
 
-from app.soak import Watch
+from app.trials.observer import Observer
 
 WORLD = "sample_store"
 DEADLINE_S = 5000.0
@@ -26,16 +26,16 @@ class Witness:
     """Goals' ids by their keys."""
     decided: dict[str, str] = field(default_factory=dict)
     """The missions that the plans it approved were said to have, by plan."""
-    watch: Watch = field(default_factory=lambda: Watch(WORLD))
+    observer: Observer = field(default_factory=lambda: Observer(WORLD))
 
     @property
     def final(self) -> list[dict[str, Any]]:
         """The goals as they were seen last."""
-        return list(self.watch.goals.values())
+        return list(self.observer.goals.values())
 
     @property
     def over(self) -> bool:
-        return len(self.final) == len(self.goals) and not self.watch.open
+        return len(self.final) == len(self.goals) and not self.observer.open
 
     def state_goals(self, api: httpx2.Client) -> None:
         """All of them, those that are accepted once more."""
@@ -52,9 +52,9 @@ class Witness:
 
         :param clock: which clock is read here: replicas follow the world's each with one of its own.
         """
-        self.watch.look(api, self.accepted.values(), clock=clock)
+        self.observer.read(api, self.accepted.values(), clock=clock)
         for key, goal_id in self.accepted.items():
-            goal = self.watch.goals[goal_id]
+            goal = self.observer.goals[goal_id]
             if key in self.by_hand and goal["state"] == "planned":
                 self._approve(api, goal["plan_id"])
 

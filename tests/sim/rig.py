@@ -5,15 +5,15 @@ from typing import Any
 
 from robots.physical.body import Pose
 from robots.world import WorldFile
-from sim.world.simulation import Fitting, Simulation
+from sim.world.simulation import AgentSetup, Simulation
 
 
 class Puppet:
     """An agent that keeps the velocity it is given."""
 
-    def __init__(self, fitting: Fitting) -> None:
-        self.fitting = fitting
-        self.body = fitting.body
+    def __init__(self, setup: AgentSetup) -> None:
+        self.setup = setup
+        self.body = setup.body
         self.velocity = (0.0, 0.0)
         self.ticks = 0
 
@@ -61,6 +61,13 @@ def two_rooms(
             "samples": [{"name": name, "at": at} for name, at in (samples or {}).items()],
         }
     )
+
+
+def with_only(world: WorldFile, *robots: str) -> WorldFile:
+    """The world without its other robots."""
+    file = world.model_dump()
+    file["robots"] = [robot for robot in file["robots"] if robot["name"] in robots]
+    return WorldFile.model_validate(file)
 
 
 def simulate(

@@ -1,4 +1,4 @@
-"""A real browser before the stand-in for the service."""
+"""A real browser before the fake service."""
 
 import shutil
 from collections.abc import Iterator
@@ -10,27 +10,44 @@ from tests.web.fake_api import TOKEN, add_console, create_app, served
 from tests.web.fake_service import FakeService
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Playwright
 
 FLAGS = [
     "--no-sandbox",
-    "--disable-gpu",
     "--disable-quic",
     "--disable-background-networking",
     "--disable-sync",
 ]
+SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator["Browser"]:
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+@pytest.fixture(scope="package")
+def playwright_driver() -> Iterator["Playwright"]:
+    """One for all tests of the console: not longer, for code beside it cannot run an event loop of its own."""
     playwright = pytest.importorskip("playwright.sync_api")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
+    if CHROMIUM is None:
         pytest.skip("no chromium on this machine")
     with playwright.sync_playwright() as driver:
-        running = driver.chromium.launch(executable_path=chromium, args=FLAGS)
-        yield running
-        running.close()
+        yield driver
+
+
+@pytest.fixture(scope="package")
+def browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
+    """Without WebGL."""
+    running = playwright_driver.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, "--disable-gpu"])
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="package")
+def webgl_browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
+    """With WebGL drawn in software."""
+    running = playwright_driver.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *SOFTWARE_GL])
+    yield running
+    running.close()
 
 
 @pytest.fixture

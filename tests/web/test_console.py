@@ -197,7 +197,8 @@ def test_what_was_not_answered_is_asked_for_again_though_no_event_comes(
     page.route(re.compile("/v1/goals[/?]"), lambda route: route.abort())
     service.propose("move sample_1 to bay_1")
     expect(live).to_have_text("not live")
-    page.wait_for_timeout(2500)  # the worlds' clocks are answered all the while
+    for _ in range(2):  # the worlds' clocks are answered all the while
+        page.wait_for_event("response", lambda response: response.url.endswith("/v1/worlds"))
     assert live.inner_text() == "not live"
     page.unroute_all()
     expect(page.get_by_test_id("goal-item")).to_contain_text("move sample_1 to bay_1")

@@ -5,8 +5,8 @@ from typing import cast
 import pytest
 
 from web.api_types import Layout, Telemetry
-from web.live_world import LONGEST, LiveWorld
-from web.world_feed import Known, WorldFeed
+from web.live_world import MAX_TRAIL_POINTS, LiveWorld
+from web.world_feed import WorldFeed, WorldSnapshot
 
 LAYOUT = Layout.model_validate(
     {
@@ -20,18 +20,18 @@ class FakeFeed:
     """Hands out what a test tells it."""
 
     def __init__(self) -> None:
-        self.known = Known()
+        self.known = WorldSnapshot()
 
     def start(self) -> None:
         pass
 
-    def latest(self) -> Known:
+    def latest(self) -> WorldSnapshot:
         return self.known
 
     def tell(self, time_s: float, x_m: float, heading_rad: float = 0.0) -> None:
         robots = {"fred": {"x_m": x_m, "y_m": 1.0, "heading_rad": heading_rad, "at_s": time_s}}
         telemetry = Telemetry.model_validate({"time_s": time_s, "robots": robots})
-        self.known = Known(version=self.known.version + 1, layout=LAYOUT, telemetry=telemetry)
+        self.known = WorldSnapshot(version=self.known.version + 1, layout=LAYOUT, telemetry=telemetry)
 
 
 class Followed:
@@ -43,7 +43,7 @@ class Followed:
 
     def x_m(self, now_s: float) -> float:
         self.now_s = now_s
-        self.world.look()
+        self.world.update()
         return self.world.frame.robots["fred"].x_m
 
 
@@ -85,12 +85,12 @@ def test_a_robot_that_was_set_elsewhere_does_not_glide_there(followed: Followed)
 
 
 def test_trails_are_as_long_as_they_may_be_and_begin_anew_with_the_world(followed: Followed) -> None:
-    for step in range(3 * LONGEST):
+    for step in range(3 * MAX_TRAIL_POINTS):
         followed.feed.tell(step, step / 4)
         followed.x_m(step)
     trail = followed.world.frame.trails["fred"]
-    assert len(trail) == LONGEST
-    assert trail[-1] == ((3 * LONGEST - 1) / 4, 1.0)
+    assert len(trail) == MAX_TRAIL_POINTS
+    assert trail[-1] == ((3 * MAX_TRAIL_POINTS - 1) / 4, 1.0)
     followed.feed.tell(0.0, 1.0)
     followed.x_m(1000.0)
     assert followed.world.frame.trails["fred"] == [(1.0, 1.0)]

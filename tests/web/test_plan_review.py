@@ -2,8 +2,8 @@
 
 import pytest
 
-from tests.web.boxes import boxes
 from tests.web.fake_service import FakeService
+from tests.web.page_controls import boxes
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect  # noqa: E402

@@ -2,9 +2,8 @@
 
 import pytest
 
-from tests.web.boxes import boxes
 from tests.web.fake_service import FakeService
-from tests.web.holding import hold_first
+from tests.web.page_controls import boxes, hold_first
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect  # noqa: E402

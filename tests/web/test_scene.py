@@ -10,23 +10,22 @@ from hypothesis import strategies as st
 from web.api_types import Fact, Layout, Plan, PlannedAction, RobotTelemetry, Wall
 from web.scene import palette
 from web.scene.building import wall_pieces
-from web.scene.camera import BACK, FILLED, FOV_RAD, TURN, distance_m
-from web.scene.eye import Eye
-from web.scene.frame import RADIUS_M, whiskers
+from web.scene.camera import BACK, FOV_RAD, MAX_SHARE, ROTATION, CameraView, distance_m
+from web.scene.frame import RADIUS_M, range_segments
 from web.scene.geometry import Mesh, box, cylinder, merged, turned
 from web.scene.labels import (
-    CHOSEN_FIRST,
     LETTER_PX,
     LINE_PX,
-    ROBOTS_NEXT,
+    ROBOT_RANK,
+    SELECTED_RANK,
     FloorLabel,
     Label,
     covered,
-    with_room,
+    without_overlap,
 )
 from web.scene.paths import routes
 from web.scene.robots import label_text
-from web.scene.samples import LIFTED_M, SamplePlaces
+from web.scene.samples import LIFTED_M, SamplePositions
 
 LAYOUT = Layout.model_validate(
     {
@@ -47,27 +46,27 @@ def told(**changes: object) -> RobotTelemetry:
     return RobotTelemetry.model_validate({"x_m": 1.0, "y_m": 1.0, "heading_rad": 0.0} | changes)
 
 
-def place(places: SamplePlaces, fact: Fact, **changes: object) -> tuple[float, float, float] | None:
+def place(places: SamplePositions, fact: Fact, **changes: object) -> tuple[float, float, float] | None:
     return places.update([fact], {"yard_1": told(**changes)}).get("sample_1")
 
 
 def test_a_sample_lies_where_the_facts_say() -> None:
-    assert place(SamplePlaces(LAYOUT), AT_DOOR) == (2.0, 0.4, 0.0)
+    assert place(SamplePositions(LAYOUT), AT_DOOR) == (2.0, 0.4, 0.0)
 
 
 def test_a_sample_that_a_robot_says_it_holds_is_at_its_jaws_whatever_the_facts_say() -> None:
-    assert place(SamplePlaces(LAYOUT), AT_DOOR, holding="sample_1") == pytest.approx((1.34, 1.0, LIFTED_M))
+    assert place(SamplePositions(LAYOUT), AT_DOOR, holding="sample_1") == pytest.approx((1.34, 1.0, LIFTED_M))
 
 
 def test_a_sample_just_let_go_stays_there_until_the_facts_change() -> None:
-    places = SamplePlaces(LAYOUT)
+    places = SamplePositions(LAYOUT)
     place(places, AT_DOOR, holding="sample_1")
     assert place(places, AT_DOOR, x_m=0.2) == pytest.approx((1.34, 1.0, 0.0))
     assert place(places, IN_BAY) == (0.5, 2.0, 0.0)
 
 
 def test_facts_that_know_of_the_release_before_the_telemetry_are_believed() -> None:
-    places = SamplePlaces(LAYOUT)
+    places = SamplePositions(LAYOUT)
     place(places, AT_DOOR, holding="sample_1")
     place(places, IN_ROBOT, holding="sample_1")
     place(places, IN_BAY, holding="sample_1")
@@ -76,11 +75,11 @@ def test_facts_that_know_of_the_release_before_the_telemetry_are_believed() -> N
 
 def test_a_sample_that_is_with_a_robot_which_does_not_hold_it_lies_where_its_tag_was_seen() -> None:
     seen = {"sample_1": (3.0, 2.0)}
-    assert place(SamplePlaces(LAYOUT), IN_ROBOT, tags=seen) == (3.0, 2.0, 0.0)
+    assert place(SamplePositions(LAYOUT), IN_ROBOT, tags=seen) == (3.0, 2.0, 0.0)
 
 
 def test_a_sample_of_which_nothing_is_known_is_not_drawn() -> None:
-    assert SamplePlaces(LAYOUT).update([], {}) == {}
+    assert SamplePositions(LAYOUT).update([], {}) == {}
 
 
 def test_a_wall_is_cut_at_its_openings() -> None:
@@ -103,7 +102,7 @@ def test_a_wall_is_cut_at_its_openings() -> None:
 
 
 def test_the_second_of_four_whiskers_points_to_the_left() -> None:
-    points, colours = whiskers([told(heading_rad=pi / 2, ranges_m=[None, 1.5, None, None])])
+    points, colours = range_segments([told(heading_rad=pi / 2, ranges_m=[None, 1.5, None, None])])
     left = points[2]  # after the one that keeps the node from being empty
     np.testing.assert_allclose(left[:, :2], [[1 - RADIUS_M, 1], [1 - 1.5, 1]], atol=1e-6)
     assert tuple(colours[2][1]) == palette.WHISKER_HIT
@@ -112,7 +111,7 @@ def test_the_second_of_four_whiskers_points_to_the_left() -> None:
 
 def test_the_whiskers_keep_their_count_whatever_they_meet() -> None:
     free, hit = ([told(ranges_m=ranges)] for ranges in ([None] * 16, [0.5] * 16))
-    assert whiskers(free)[0].shape == whiskers(hit)[0].shape
+    assert range_segments(free)[0].shape == range_segments(hit)[0].shape
 
 
 def test_a_label_tells_the_active_packet_or_that_the_robot_is_not_heard() -> None:
@@ -154,7 +153,7 @@ def test_instances_get_the_linear_light_of_their_colour() -> None:
 
 
 def test_a_long_sample_lies_across_its_place_and_hangs_between_who_hold_it() -> None:
-    places = SamplePlaces(
+    places = SamplePositions(
         Layout.model_validate(
             {
                 "compartments": [{"name": "lab", "x": [0, 8], "y": [0, 3]}],
@@ -175,14 +174,14 @@ def test_a_long_sample_lies_across_its_place_and_hangs_between_who_hold_it() -> 
     assert places.heading_rad("beam", pair) == pytest.approx(0.1 + pi / 2)
 
 
-def eye(**changes: float) -> Eye:
+def view(**changes: float) -> CameraView:
     """Ten metres above the origin, looking straight down, north up; 100 pixels a metre on the floor."""
     sizes = {"fov_rad": 2 * atan(0.3), "width_px": 800.0, "height_px": 600.0} | changes
-    return Eye(at=np.array([0.0, 0.0, 10.0]), turn=np.diag([1.0, -1.0, -1.0]), **sizes)
+    return CameraView(position=np.array([0.0, 0.0, 10.0]), rotation=np.diag([1.0, -1.0, -1.0]), **sizes)
 
 
 def test_a_camera_sees_what_is_below_it_in_the_middle_and_north_above() -> None:
-    seen = eye().sees(np.array([(0.0, 0.0, 0.0), (1.0, 2.0, 0.0)]))
+    seen = view().project(np.array([(0.0, 0.0, 0.0), (1.0, 2.0, 0.0)]))
     np.testing.assert_allclose(seen, [(400, 300, 10), (500, 100, 10)])
 
 
@@ -192,15 +191,15 @@ def labels(*spots: tuple[str, float, int]) -> list[Label]:
 
 def test_of_labels_on_one_spot_the_chosen_one_is_shown() -> None:
     near_by = labels(
-        ("robot_a", 0.0, ROBOTS_NEXT), ("sample_b", 0.1, CHOSEN_FIRST), ("robot_c", 2.0, ROBOTS_NEXT)
+        ("robot_a", 0.0, ROBOT_RANK), ("sample_b", 0.1, SELECTED_RANK), ("robot_c", 2.0, ROBOT_RANK)
     )
-    assert {label.name for label in with_room(near_by, eye())} == {"sample_b", "robot_c"}
+    assert {label.name for label in without_overlap(near_by, view())} == {"sample_b", "robot_c"}
 
 
 def test_what_is_beside_the_picture_or_behind_the_camera_has_no_label() -> None:
-    assert with_room(labels(("far", 9.0, CHOSEN_FIRST)), eye()) == []
-    behind = Label(name="behind", text="behind", at=(0.0, 0.0, 11.0), rank=CHOSEN_FIRST)
-    assert with_room([behind], eye()) == []
+    assert without_overlap(labels(("far", 9.0, SELECTED_RANK)), view()) == []
+    behind = Label(name="behind", text="behind", at=(0.0, 0.0, 11.0), rank=SELECTED_RANK)
+    assert without_overlap([behind], view()) == []
 
 
 @pytest.mark.parametrize(
@@ -209,16 +208,18 @@ def test_what_is_beside_the_picture_or_behind_the_camera_has_no_label() -> None:
 )
 def test_a_place_is_not_named_where_the_name_of_a_robot_is(at: tuple[float, float], hidden: bool) -> None:
     # "robot" takes 20 pixels to either side and 20 up; "bay_7", in letters of 0.17 m, 28 to either side and 24 down.
-    robot = labels(("robot", 0.0, ROBOTS_NEXT))
+    robot = labels(("robot", 0.0, ROBOT_RANK))
     place = FloorLabel(name="bay_7", text="bay_7", at=(*at, 0.0), letters_m=0.17)
-    assert covered([place], robot, eye()) == [hidden]
-    assert covered([place], [], eye()) == [False]
+    assert covered([place], robot, view()) == [hidden]
+    assert covered([place], [], view()) == [False]
 
 
 @given(st.lists(st.tuples(st.floats(-4, 4), st.floats(-3, 3)), max_size=80))
 def test_labels_never_overlap(spots: list[tuple[float, float]]) -> None:
     crowd = [Label(name=str(i), text="robot", at=(*spot, 0.0), rank=1) for i, spot in enumerate(spots)]
-    shown = eye().sees(np.array([label.at for label in with_room(crowd, eye())] or np.zeros((0, 3))))
+    shown = view().project(
+        np.array([label.at for label in without_overlap(crowd, view())] or np.zeros((0, 3)))
+    )
     for i, one in enumerate(shown):
         for other in shown[i + 1 :]:
             assert abs(one[0] - other[0]) >= 5 * LETTER_PX or abs(one[1] - other[1]) >= LINE_PX
@@ -229,9 +230,11 @@ def test_labels_never_overlap(spots: list[tuple[float, float]]) -> None:
 def test_the_whole_world_fills_the_picture_and_no_more(size: tuple[float, float]) -> None:
     corners = np.array([(x, y, 0.0) for x in (-4.0, 4.0) for y in (-3.0, 3.0)])
     away = distance_m(corners, *size)
-    seen = Eye(at=away * BACK, turn=TURN, fov_rad=FOV_RAD, width_px=size[0], height_px=size[1]).sees(corners)
+    seen = CameraView(
+        position=away * BACK, rotation=ROTATION, fov_rad=FOV_RAD, width_px=size[0], height_px=size[1]
+    ).project(corners)
     filled = np.abs(seen[:, :2] / size - 0.5).max()
-    assert filled == pytest.approx(FILLED / 2, abs=0.01)
+    assert filled == pytest.approx(MAX_SHARE / 2, abs=0.01)
 
 
 def test_a_plan_takes_each_robot_from_place_to_place() -> None:
@@ -253,7 +256,7 @@ def test_a_plan_takes_each_robot_from_place_to_place() -> None:
 
 
 def test_going_back_in_a_recording_forgets_who_held_what() -> None:
-    places = SamplePlaces(LAYOUT)
+    places = SamplePositions(LAYOUT)
     place(places, AT_DOOR, holding="sample_1")
     places.forget()
     assert place(places, AT_DOOR) == (2.0, 0.4, 0.0)

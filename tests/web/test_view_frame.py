@@ -1,6 +1,5 @@
 """The view of the world inside the console: a real browser, the relay and a real viser server."""
 
-import shutil
 import threading
 from collections.abc import Iterator
 
@@ -11,29 +10,22 @@ import viser
 from tests.waiting import until
 from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
 from tests.web.fake_service import FakeService
-from tests.web.page_controls import hide
+from tests.web.page_controls import boxes, hide
 from web.scene import palette
-from web.scene.eye import Eye
+from web.scene.camera import CameraView
 from web.viewer import Viewer
 
 playwright = pytest.importorskip("playwright.sync_api")
-from playwright.sync_api import FloatRect, Page, WebSocket, expect, sync_playwright  # noqa: E402
+from playwright.sync_api import Browser, FloatRect, Page, WebSocket, expect  # noqa: E402
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine"),
-]
-SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-FLAGS = ["--no-sandbox", "--disable-quic", "--disable-background-networking", "--disable-sync", *SOFTWARE_GL]
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture
-def page() -> Iterator[Page]:
-    with sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield chromium.new_page(viewport={"width": 1280, "height": 720})
-        chromium.close()
+def page(webgl_browser: Browser) -> Iterator[Page]:
+    context = webgl_browser.new_context(viewport={"width": 1280, "height": 720})
+    yield context.new_page()
+    context.close()
 
 
 def test_the_view_comes_when_it_is_there_and_comes_back_though_another_field_has_the_focus(
@@ -84,11 +76,11 @@ class Pointer:
 
     def _picture_of(self, at: tuple[float, float, float]) -> tuple[float, float]:
         """Where in the frame it is, pixels; its corner as long as there is nothing."""
-        stages = list(self._viewer.stages.values())
+        stages = list(self._viewer.scenes.values())
         if not stages:
             return 5.0, 5.0
-        eye = Eye.of(stages[0].client.camera)
-        x, y, _ = eye.sees(np.array([at]))[0] * self._box["width"] / eye.width_px
+        view = CameraView.of(stages[0].client.camera)
+        x, y, _ = view.project(np.array([at]))[0] * self._box["width"] / view.width_px
         return x, y
 
     @property
@@ -114,7 +106,7 @@ def viewed() -> Iterator[tuple[FakeService, Viewer, str]]:
     app = create_app(service)
     add_console(app)
     with served(app, service) as address:
-        viewer = Viewer(api=address, token=TOKEN, port=free_port(), facts_every_s=0.1, again_s=0.1)
+        viewer = Viewer(api=address, token=TOKEN, port=free_port(), facts_every_s=0.1, retry_s=0.1)
         service.view = f"http://127.0.0.1:{viewer.server.get_port()}"
         thread = threading.Thread(target=viewer.run)
         thread.start()
@@ -205,6 +197,23 @@ def test_the_view_is_not_fetched_before_it_is_wanted(
 def _replayed(service: FakeService, view: str) -> tuple[str, float] | None:
     shown = service.views.shown(view)
     return shown.replay and (shown.replay.mission_id, shown.replay.time_s) if shown else None
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_software_rendering_is_told_beside_the_world_and_covers_none_of_it(
+    page: Page, viewed: tuple[FakeService, Viewer, str], theme: str
+) -> None:
+    _, _, address = viewed
+    page.add_init_script(f"localStorage.setItem('macta.theme', JSON.stringify('{theme}'))")
+    page.goto(f"{address}/?token={TOKEN}")
+    expect(page.locator("#software-note")).to_be_visible(timeout=20_000)
+    notice = page.frame_locator("#stage").locator("#webgl-software-rendering")
+    expect(notice).to_have_count(1)  # else viser has renamed its notice
+    expect(notice).to_be_hidden()
+    stage, note = boxes(page, "#stage-holder", "#software-note")
+    assert note["y"] >= stage["y"] + stage["height"]
+    page.locator("#as-map").click()
+    expect(page.locator("#software-note")).to_be_hidden()
 
 
 def test_the_legend_has_the_colours_of_the_view(page: Page, viewed: tuple[FakeService, Viewer, str]) -> None:

@@ -23,9 +23,9 @@ from tests.waiting import until
 from tests.web.fake_api import TOKEN, create_app, served
 from tests.web.fake_browser import FakeBrowser, browsing
 from tests.web.fake_service import WORLD, FakeService
-from web.api_types import Layout, Shown
-from web.scene import Frame, Stage, palette
-from web.scene.eye import Eye
+from web.api_types import Layout, PageState
+from web.scene import Frame, PageScene, palette
+from web.scene.camera import CameraView
 from web.scene.labels import LINE_PX
 from web.scene.robots import LABEL_HEIGHT_M
 from web.viewer import Viewer, page_of
@@ -47,7 +47,7 @@ def port(service: FakeService) -> int:
 @pytest.fixture
 def viewer(port: int) -> Iterator[Viewer]:
     viewer = Viewer(
-        api=f"http://127.0.0.1:{port}", token=TOKEN, port=free_port(), facts_every_s=0.05, again_s=0.05
+        api=f"http://127.0.0.1:{port}", token=TOKEN, port=free_port(), facts_every_s=0.05, retry_s=0.05
     )
     thread = threading.Thread(target=viewer.run)
     thread.start()
@@ -71,7 +71,7 @@ def served_api(service: FakeService, port: int) -> Iterator[str]:
 
 def node(viewer: Viewer, name: str, page: str = "") -> Any:
     """A thing in the scene of the page's frame, None as long as it is not there."""
-    for id_, stage in list(viewer.stages.items()):
+    for id_, stage in list(viewer.scenes.items()):
         if page_of(viewer.server, id_) == page:
             return stage.client.scene.get_handle_by_name(name)
     return None
@@ -162,11 +162,11 @@ def test_the_name_of_a_place_gives_way_to_that_of_a_robot_in_front_of_it(
 
 def south_with_its_label_on(viewer: Viewer, spot: Any) -> float:
     """Where south of a spot on the floor a robot's label is on it in the picture."""
-    (stage,) = viewer.stages.values()
-    eye = Eye.of(stage.client.camera)
+    (stage,) = viewer.scenes.values()
+    view = CameraView.of(stage.client.camera)
     south = np.linspace(spot[1] - 2.0, spot[1], 200)
-    labels = eye.sees(np.array([(spot[0], y_m, LABEL_HEIGHT_M) for y_m in south]))
-    spot_px = eye.sees(np.array([spot]))[0, 1]
+    labels = view.project(np.array([(spot[0], y_m, LABEL_HEIGHT_M) for y_m in south]))
+    spot_px = view.project(np.array([spot]))[0, 1]
     return float(south[np.abs(labels[:, 1] - spot_px - LINE_PX / 2).argmin()])
 
 
@@ -187,7 +187,7 @@ def test_a_world_with_nothing_in_it_is_drawn() -> None:
     with browsing(server.get_port()):
         until(server.get_clients)
         (client,) = server.get_clients().values()
-        Stage(client, layout, lambda _kind, _name: None).update(Frame(), Shown(robot="none"), None)
+        PageScene(client, layout, lambda _kind, _name: None).update(Frame(), PageState(robot="none"), None)
         assert client.scene.get_handle_by_name("/yard/floor") is not None
     server.stop()
 
@@ -249,14 +249,14 @@ def test_nothing_is_drawn_for_a_page_whose_view_nobody_sees(
     until(lambda: shown(viewer, "/robots/hull", ONE) and shown(viewer, "/robots/hull", OTHER))
     before = _x_m(viewer, ONE)
     say(one, seen=False)
-    until(lambda: not viewer._pages.pages()[ONE].seen)
-    updates = viewer._updates
-    until(lambda: viewer._updates > updates + 1)  # the one under way may not have heard yet
+    until(lambda: not viewer.pages.states()[ONE].seen)
+    updates = viewer.updates
+    until(lambda: viewer.updates > updates + 1)  # the one under way may not have heard yet
     service.telemetry["yard_1"]["x_m"] = 5.0
     until(lambda: _x_m(viewer, OTHER) == pytest.approx(5.0))
     assert _x_m(viewer, ONE) == before
     say(other, seen=False)
-    until(lambda: not viewer._worlds, "a world is followed that nobody sees")
+    until(lambda: not viewer.worlds, "a world is followed that nobody sees")
     say(one)
     until(lambda: _x_m(viewer, ONE) == pytest.approx(5.0))
 
@@ -288,7 +288,7 @@ def test_what_is_clicked_on_is_told_to_the_page_of_that_frame(
     ):
         say(page)
         until(lambda: shown(viewer, "/robots/hull", ONE))
-        (client,) = viewer.stages
+        (client,) = viewer.scenes
         names = [place.name for place in service.world.locations if place.kind == "bay"]
         for clicked, told in (
             (("/robots/hull", 1), ("robot", "yard_2")),
@@ -305,8 +305,8 @@ def test_the_camera_follows_the_robot_until_the_whole_world_is_to_be_seen(
     one, other = two_pages
     say(one, robot="yard_1", follow=True)
     say(other, robot="yard_1")
-    until(lambda: len(viewer.stages) == 2)
-    cameras = {page_of(viewer.server, id_): stage.client.camera for id_, stage in viewer.stages.items()}
+    until(lambda: len(viewer.scenes) == 2)
+    cameras = {page_of(viewer.server, id_): stage.client.camera for id_, stage in viewer.scenes.items()}
     service.telemetry["yard_1"] |= {"x_m": 3.0, "y_m": 1.5}
     until(lambda: cameras[ONE].look_at[:2].tolist() == pytest.approx([3.0, 1.5]))
     middle = cameras[OTHER].look_at.tolist()
@@ -371,7 +371,7 @@ def test_the_view_goes_on_after_the_service_was_away(
 
 
 def test_a_wrong_token_leaves_the_scene_empty(service: FakeService, port: int) -> None:
-    feed = WorldFeed(api=f"http://127.0.0.1:{port}", token="wrong", world=WORLD, again_s=0.05)
+    feed = WorldFeed(api=f"http://127.0.0.1:{port}", token="wrong", world=WORLD, retry_s=0.05)
     with served(create_app(service), service, port):
         feed.start()
         assert feed.latest(after=0, timeout_s=0.5).layout is None

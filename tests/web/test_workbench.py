@@ -151,7 +151,7 @@ def test_all_of_the_workbench_is_within_reach_on_a_narrow_page(page: Page, width
 
 def test_the_workbench_is_fetched_when_it_is_opened(page: Page) -> None:
     fetched: list[Any] = page.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
-    assert not [name for name in fetched if "workbench/" in name and "door" not in name]
+    assert not [name for name in fetched if "workbench/" in name and "lazy" not in name]
 
 
 def drives(service: FakeService, robot: str, speed_m_s: float) -> None:
@@ -233,6 +233,6 @@ def test_a_parameter_is_tuned_from_the_newest_version_or_not_at_all(page: Page, 
     expect(panel).to_contain_text("version 2")
     gain.fill("0.7")
     gain.press("Enter")
-    panel.get_by_role("button", name="r.gain as it was set out").click()
+    panel.get_by_role("button", name="r.gain: original value").click()
     expect(panel).to_contain_text("version 4")
     assert service.tuning["tuning"] == {"NAVIGATE": {"translate/advance": {}}}

@@ -6,7 +6,7 @@ import pytest
 
 from tests.waiting import until
 from tests.web.fake_service import WORLD, FakeService
-from tests.web.holding import hold_first
+from tests.web.page_controls import hold_first
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect  # noqa: E402

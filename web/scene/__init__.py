@@ -1,6 +1,6 @@
-"""A page's scene: the store drawn once, what moves moved as told. Knows viser, not the service."""
+"""A page's scene in viser: the building drawn once, moving bodies updated. Knows nothing of the service."""
 
 from web.scene.frame import Frame
-from web.scene.page_scene import Stage
+from web.scene.page_scene import PageScene
 
-__all__ = ["Frame", "Stage"]
+__all__ = ["Frame", "PageScene"]

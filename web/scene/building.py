@@ -6,30 +6,33 @@ from math import atan2, cos, radians, sin
 import numpy as np
 import viser
 
-from web.api_types import Fact, Floor, Layout, Location, Point, Rock, Wall
+from web.api_types import Fact, Floor, Layout, Location, Obstacle, Point, Wall
 from web.scene import palette
-from web.scene.geometry import box, cylinder, merged, turned
+from web.scene.geometry import box, cylinder, merged
 from web.scene.labels import FloorLabel
-from web.scene.nodes import Click, on_instance
+from web.scene.nodes import OnClick, add_instances, add_mesh, on_instance_click
 
 FLOOR_M = 0.04
-WALL_HEIGHT_M, WALL_WIDTH_M = 0.32, 0.08
+WALL_HEIGHT_M = 0.32
+WALL_WIDTH_M = 0.08
 OPENING_HEIGHT_M = 0.10
-ROCK_HEIGHT_M = 0.4
-PAD_M, PAD_HEIGHT_M = 0.44, 0.012
+OBSTACLE_HEIGHT_M = 0.4
+PAD_M = 0.44
+PAD_HEIGHT_M = 0.012
 LETTERS_M = 0.17
 """Height of the letters on the floor."""
-BEACON_HEIGHT_M, BEAM_M = 0.36, 0.26
+BEACON_HEIGHT_M = 0.36
+BEAM_M = 0.26
 
 
-def draw_store(scene: viser.SceneApi, layout: Layout, ground: palette.Ground) -> None:
+def draw_building(scene: viser.SceneApi, layout: Layout, theme: palette.Theme) -> None:
     """Draw everything of the layout that never moves."""
     for index, compartment in enumerate(layout.compartments):
-        _draw_floor(scene, f"/{compartment.name}/floor", compartment, ground.floors[index % 2], 0.0)
+        _draw_floor(scene, f"/{compartment.name}/floor", compartment, theme.floors[index % 2], 0.0)
         for number, aisle in enumerate(compartment.aisles):
-            _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, ground.aisles[number % 2], 0.004)
+            _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, theme.aisles[number % 2], 0.004)
     _draw_walls(scene, layout.walls)
-    _draw_rocks(scene, layout.obstacles)
+    _draw_obstacles(scene, layout.obstacles)
     if layout.locations:
         _draw_beacons(scene, layout.locations)
 
@@ -39,17 +42,16 @@ def _draw_floor(
 ) -> None:
     size = (floor.x[1] - floor.x[0], floor.y[1] - floor.y[0], FLOOR_M)
     middle = (sum(floor.x) / 2, sum(floor.y) / 2, raised_m - FLOOR_M / 2)
-    vertices, faces = box(size)
-    scene.add_mesh_simple(
-        name, vertices, faces, color=colour, position=middle, cast_shadow=False, receive_shadow=False
-    )
+    add_mesh(scene, name, box(size), colour, middle)
 
 
 def wall_pieces(wall: Wall) -> list[tuple[str, float, float]]:
     """The wall along its length: (kind, from, to) in metres from its start, kind `wall` or an opening's."""
-    pieces, reached = [], 0.0
+    pieces = []
+    reached = 0.0
     for opening in sorted(wall.openings, key=lambda opening: opening.at_m):
-        begin, end = opening.at_m - opening.width_m / 2, opening.at_m + opening.width_m / 2
+        begin = opening.at_m - opening.width_m / 2
+        end = opening.at_m + opening.width_m / 2
         if begin > reached:
             pieces.append(("wall", reached, begin))
         pieces.append((opening.kind, max(begin, reached), end))
@@ -60,7 +62,10 @@ def wall_pieces(wall: Wall) -> list[tuple[str, float, float]]:
 
 
 def _draw_walls(scene: viser.SceneApi, walls: tuple[Wall, ...]) -> None:
-    positions, headings, scales, colours = [], [], [], []
+    positions = []
+    headings = []
+    scales = []
+    colours = []
     for wall in walls:
         heading = atan2(wall.end[1] - wall.start[1], wall.end[0] - wall.start[0])
         for kind, begin, end in wall_pieces(wall):
@@ -75,54 +80,44 @@ def _draw_walls(scene: viser.SceneApi, walls: tuple[Wall, ...]) -> None:
             scales.append((end - begin + (WALL_WIDTH_M if kind == "wall" else 0), WALL_WIDTH_M, height))
             colours.append(palette.WALL if kind == "wall" else palette.OPENINGS.get(kind, palette.WALL))
     if positions:
-        scene.add_batched_meshes_simple(
+        add_instances(
+            scene,
             "/walls",
-            *box(),
-            batched_wxyzs=turned(headings),
-            batched_positions=np.array(positions, dtype=np.float32),
-            batched_scales=np.array(scales, dtype=np.float32),
-            batched_colors=palette.batched(colours),
-            lod="off",
+            box(),
+            positions,
+            colours,
+            headings_rad=headings,
+            scales=scales,
             flat_shading=True,
-            cast_shadow=False,
-            receive_shadow=False,
         )
 
 
-def _draw_rocks(scene: viser.SceneApi, rocks: tuple[Rock, ...]) -> None:
-    """Each where the world file has it: a seed may have put it a little elsewhere."""
-    for rock in rocks:
-        stump = cylinder(rock.radius_m, 0.0, ROCK_HEIGHT_M, top_radius_m=0.8 * rock.radius_m, sides=12)
-        scene.add_mesh_simple(
-            f"/obstacles/{rock.name}",
-            *stump,
-            color=palette.ROCK,
-            position=(*rock.at, 0.0),
-            flat_shading=True,
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+def _draw_obstacles(scene: viser.SceneApi, obstacles: tuple[Obstacle, ...]) -> None:
+    """Each where the world file has it; a seed may have moved it slightly."""
+    for one in obstacles:
+        cone = cylinder(one.radius_m, 0.0, OBSTACLE_HEIGHT_M, top_radius_m=0.8 * one.radius_m, sides=12)
+        add_mesh(scene, f"/obstacles/{one.name}", cone, palette.OBSTACLE, (*one.at, 0.0), flat_shading=True)
 
 
 class PlacesView:
-    """The pads of the places, a batched node a kind; those where something lies are darker."""
+    """The pads of the places, a batched node a kind; those with a sample are darker."""
 
-    def __init__(self, scene: viser.SceneApi, layout: Layout, on_click: Click = lambda _: None) -> None:
+    def __init__(self, scene: viser.SceneApi, layout: Layout, on_click: OnClick) -> None:
         self._kinds: dict[str, tuple[tuple[str, ...], viser.BatchedMeshHandle]] = {}
-        self._taken: frozenset[str] = frozenset()
+        self._occupied: frozenset[str] = frozenset()
         for kind in sorted({place.kind for place in layout.locations}):
             places = [place for place in layout.locations if place.kind == kind]
             names = tuple(place.name for place in places)
             self._kinds[kind] = names, _pads(scene, kind, places, on_click)
 
     def update(self, facts: Sequence[Fact]) -> None:
-        """Show what is taken, by the facts."""
-        taken = frozenset(fact.args[1] for fact in facts if fact.predicate == "in" and len(fact.args) == 2)
-        if taken == self._taken:
+        """Show which places hold a sample, by the facts."""
+        occupied = frozenset(fact.args[1] for fact in facts if fact.predicate == "in" and len(fact.args) == 2)
+        if occupied == self._occupied:
             return
-        self._taken = taken
+        self._occupied = occupied
         for kind, (names, pads) in self._kinds.items():
-            colours = [palette.OCCUPIED if name in taken else _colour(kind) for name in names]
+            colours = [palette.OCCUPIED if name in occupied else _colour(kind) for name in names]
             pads.batched_colors = palette.batched(colours)
 
 
@@ -131,38 +126,33 @@ def _colour(kind: str) -> palette.Colour:
 
 
 def _pads(
-    scene: viser.SceneApi, kind: str, places: list[Location], on_click: Click
+    scene: viser.SceneApi, kind: str, places: list[Location], on_click: OnClick
 ) -> viser.BatchedMeshHandle:
-    pads = scene.add_batched_meshes_simple(
-        f"/places/{kind}",
-        *box((PAD_M, PAD_M, PAD_HEIGHT_M), (0.0, 0.0, PAD_HEIGHT_M / 2 + 0.004)),
-        batched_wxyzs=turned([0.0] * len(places)),
-        batched_positions=np.array([(*place.at, 0.0) for place in places], dtype=np.float32),
-        batched_colors=palette.batched([_colour(kind)] * len(places)),
-        lod="off",
-        cast_shadow=False,
-        receive_shadow=False,
-    )
-    on_instance(pads, [place.name for place in places], on_click)
+    pad = box((PAD_M, PAD_M, PAD_HEIGHT_M), (0.0, 0.0, PAD_HEIGHT_M / 2 + 0.004))
+    positions = [(*place.at, 0.0) for place in places]
+    pads = add_instances(scene, f"/places/{kind}", pad, positions, [_colour(kind)] * len(places))
+    on_instance_click(pads, [place.name for place in places], on_click)
     return pads
 
 
-def names_of_places(layout: Layout) -> list[FloorLabel]:
-    """Each place's name south of its pad; of a rack's berths the numbers on their pads and the name south of all."""
+def place_labels(layout: Layout) -> list[FloorLabel]:
+    """Each place's name south of its pad; berths' numbers on their pads, with their rack's name south of them."""
     south = {place.name: place.at[1] - PAD_M / 2 - 0.04 for place in layout.locations}
-    names = [
-        _name(place, place.name, (place.at[0], south[place.name]))
+    labels = [
+        _label(place, place.name, (place.at[0], south[place.name]))
         for place in layout.locations
         if place.kind != "home" and place.name not in layout.berths  # a home's robot's label says enough
     ]
     for rack in layout.racks:
-        names.append(_name(rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths))))
+        labels.append(_label(rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths))))
     for berth in (place for place in layout.locations if place.name in layout.berths):
-        names.append(_name(berth, berth.name.rpartition("_")[2], (berth.at[0], berth.at[1] + LETTERS_M / 2)))
-    return names
+        labels.append(
+            _label(berth, berth.name.rpartition("_")[2], (berth.at[0], berth.at[1] + LETTERS_M / 2))
+        )
+    return labels
 
 
-def _name(place: Location, text: str, top: Point) -> FloorLabel:
+def _label(place: Location, text: str, top: Point) -> FloorLabel:
     return FloorLabel(name=f"{place.kind}/{place.name}", text=text, at=(*top, 0.0), letters_m=LETTERS_M)
 
 
@@ -170,16 +160,8 @@ def _draw_beacons(scene: viser.SceneApi, places: tuple[Location, ...]) -> None:
     post = merged(
         [cylinder(0.014, 0.0, BEACON_HEIGHT_M, sides=8), box((0.07, 0.07, 0.07), (0.0, 0.0, BEACON_HEIGHT_M))]
     )
-    scene.add_batched_meshes_simple(
-        "/beacons",
-        *post,
-        batched_wxyzs=turned([0.0] * len(places)),
-        batched_positions=np.array([(*place.at, 0.0) for place in places], dtype=np.float32),
-        batched_colors=palette.batched([palette.BEACON] * len(places)),
-        lod="off",
-        cast_shadow=False,
-        receive_shadow=False,
-    )
+    positions = [(*place.at, 0.0) for place in places]
+    add_instances(scene, "/beacons", post, positions, [palette.BEACON] * len(places))
     beams = [
         [(*place.at, BEACON_HEIGHT_M), _beam_end(place.at, degrees)]
         for place in places

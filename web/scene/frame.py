@@ -1,4 +1,4 @@
-"""One instant of a world as it is to be drawn, and the arrays that every page's scene of it shares."""
+"""One instant of a world, and the arrays that the scenes of all pages share."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,20 +13,21 @@ from web.scene import palette
 from web.scene.geometry import Floats, turned
 
 RADIUS_M = 0.22
-WHISKER_HEIGHT_M = 0.12
-JAW_OPEN_M, JAW_CLOSED_M = 0.095, 0.068
-UNSEEN_M = -10.0
-"""Height of what is not to be seen: below the floor, so that all parts keep their count."""
+RANGES_HEIGHT_M = 0.12
+JAW_OPEN_M = 0.095
+JAW_CLOSED_M = 0.068
+HIDDEN_M = -10.0
+"""Height below the floor, of what is not visible: the count of instances stays the same."""
 
 Colours = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """All that moves of a world.
+    """The moving parts of a world.
 
-    :param names: its robots, in the order they are drawn in.
-    :param trails: by robot, where it was of late, the oldest first.
+    :param names: the robots, in drawing order.
+    :param trails: recent positions by robot, oldest first.
     """
 
     time_s: float = 0.0
@@ -40,40 +41,40 @@ class Frame:
         return tuple(name for name in self.names if name in self.robots)
 
     @cached_property
-    def places(self) -> Floats:
-        """Where the robots are, shape (N, 3), metres; the unheard below the floor."""
-        places = np.full((len(self.names), 3), UNSEEN_M, dtype=np.float32)
+    def positions(self) -> Floats:
+        """The robots' positions, shape (N, 3), metres; below the floor if never heard."""
+        positions = np.full((len(self.names), 3), HIDDEN_M, dtype=np.float32)
         for index, name in enumerate(self.names):
             if name in self.robots:
-                places[index] = (self.robots[name].x_m, self.robots[name].y_m, 0.0)
-        return places
+                positions[index] = (self.robots[name].x_m, self.robots[name].y_m, 0.0)
+        return positions
 
     @cached_property
     def _headings(self) -> NDArray[np.float64]:
         return np.array([self.robots[n].heading_rad if n in self.robots else 0.0 for n in self.names])
 
     @cached_property
-    def turns(self) -> Floats:
+    def rotations(self) -> Floats:
         """The robots' headings as quaternions, shape (N, 4)."""
         return turned(self._headings)
 
     @cached_property
     def jaws(self) -> tuple[Floats, Floats]:
-        """Where the left and the right jaws are, each of shape (N, 3), metres."""
+        """Positions of the left and the right jaws, each of shape (N, 3), metres."""
         apart = [
             JAW_CLOSED_M if n in self.robots and self.robots[n].holding else JAW_OPEN_M for n in self.names
         ]
         left = np.stack([-np.sin(self._headings), np.cos(self._headings), 0 * self._headings], axis=-1)
         aside = (left * np.array(apart)[:, None]).astype(np.float32)
-        return self.places + aside, self.places - aside
+        return self.positions + aside, self.positions - aside
 
 
-def whiskers(robots: Sequence[RobotTelemetry]) -> tuple[Floats, Colours]:
-    """Segments from the hull to what each beam meets, shape (N, 2, 3), and their colours, of that shape too.
+def range_segments(robots: Sequence[RobotTelemetry]) -> tuple[Floats, Colours]:
+    """Segments from the hull to what each beam meets and their colours, both of shape (N, 2, 3).
 
-    A beam that meets nothing is a stub, so that the count stays the same from one update to the next.
+    A beam that meets nothing is a short line, so that the count stays the same between updates.
     """
-    hidden = np.full((1, 2, 3), UNSEEN_M, dtype=np.float32)
+    hidden = np.full((1, 2, 3), HIDDEN_M, dtype=np.float32)
     colours = [np.full((1, 2, 3), palette.WHISKER_FREE, dtype=np.uint8)]
     points = [hidden]
     for robot in robots:
@@ -83,7 +84,7 @@ def whiskers(robots: Sequence[RobotTelemetry]) -> tuple[Floats, Colours]:
         ends_m = np.where(free, RADIUS_M + 0.06, np.maximum(ranges_m, RADIUS_M))
         lengths = np.stack([np.full_like(ends_m, RADIUS_M), ends_m], axis=-1)
         ahead = np.stack([np.cos(headings), np.sin(headings)], axis=-1)
-        beams = np.full((len(ranges_m), 2, 3), WHISKER_HEIGHT_M, dtype=np.float32)
+        beams = np.full((len(ranges_m), 2, 3), RANGES_HEIGHT_M, dtype=np.float32)
         beams[..., :2] = (robot.x_m, robot.y_m) + lengths[..., None] * ahead[:, None, :]
         points.append(beams)
         shades = np.full((len(ranges_m), 2, 3), palette.WHISKER_FREE, dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""Small meshes and turns, so that many bodies of one shape are one batched node.
+"""Meshes, rotations and line segments as arrays.
 
 A mesh is (vertices: shape (V, 3), metres; faces: shape (F, 3), counter-clockwise seen from outside).
 """
@@ -30,7 +30,7 @@ def box(size: Centre = (1.0, 1.0, 1.0), centre: Centre = (0.0, 0.0, 0.0)) -> Mes
 def cylinder(
     radius_m: float, bottom_m: float, top_m: float, *, top_radius_m: float | None = None, sides: int = 28
 ) -> Mesh:
-    """An upright cylinder or, with another radius at its top, a cone's stump."""
+    """An upright cylinder or, with another radius at its top, a truncated cone."""
     top_radius = radius_m if top_radius_m is None else top_radius_m
     turns = [2 * pi * index / sides for index in range(sides)]
     lower = [(radius_m * cos(turn), radius_m * sin(turn), bottom_m) for turn in turns]
@@ -56,10 +56,10 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
 
 
 def turned(headings_rad: Sequence[float] | NDArray[np.float64]) -> Floats:
-    """Quaternions (w, x, y, z), shape (N, 4), of turns about the vertical."""
+    """Quaternions (w, x, y, z), shape (N, 4), of rotations about the vertical."""
     half = np.asarray(headings_rad, dtype=np.float64) / 2
-    nought = np.zeros_like(half)
-    return np.stack([np.cos(half), nought, nought, np.sin(half)], axis=-1).astype(np.float32)
+    zero = np.zeros_like(half)
+    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1).astype(np.float32)
 
 
 def segments(
@@ -67,7 +67,7 @@ def segments(
 ) -> tuple[Floats, NDArray[np.uint8]]:
     """Polylines on the floor with their colours as segments, points and colours each of shape (N, 2, 3).
 
-    The first lies unseen below the floor: a node of no segments at all cannot be drawn.
+    The first is hidden below the floor: a node without segments cannot be drawn.
     """
     points = [np.full((1, 2, 3), -10.0, dtype=np.float32)]
     colours = [np.zeros((1, 2, 3), dtype=np.uint8)]

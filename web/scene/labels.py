@@ -1,5 +1,5 @@
-"""Names on a page's own picture of the world: of robots and samples so many as have room beside each other, of places
-those that are not behind one.
+"""Labels in a page's picture of the world: those of robots and samples that do not overlap, and those of places that
+none of them covers.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -9,19 +9,23 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from web.scene.eye import Eye, Floats
+from web.scene.camera import CameraView, Floats
 
-LETTER_PX, LINE_PX = 8.0, 20.0
-"""What a letter of a label takes of the picture, generously."""
-LETTER, LINE = 0.65, 1.4
-"""What a letter of a floor label takes, with its frame, in heights of a letter."""
-MOST = 60
-CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST = 0, 1, 2
+LETTER_PX = 8.0
+LINE_PX = 20.0
+"""Width and height of a letter of a label, generously."""
+FLOOR_LETTER_WIDTH = 0.65
+FLOOR_LINE_HEIGHT = 1.4
+"""Width and height of a letter of a floor label with its frame, in heights of a letter."""
+MAX_LABELS = 60
+SELECTED_RANK = 0
+ROBOT_RANK = 1
+SAMPLE_RANK = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """At a point of the world, metres."""
+    """A text at a point of the world, metres."""
 
     name: str
     text: str
@@ -30,45 +34,46 @@ class Text:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Label(Text):
-    """One that faces who looks, above its point; of those of lower `rank` first."""
+    """A label above its point that faces the camera; lower ranks are placed first."""
 
     rank: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FloorLabel(Text):
-    """One that lies on the floor, below its point, in letters so high, metres."""
+    """A label on the floor, south of its point. `letters_m`: height of its letters, metres."""
 
     letters_m: float
 
 
-def with_room(labels: Sequence[Label], eye: Eye) -> list[Label]:
-    """Those that are shown: by rank and nearness, each only where no other is yet."""
+def without_overlap(labels: Sequence[Label], view: CameraView) -> list[Label]:
+    """Choose labels by rank and nearness, each only where it overlaps none chosen before."""
     if not labels:
         return []
-    spots = eye.sees(_points(labels))
+    spots = view.project(_points(labels))
     boxes = _boxes(labels, spots)
     x, y, depth = spots.T
-    seen = (depth > 0) & (x >= 0) & (x <= eye.width_px) & (y >= 0) & (y <= eye.height_px)
+    seen = (depth > 0) & (x >= 0) & (x <= view.width_px) & (y >= 0) & (y <= view.height_px)
     left = np.lexsort((depth, [label.rank for label in labels]))
     left = left[seen[left]]
     chosen: list[Label] = []
-    while len(left) and len(chosen) < MOST:
+    while len(left) and len(chosen) < MAX_LABELS:
         chosen.append(labels[left[0]])
         left = left[~_overlaps(boxes[left[:1]], boxes[left])[0]]
     return chosen
 
 
-def covered(floor: Sequence[FloorLabel], shown: Sequence[Label], eye: Eye) -> list[bool]:
-    """Which of the floor's labels are behind one that is shown."""
+def covered(floor: Sequence[FloorLabel], shown: Sequence[Label], view: CameraView) -> list[bool]:
+    """Tell which of the floor labels are behind one that is shown."""
     if not floor or not shown:
         return [False] * len(floor)
-    spots = eye.sees(_points(floor))
-    high = eye.px_a_metre(spots[:, 2]) * [label.letters_m for label in floor]
-    half = high * LETTER * [len(label.text) / 2 for label in floor]
-    x, y = spots[:, 0], spots[:, 1]
-    below = np.stack([x - half, y, x + half, y + high * LINE], axis=-1)
-    over = _overlaps(below, _boxes(shown, eye.sees(_points(shown))))
+    spots = view.project(_points(floor))
+    high = view.px_per_m(spots[:, 2]) * [label.letters_m for label in floor]
+    half = high * FLOOR_LETTER_WIDTH * [len(label.text) / 2 for label in floor]
+    x = spots[:, 0]
+    y = spots[:, 1]
+    below = np.stack([x - half, y, x + half, y + high * FLOOR_LINE_HEIGHT], axis=-1)
+    over = _overlaps(below, _boxes(shown, view.project(_points(shown))))
     return [bool(row.any()) for row in over]
 
 
@@ -77,21 +82,23 @@ def _points(labels: Sequence[Text]) -> Floats:
 
 
 def _boxes(labels: Sequence[Label], spots: Floats) -> Floats:
-    """What labels take of the picture, shape (N, 4): left, top, right and bottom, pixels."""
+    """The labels' boxes in the picture, shape (N, 4): left, top, right and bottom, pixels."""
     half = np.array([len(label.text) * LETTER_PX / 2 for label in labels])
-    x, y = spots[:, 0], spots[:, 1]
+    x = spots[:, 0]
+    y = spots[:, 1]
     return np.stack([x - half, y - LINE_PX, x + half, y], axis=-1)
 
 
 def _overlaps(these: Floats, those: Floats) -> NDArray[np.bool_]:
-    """Shape (these, those)."""
-    one, other = these[:, None, :], those[None, :, :]
+    """Tell which boxes overlap, shape (these, those)."""
+    one = these[:, None, :]
+    other = those[None, :, :]
     apart = (one[..., :2] >= other[..., 2:]) | (other[..., :2] >= one[..., 2:])
     return ~(apart[..., 0] | apart[..., 1])
 
 
 class LabelsView:
-    """Draws the labels that were chosen; those that were not are hidden, not taken away: they come again."""
+    """Draws the chosen labels; the others are hidden, not removed, for they return."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
@@ -99,9 +106,9 @@ class LabelsView:
         self.shown: frozenset[str] = frozenset()
         """The names of those that were chosen."""
 
-    def choose(self, labels: Sequence[Label], eye: Eye) -> None:
-        """Decide anew which are shown."""
-        self.shown = frozenset(label.name for label in with_room(labels, eye))
+    def choose(self, labels: Sequence[Label], view: CameraView) -> None:
+        """Choose the labels that are shown until the next call."""
+        self.shown = frozenset(label.name for label in without_overlap(labels, view))
 
     def update(self, labels: Iterable[Label]) -> None:
         wanted: Mapping[str, Label] = {label.name: label for label in labels if label.name in self.shown}
@@ -123,7 +130,7 @@ class LabelsView:
 
 
 class FloorLabelsView:
-    """Writes on the floor, and hides what a label of a robot or a sample is in front of."""
+    """Draws labels on the floor, and hides those that a label of a robot or a sample covers."""
 
     def __init__(self, scene: viser.SceneApi, labels: Sequence[FloorLabel]) -> None:
         self._labels = labels
@@ -139,7 +146,7 @@ class FloorLabelsView:
             for label in labels
         ]
 
-    def make_room(self, shown: Sequence[Label], eye: Eye) -> None:
-        for handle, hidden in zip(self._handles, covered(self._labels, shown, eye), strict=True):
+    def make_room(self, shown: Sequence[Label], view: CameraView) -> None:
+        for handle, hidden in zip(self._handles, covered(self._labels, shown, view), strict=True):
             if handle.visible == hidden:
                 handle.visible = not hidden

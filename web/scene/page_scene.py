@@ -1,95 +1,131 @@
-"""One page's own scene of a world: everything in it is sent to that page's browser alone."""
+"""One page's scene of a world: all of it is sent to that page's browser alone."""
 
 from collections.abc import Callable
 
 import viser
 
-from web.api_types import Layout, Plan, Shown
+from web.api_types import Layout, PageState, Plan
 from web.scene import camera, palette
-from web.scene.building import PlacesView, draw_store, names_of_places
-from web.scene.eye import Eye
-from web.scene.frame import Frame
-from web.scene.labels import CHOSEN_FIRST, ROBOTS_NEXT, SAMPLES_LAST, FloorLabelsView, Label, LabelsView
+from web.scene.building import PlacesView, draw_building, place_labels
+from web.scene.camera import CameraView
+from web.scene.frame import RADIUS_M, Frame
+from web.scene.geometry import ring
+from web.scene.labels import ROBOT_RANK, SAMPLE_RANK, SELECTED_RANK, FloorLabelsView, Label, LabelsView
+from web.scene.nodes import add_mesh
 from web.scene.paths import PathsView
 from web.scene.robots import LABEL_HEIGHT_M, RobotsView, label_text
 from web.scene.samples import HEIGHT_M, SamplesView
-from web.scene.selection import SelectionView
 
-Pick = Callable[[str, str], None]
-"""Told of what is clicked on: its kind, `robot`, `sample` or `place`, and its name."""
+SELECTION_RINGS_M = {"robot": (RADIUS_M + 0.12, RADIUS_M + 0.19), "sample": (0.14, 0.21)}
+"""Inner and outer radius by what is selected."""
+RING_HEIGHT_M = 0.02
+
+OnPick = Callable[[str, str], None]
+"""Receives what was clicked on: its kind, `robot`, `sample` or `place`, and its name."""
 
 
-class Stage:
-    """Draws a world in one browser, with what its page has selected there."""
+class PageScene:
+    """Draws a world in one browser, with what its page has selected."""
 
-    def __init__(self, client: viser.ClientHandle, layout: Layout, pick: Pick, *, dark: bool = False) -> None:
-        self.client, self.layout, self.dark = client, layout, dark
-        ground = palette.DARK if dark else palette.LIGHT
+    def __init__(
+        self, client: viser.ClientHandle, layout: Layout, on_pick: OnPick, *, dark: bool = False
+    ) -> None:
+        self.client = client
+        self.layout = layout
+        self.dark = dark
+        theme = palette.DARK if dark else palette.LIGHT
         scene = client.scene
         names = [robot.name for robot in layout.robots]
-        draw_store(scene, layout, ground)
-        self._places = PlacesView(scene, layout, lambda name: pick("place", name))
-        self._robots = RobotsView(scene, names, ground.trim, lambda name: pick("robot", name))
-        self._samples = SamplesView(scene, layout, lambda name: pick("sample", name))
-        self._selection = SelectionView(scene)
-        self._paths = PathsView(scene, names, ground)
+        draw_building(scene, layout, theme)
+        self._places = PlacesView(scene, layout, lambda name: on_pick("place", name))
+        self._robots = RobotsView(scene, names, theme.trim, lambda name: on_pick("robot", name))
+        self._samples = SamplesView(scene, layout, lambda name: on_pick("sample", name))
+        self._rings = {
+            kind: add_mesh(
+                scene, f"/selection/{kind}", ring(*radii, RING_HEIGHT_M), palette.SELECTED, visible=False
+            )
+            for kind, radii in SELECTION_RINGS_M.items()
+        }
+        self._paths = PathsView(scene, names, theme)
         self._labels = LabelsView(scene)
-        self._floor_labels = FloorLabelsView(scene, names_of_places(layout))
-        self._named: tuple[Frame, Shown] | None = None
+        self._floor_labels = FloorLabelsView(scene, place_labels(layout))
+        self._drawn: tuple[Frame, PageState] | None = None
         self._followed: str | None = None
-        self._whole = -1
+        self._whole_count = -1
         self._time_s = 0.0
 
-    def update(self, frame: Frame, shown: Shown, plan: Plan | None) -> None:
+    def update(self, frame: Frame, state: PageState, plan: Plan | None) -> None:
         """Draw this instant, and what the page shows of it."""
         with self.client.atomic():
             if frame.time_s < self._time_s:
                 self._samples.forget()
             self._time_s = frame.time_s
             self._places.update(frame.facts)
-            self._robots.update(frame, shown.robot)
+            self._robots.update(frame, state.robot)
             self._samples.update(frame.facts, frame.robots)
-            self._selection.update(frame, shown.robot, shown.sample, self._samples.at)
-            self._paths.update(plan, self.layout, shown.action)
-            self._labels.update(self._wanted_labels(frame, shown, self._labels.shown))
-            self._named = frame, shown
-        self._move_camera(frame, shown)
+            robot = frame.robots.get(state.robot or "")
+            self._place_ring("robot", None if robot is None else (robot.x_m, robot.y_m, 0.0))
+            self._place_ring("sample", self._samples.positions.get(state.sample or ""))
+            self._paths.update(plan, self.layout, state.action)
+            self._labels.update(self._wanted_labels(frame, state, self._labels.shown))
+            self._drawn = frame, state
+        self._move_camera(frame, state)
 
-    def name(self) -> None:
-        """Decide anew which labels have room, now that things or the camera may have moved."""
-        if self._named is None:
+    def lay_out_labels(self) -> None:
+        """Choose the labels that have room, now that bodies or the camera may have moved."""
+        if self._drawn is None:
             return
-        frame, shown = self._named
-        labels, eye = self._wanted_labels(frame, shown), Eye.of(self.client.camera)
+        labels = self._wanted_labels(*self._drawn)
+        view = CameraView.of(self.client.camera)
         with self.client.atomic():
-            self._labels.choose(labels, eye)
+            self._labels.choose(labels, view)
             self._labels.update(labels)
-            self._floor_labels.make_room([one for one in labels if one.name in self._labels.shown], eye)
+            self._floor_labels.make_room([one for one in labels if one.name in self._labels.shown], view)
 
-    def _wanted_labels(self, frame: Frame, shown: Shown, among: frozenset[str] | None = None) -> list[Label]:
-        """The labels of robots and samples; only those `among`, if that is given."""
+    def _wanted_labels(
+        self, frame: Frame, state: PageState, among: frozenset[str] | None = None
+    ) -> list[Label]:
+        """The labels of robots and samples, or only those `among` them."""
         labels = []
-        for robot in frame.heard:
-            name, told = f"robots/{robot}", frame.robots[robot]
-            if among is None or name in among:
-                rank = CHOSEN_FIRST if robot == shown.robot else ROBOTS_NEXT
-                at = (told.x_m, told.y_m, LABEL_HEIGHT_M)
-                labels.append(Label(name=name, text=label_text(robot, told, frame.time_s), at=at, rank=rank))
-        for sample, (x_m, y_m, bottom_m) in self._samples.at.items():
-            name = f"samples/{sample}"
-            # The label of the robot that holds it is in the same spot.
-            if (among is None or name in among) and sample not in self._samples.held:
-                rank = CHOSEN_FIRST if sample == shown.sample else SAMPLES_LAST
-                at = (x_m, y_m, bottom_m + HEIGHT_M + 0.05)
-                labels.append(Label(name=name, text=sample, at=at, rank=rank))
+        for name in frame.heard:
+            if among is not None and f"robots/{name}" not in among:
+                continue
+            robot = frame.robots[name]
+            labels.append(
+                Label(
+                    name=f"robots/{name}",
+                    text=label_text(name, robot, frame.time_s),
+                    at=(robot.x_m, robot.y_m, LABEL_HEIGHT_M),
+                    rank=SELECTED_RANK if name == state.robot else ROBOT_RANK,
+                )
+            )
+        for name, (x_m, y_m, bottom_m) in self._samples.positions.items():
+            # The label of a robot that holds it is at the same place.
+            if name in self._samples.held or (among is not None and f"samples/{name}" not in among):
+                continue
+            labels.append(
+                Label(
+                    name=f"samples/{name}",
+                    text=name,
+                    at=(x_m, y_m, bottom_m + HEIGHT_M + 0.05),
+                    rank=SELECTED_RANK if name == state.sample else SAMPLE_RANK,
+                )
+            )
         return labels
 
-    def _move_camera(self, frame: Frame, shown: Shown) -> None:
-        if shown.whole != self._whole:
-            self._whole = shown.whole
-            camera.aim(self.client, self.layout)
-        robot = shown.robot if shown.follow and shown.robot in frame.robots else None
-        if robot is not None:
-            told = frame.robots[robot]
-            camera.follow(self.client, (told.x_m, told.y_m), begins=robot != self._followed)
-        self._followed = robot
+    def _place_ring(self, kind: str, position: tuple[float, float, float] | None) -> None:
+        handle = self._rings[kind]
+        if handle.visible != (position is not None):
+            handle.visible = position is not None
+        if position is not None:
+            handle.position = position
+
+    def _move_camera(self, frame: Frame, state: PageState) -> None:
+        if state.whole != self._whole_count:
+            self._whole_count = state.whole
+            camera.show_whole_world(self.client, self.layout)
+        name = state.robot if state.follow and state.robot in frame.robots else None
+        if name is not None:
+            robot = frame.robots[name]
+            camera.follow(self.client, (robot.x_m, robot.y_m), begins=name != self._followed)
+        self._followed = name

@@ -1,4 +1,4 @@
-"""The view's colours, red, green, blue of 255: quiet for the building, strong for what moves."""
+"""The view's colours (red, green, blue, 0 to 255): muted for the building, strong for what moves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ Colour = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ground:
-    """What all stands on, by the page's theme, and what is to be told from it.
+class Theme:
+    """The colours that depend on the page's theme.
 
-    Of neighbouring floors one has the first colour and one the second; so of aisles.
+    Neighbouring floors have the first and the second colour in turn; so do neighbouring aisles.
     """
 
     floors: tuple[Colour, Colour]
@@ -21,12 +21,12 @@ class Ground:
     trim: Colour
 
 
-LIGHT = Ground(
+LIGHT = Theme(
     floors=((206, 211, 205), (194, 203, 208)),
     aisles=((205, 208, 196), (192, 204, 205)),
     trim=(46, 52, 54),
 )
-DARK = Ground(
+DARK = Theme(
     floors=((58, 66, 70), (50, 60, 68)),
     aisles=((66, 74, 70), (54, 70, 72)),
     trim=(176, 184, 186),
@@ -43,7 +43,7 @@ PLACES: dict[str, Colour] = {
     "lander": (150, 110, 170),
     "place": (140, 150, 120),
 }
-ROCK: Colour = (132, 122, 112)
+OBSTACLE: Colour = (132, 122, 112)
 BEACON: Colour = (190, 60, 60)
 BEAM: Colour = (214, 120, 110)
 ROBOTS: tuple[Colour, ...] = (
@@ -63,7 +63,7 @@ WHISKER_FREE: Colour = (168, 182, 184)
 
 
 def batched(colours: Sequence[Colour]) -> NDArray[np.uint8]:
-    """The colours of a batched node's instances, shape (N, 3): viser's page takes those for linear light."""
+    """The colours of a batched node's instances, shape (N, 3), in linear light as viser expects."""
     display = np.array(colours, dtype=np.float64).reshape(-1, 3) / 255
     linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
     instances: NDArray[np.uint8] = np.rint(linear * 255).astype(np.uint8)
@@ -71,13 +71,13 @@ def batched(colours: Sequence[Colour]) -> NDArray[np.uint8]:
 
 
 def of_robots(names: Sequence[str]) -> dict[str, Colour]:
-    """Each robot's own colour, by its place in the world's list."""
+    """Each robot's colour, by its position in the world's list."""
     return {name: ROBOTS[index % len(ROBOTS)] for index, name in enumerate(names)}
 
 
-def faded(colour: Colour, share: float, ground: Ground) -> Colour:
-    """The colour with only so much of itself left, the rest the floor's."""
+def faded(colour: Colour, share: float, theme: Theme) -> Colour:
+    """The colour mixed with the floor's, of which it is `share`."""
     red, green, blue = (
-        round(share * own + (1 - share) * floor) for own, floor in zip(colour, ground.floors[0], strict=True)
+        round(share * own + (1 - share) * floor) for own, floor in zip(colour, theme.floors[0], strict=True)
     )
     return red, green, blue

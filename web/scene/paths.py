@@ -1,6 +1,6 @@
-"""Where the robots of a plan are going to drive: a line a robot, from place to place in the plan's order.
+"""A plan's routes: a line for each robot from place to place, in the plan's order.
 
-Straight from one to the next: the plan does not know how a robot finds its way round what stands between.
+The lines are straight: the plan does not know how a robot avoids obstacles between two places.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,17 +10,18 @@ import viser
 
 from web.api_types import Layout, Plan, Point
 from web.scene import palette
-from web.scene.geometry import Floats, cylinder, segments, turned
+from web.scene.geometry import cylinder, segments
+from web.scene.nodes import add_instances
 
 HEIGHT_M = 0.03
 ARROW_M = 0.24
 APART_M = 0.045
-"""How far the ways of two robots lie apart, so that one does not hide the other."""
+"""Distance between the lines of two robots on the same route."""
 FAINT = 0.45
-"""Of the colour that is left on the legs that are not those of the action that is looked at."""
+"""Share of the colour of legs that do not belong to the selected action."""
 
 Leg = tuple[str, Point, Point]
-"""The action, whence and whither."""
+"""The action, start and end."""
 
 
 def routes(plan: Plan, layout: Layout) -> dict[str, list[Leg]]:
@@ -39,10 +40,11 @@ def routes(plan: Plan, layout: Layout) -> dict[str, list[Leg]]:
 
 
 class PathsView:
-    """Draws the planned ways of the robots: a line each with arrow heads."""
+    """Draws the planned routes as lines with arrow heads."""
 
-    def __init__(self, scene: viser.SceneApi, names: Sequence[str], ground: palette.Ground) -> None:
-        self._scene, self._ground = scene, ground
+    def __init__(self, scene: viser.SceneApi, names: Sequence[str], theme: palette.Theme) -> None:
+        self._scene = scene
+        self._theme = theme
         self._names = tuple(names)
         self._hues = palette.of_robots(names)
         self._drawn: object = None
@@ -50,55 +52,46 @@ class PathsView:
         self._heads: viser.BatchedMeshHandle | None = None
 
     def update(self, plan: Plan | None, layout: Layout, action: str | None) -> None:
-        """Draw the plan's ways, and the looked-at action's stronger than the others."""
+        """Draw the plan's routes, and the selected action's legs stronger than the others."""
         if self._drawn == (plan and plan.id, action):
             return
         self._drawn = (plan and plan.id, action)
         for handle in (self._lines, self._heads):
             if handle is not None:
                 handle.remove()
-        self._lines = self._heads = None
+        self._lines = None
+        self._heads = None
         if plan is not None:
             self._draw(routes(plan, layout), action)
 
     def _draw(self, legs: Mapping[str, Sequence[Leg]], action: str | None) -> None:
-        looked_at = action if any(action == leg[0] for way in legs.values() for leg in way) else None
-        lines, heads, turns, colours = [], [], [], []
+        selected = action if any(action == leg[0] for way in legs.values() for leg in way) else None
+        lines = []
+        heads = []
+        headings = []
+        colours = []
         for robot, way in legs.items():
             lane = APART_M * (1 + self._names.index(robot) % 4 if robot in self._names else 0)
             for id_, begin, end in way:
                 start, stop, heading = _beside(begin, end, lane)
-                colour = self._hues.get(robot, self._ground.trim)
-                if looked_at is not None and id_ != looked_at:
-                    colour = palette.faded(colour, FAINT, self._ground)
+                colour = self._hues.get(robot, self._theme.trim)
+                if selected is not None and id_ != selected:
+                    colour = palette.faded(colour, FAINT, self._theme)
                 lines.append(([start, stop], colour))
                 heads.append(((start[0] + stop[0]) / 2, (start[1] + stop[1]) / 2, HEIGHT_M))
-                turns.append(heading)
+                headings.append(heading)
                 colours.append(colour)
         if not lines:
             return
         points, shades = segments(lines, HEIGHT_M)
         self._lines = self._scene.add_line_segments("/plan/ways", points, shades, thickness=0.045)
-        self._heads = self._scene.add_batched_meshes_simple(
-            "/plan/heads",
-            *_head(),
-            batched_wxyzs=turned(turns),
-            batched_positions=np.array(heads, dtype=np.float32),
-            batched_colors=palette.batched(colours),
-            lod="off",
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+        head = cylinder(ARROW_M * 0.62, -0.005, 0.005, sides=3)  # points east
+        self._heads = add_instances(self._scene, "/plan/heads", head, heads, colours, headings_rad=headings)
 
 
 def _beside(begin: Point, end: Point, lane: float) -> tuple[Point, Point, float]:
     """The leg shifted to the right of its direction, and that direction, radians."""
     heading = float(np.arctan2(end[1] - begin[1], end[0] - begin[0]))
-    dx, dy = lane * float(np.sin(heading)), -lane * float(np.cos(heading))
+    dx = lane * float(np.sin(heading))
+    dy = -lane * float(np.cos(heading))
     return (begin[0] + dx, begin[1] + dy), (end[0] + dx, end[1] + dy), heading
-
-
-def _head() -> tuple[Floats, np.ndarray[tuple[int, ...], np.dtype[np.uint32]]]:
-    """A flat arrow head that points east."""
-    vertices, faces = cylinder(ARROW_M * 0.62, -0.005, 0.005, sides=3)
-    return vertices, faces

@@ -1,4 +1,4 @@
-"""The rovers: one batched node a part, one node for whiskers, one for trails."""
+"""The robots: a batched node for each part, a node for range readings, a node for trails."""
 
 from collections.abc import Sequence
 
@@ -7,88 +7,79 @@ import viser
 
 from web.api_types import RobotTelemetry
 from web.scene import palette
-from web.scene.frame import RADIUS_M, Frame, whiskers
-from web.scene.geometry import Floats, Mesh, box, cylinder, merged, segments, turned
-from web.scene.nodes import Click, on_instance
+from web.scene.frame import RADIUS_M, Frame, range_segments
+from web.scene.geometry import Mesh, box, cylinder, merged, segments
+from web.scene.nodes import HIDDEN, OnClick, add_instances, add_lines, on_instance_click
 
 HULL_TOP_M = 0.2
 LABEL_HEIGHT_M = 0.5
 TRAIL_HEIGHT_M = 0.015
-QUIET_AFTER_S = 5.0
+SILENT_AFTER_S = 5.0
 """A robot whose newest telemetry is older than this is labelled as not heard."""
-ALL_WHISKERS = 16
-"""In a world with more robots than this, only the selected one's whiskers are drawn."""
+MAX_ROBOTS_WITH_RANGES = 16
+"""In a world with more robots only the selected one's range readings are drawn."""
 
 
 class RobotsView:
-    """Draws the robots it was made for, as a frame has them."""
+    """Draws the robots of a world."""
 
     def __init__(
-        self, scene: viser.SceneApi, names: Sequence[str], trim: palette.Colour, on_click: Click
+        self, scene: viser.SceneApi, names: Sequence[str], trim: palette.Colour, on_click: OnClick
     ) -> None:
-        count = len(names)
         self._names = tuple(names)
-        hues = palette.of_robots(names)
-        colours = [hues[name] for name in names]
-        looks: dict[str, tuple[Mesh, list[palette.Colour]]] = {
-            "hull": (_hull(), colours),
-            "trim": (_trim(), [trim] * count),
-            "nose": (_nose(), [palette.NOSE] * count),
-            "jaws_left": (_jaw(), [trim] * count),
-            "jaws_right": (_jaw(), [trim] * count),
+        self._colours = palette.of_robots(names)
+        hull_colours = [self._colours[name] for name in names]
+        parts: dict[str, tuple[Mesh, list[palette.Colour]]] = {
+            "hull": (_hull(), hull_colours),
+            "trim": (_trim(), [trim] * len(names)),
+            "nose": (_nose(), [palette.NOSE] * len(names)),
+            "jaws_left": (_jaw(), [trim] * len(names)),
+            "jaws_right": (_jaw(), [trim] * len(names)),
         }
         self._parts = {
-            part: scene.add_batched_meshes_simple(
-                f"/robots/{part}",
-                *mesh,
-                batched_wxyzs=turned([0.0] * count),
-                batched_positions=np.zeros((count, 3), dtype=np.float32),
-                batched_colors=palette.batched(colour),
-                visible=False,
-                lod="off",
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-            for part, (mesh, colour) in looks.items()
+            part: add_instances(scene, f"/robots/{part}", mesh, [HIDDEN] * len(names), colours, visible=False)
+            for part, (mesh, colours) in parts.items()
         }
-        on_instance(self._parts["hull"], names, on_click)
-        self._whiskers = _lines(scene, "/robots/whiskers", 0.018)
-        self._trails = _lines(scene, "/robots/trails", 0.03)
-        self._trailed: object = None
+        on_instance_click(self._parts["hull"], names, on_click)
+        self._ranges = add_lines(scene, "/robots/whiskers", 0.018)
+        self._trails = add_lines(scene, "/robots/trails", 0.03)
+        self._drawn_trails: object = None
 
     def update(self, frame: Frame, selected: str | None) -> None:
-        """Move everything to where the robots say they are. Robots never heard of stay unseen."""
+        """Move the robots to their reported poses. Robots that were never heard stay hidden."""
         left, right = frame.jaws
-        places = {"jaws_left": left, "jaws_right": right}
+        positions = {"jaws_left": left, "jaws_right": right}
         for part, handle in self._parts.items():
-            handle.batched_positions = places.get(part, frame.places)
-            handle.batched_wxyzs = frame.turns
+            handle.batched_positions = positions.get(part, frame.positions)
+            handle.batched_wxyzs = frame.rotations
             if handle.visible != bool(frame.heard):
                 handle.visible = bool(frame.heard)
-        everyone = len(self._names) <= ALL_WHISKERS
-        feeling = [frame.robots[name] for name in frame.heard if everyone or name == selected]
-        self._whiskers.points, self._whiskers.colors = whiskers(feeling)
-        if frame.trails is not self._trailed:
-            self._trailed = frame.trails
+        with_all = len(self._names) <= MAX_ROBOTS_WITH_RANGES
+        points, colours = range_segments(
+            [frame.robots[name] for name in frame.heard if with_all or name == selected]
+        )
+        self._ranges.points = points
+        self._ranges.colors = colours
+        if frame.trails is not self._drawn_trails:
+            self._drawn_trails = frame.trails
             self._draw_trails(frame)
 
     def _draw_trails(self, frame: Frame) -> None:
-        hues = palette.of_robots(self._names)
-        lines = {name: way for name, way in frame.trails.items() if len(way) > 1 and name in hues}
-        points, colours = segments([(way, hues[name]) for name, way in lines.items()], TRAIL_HEIGHT_M)
-        self._trails.points, self._trails.colors = points, colours
+        lines = [
+            (trail, self._colours[name])
+            for name, trail in frame.trails.items()
+            if len(trail) > 1 and name in self._colours
+        ]
+        points, colours = segments(lines, TRAIL_HEIGHT_M)
+        self._trails.points = points
+        self._trails.colors = colours
 
 
-def label_text(name: str, told: RobotTelemetry, now_s: float) -> str:
-    """The robot's name and its active packet, or that it has not been heard of late."""
-    if now_s - told.at_s > QUIET_AFTER_S:
+def label_text(name: str, robot: RobotTelemetry, now_s: float) -> str:
+    """The robot's name and its active packet, or that it is not heard."""
+    if now_s - robot.at_s > SILENT_AFTER_S:
         return f"{name} (not heard)"
-    return f"{name}: {told.packet_tag}" if told.packet_tag else name
-
-
-def _lines(scene: viser.SceneApi, name: str, thickness: float) -> viser.LineSegmentsHandle:
-    nothing: Floats = np.zeros((1, 2, 3), dtype=np.float32)
-    return scene.add_line_segments(name, nothing, nothing.astype(np.uint8), thickness=thickness)
+    return f"{name}: {robot.packet_tag}" if robot.packet_tag else name
 
 
 def _hull() -> Mesh:

@@ -1,4 +1,4 @@
-"""Goals that name a location with several berths: any berth will do, and one of them is chosen when planning begins."""
+"""Goals that name a location with several berths: one berth is chosen for each when planning begins."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ from robots.world import WorldFile
 AT = "at"
 
 
-def meant(
+def resolve_berths(
     goals: Sequence[SymbolicFact],
     world: WorldFile,
     facts: Facts,
     *,
-    kept: Collection[str] = (),
-    shunned: Collection[str] = (),
+    preferred: Collection[str] = (),
+    avoid: Collection[str] = (),
 ) -> Mapping[SymbolicFact, SymbolicFact | None]:
     """Each goal with the berth that it means; None where no berth is left for it.
 
     A sample that lies in a berth stays there. Else it is one that nothing lies in and no other of the goals aims at.
 
-    :param kept: berths that an earlier plan of the goals aimed at: first choice.
-    :param shunned: berths that others aim at: last choice.
+    :param preferred: berths that an earlier plan of the goals aimed at: first choice.
+    :param avoid: berths that others aim at: last choice.
     """
     chosen: dict[SymbolicFact, SymbolicFact | None] = {}
-    request = _Request(goals=goals, world=world, facts=facts, kept=kept, shunned=shunned)
+    request = _Request(goals=goals, world=world, facts=facts, preferred=preferred, avoid=avoid)
     aims = {(goal.predicate, goal.args[1]): goal.args[0] for goal in goals if len(goal.args) == 2}
     for goal in dict.fromkeys(goals):
         if not _berths(goal, world):
@@ -41,16 +41,16 @@ def meant(
     return chosen
 
 
-def berthed(
+def assign_berths(
     goals: Sequence[SymbolicFact],
     world: WorldFile,
     facts: Facts,
     *,
-    kept: Collection[str] = (),
-    shunned: Collection[str] = (),
+    preferred: Collection[str] = (),
+    avoid: Collection[str] = (),
 ) -> tuple[SymbolicFact, ...]:
-    """The goals as `meant`; where no berth is left one is named that `check_goals` finds occupied."""
-    found = meant(goals, world, facts, kept=kept, shunned=shunned)
+    """The goals as `resolve_berths`; where no berth is left one is named that `check_goals` finds occupied."""
+    found = resolve_berths(goals, world, facts, preferred=preferred, avoid=avoid)
     aims = {goal.args[-1] for goal in found.values() if goal is not None}
     return tuple(found[goal] or _in_vain(goal, world, aims) for goal in goals)
 
@@ -61,7 +61,9 @@ def _in_vain(goal: SymbolicFact, world: WorldFile, aims: Collection[str]) -> Sym
     return goal.model_copy(update={"args": (goal.args[0], berth)})
 
 
-def staying(place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: Facts) -> tuple[str, ...]:
+def remaining_samples(
+    place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: Facts
+) -> tuple[str, ...]:
     """The samples that lie in a place and that none of the goals takes away from there."""
     here = {place, world.owners.get(place, place)}
     leaving = {g.args[0] for g in goals if g.predicate == IN and len(g.args) == 2 and g.args[1] not in here}
@@ -74,13 +76,13 @@ Aims = Mapping[tuple[str, str], str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Request:
-    """What berths are chosen by: see `meant`."""
+    """What berths are chosen by: see `resolve_berths`."""
 
     goals: Sequence[SymbolicFact]
     world: WorldFile
     facts: Facts
-    kept: Collection[str]
-    shunned: Collection[str]
+    preferred: Collection[str]
+    avoid: Collection[str]
 
     def best_for(self, goal: SymbolicFact, aims: Aims) -> str | None:
         """The first choice of the berths that are free for the goal; None if none is."""
@@ -91,9 +93,9 @@ class _Request:
             key=lambda berth: (
                 aims.get((goal.predicate, berth)) != subject,
                 berth != here,
-                berth not in self.kept,
+                berth not in self.preferred,
                 bool(occupants(berth, self.facts)),
-                berth in self.shunned,
+                berth in self.avoid,
             ),
             default=None,
         )
@@ -101,7 +103,7 @@ class _Request:
     def _is_free(self, berth: str, goal: SymbolicFact, aims: Aims) -> bool:
         """Nobody else is to be there, and no other sample stays there."""
         subject = goal.args[0]
-        stay = staying(berth, self.goals, self.world, self.facts) if goal.predicate == IN else ()
+        stay = remaining_samples(berth, self.goals, self.world, self.facts) if goal.predicate == IN else ()
         return aims.get((goal.predicate, berth), subject) == subject and set(stay) <= {subject}
 
 

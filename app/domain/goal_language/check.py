@@ -1,13 +1,13 @@
-"""Structured goals held against a world and what is believed of it, before anything is planned."""
+"""Checks of structured goals against a world and its facts, before anything is planned."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from app.domain.goal_language.berth_choice import meant, staying
-from app.domain.goal_language.reach import chain_from, crews_for, free_for, lacking_crew, reachers
-from app.domain.goal_language.words import choices_for, listed, natural, suggestions
+from app.domain.goal_language.berth_choice import remaining_samples, resolve_berths
+from app.domain.goal_language.reachability import chain_from, crews_for, free_for, lacking_crew, reachers
+from app.domain.goal_language.words import choices_for, joined, natural_key, suggestions
 from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.problem import objects_of
@@ -21,7 +21,7 @@ Kind = Literal["invalid", "conflict", "note"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalIssue:
-    """What stands against a goal. invalid: never possible; conflict: not as things are; note: no obstacle."""
+    """An issue with a goal. invalid: never possible; conflict: not in the current state; note: no obstacle."""
 
     code: str
     kind: Kind
@@ -33,10 +33,10 @@ class GoalIssue:
 def check_goals(
     goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts, knowledge_base: KnowledgeBase
 ) -> tuple[GoalIssue, ...]:
-    """Everything that stands against the goals, in their order; empty if nothing does."""
+    """All issues with the goals, in their order."""
     if not goals:
         return (GoalIssue(code="goal-needed", kind="invalid", detail="no goal is stated"),)
-    berths = meant(goals, world, facts)
+    berths = resolve_berths(goals, world, facts)
     known = [goal for goal in berths.values() if goal is not None]
     issues = [
         issue
@@ -52,7 +52,7 @@ def check_goals(
 
 
 def blocking(issues: Sequence[GoalIssue]) -> tuple[GoalIssue, ...]:
-    """Those that are more than a note."""
+    """The issues that are more than a note."""
     return tuple(issue for issue in issues if issue.kind != "note")
 
 
@@ -74,9 +74,9 @@ def _check(
 
 def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
     """Names that the world does not have, in goals on a sample or robot and a place."""
-    samples = tuple(sorted((sample.name for sample in world.samples), key=natural))
+    samples = tuple(sorted((sample.name for sample in world.samples), key=natural_key))
     robots = tuple(sorted(robot.name for robot in world.robots))
-    places = tuple(sorted(world.rows, key=natural))
+    places = tuple(sorted(world.rows, key=natural_key))
     if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, "at"}:
         return
     subject, place = goal.args
@@ -91,7 +91,7 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
 
 def _unknown(what: str, name: str, names: Sequence[str]) -> GoalIssue:
     near = suggestions(name, names)
-    hint = f"; did you mean {listed(near)}?" if near else ""
+    hint = f"; did you mean {joined(near)}?" if near else ""
     return GoalIssue(
         code=f"unknown-{what}",
         kind="invalid",
@@ -160,11 +160,11 @@ def _storing(
             choices=free,
         )
         return
-    if there := [other for other in staying(place, goals, world, facts) if other != sample]:
+    if there := [other for other in remaining_samples(place, goals, world, facts) if other != sample]:
         yield GoalIssue(
             code="place-occupied",
             kind="conflict",
-            detail=f"{place} is occupied by {listed(there, last='and')}",
+            detail=f"{place} is occupied by {joined(there, last='and')}",
             thing=place,
             choices=free,
         )
@@ -182,12 +182,12 @@ def _no_berth(
     subject, name = goal.args
     berths = berths_of(name, world)
     named = {name, *berths}
-    coming = sorted({g.args[0] for g in goals if g.args[1:] and g.args[1] in named}, key=natural)
-    there = [sample for berth in berths for sample in staying(berth, goals, world, facts)]
+    coming = sorted({g.args[0] for g in goals if g.args[1:] and g.args[1] in named}, key=natural_key)
+    there = [sample for berth in berths for sample in remaining_samples(berth, goals, world, facts)]
     too_many = len(coming) > len(berths)
     others = [other for other in coming if other not in {subject, *there}]
-    occupied = f"are occupied by {listed(there, last='and')}" if there else ""
-    wanted = f"are wanted for {listed(others, last='and')}" if others else ""
+    occupied = f"are occupied by {joined(there, last='and')}" if there else ""
+    wanted = f"are wanted for {joined(others, last='and')}" if others else ""
     words = " and ".join(part for part in (occupied, wanted) if part)
     choices = tuple(other for other in free_for(subject, world, facts) if other != name)
     yield GoalIssue(
@@ -221,7 +221,7 @@ def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Itera
         return
     reached = chain_from(lies, facts, crews)
     if place not in reached:
-        choices = tuple(sorted({world.owners.get(name, name) for name in reached - {lies}}, key=natural))
+        choices = tuple(sorted({world.owners.get(name, name) for name in reached - {lies}}, key=natural_key))
         yield GoalIssue(
             code="no-chain-of-robots",
             kind="conflict",
@@ -234,7 +234,7 @@ def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Itera
 def _standing(robot: str, place: str, facts: Facts) -> Iterator[GoalIssue]:
     """A robot is to stand near a location."""
     reached = tuple(
-        sorted((f.args[1] for f in facts if f.predicate == "reaches" and f.args[0] == robot), key=natural)
+        sorted((f.args[1] for f in facts if f.predicate == "reaches" and f.args[0] == robot), key=natural_key)
     )
     if place not in reached:
         yield GoalIssue(
@@ -253,14 +253,14 @@ def _clashes(goals: Sequence[SymbolicFact]) -> Iterator[GoalIssue]:
         yield GoalIssue(
             code="two-goals-for-one-place",
             kind="invalid",
-            detail=f"{place} cannot hold {listed(things, last='and')} at once",
+            detail=f"{place} cannot hold {joined(things, last='and')} at once",
             thing=place,
         )
     for thing, places in _grouped((thing, place) for _, thing, place in pairs):
         yield GoalIssue(
             code="one-thing-in-two-places",
             kind="invalid",
-            detail=f"{thing} cannot be in {listed(places, last='and')} at once",
+            detail=f"{thing} cannot be in {joined(places, last='and')} at once",
             thing=thing,
         )
 

@@ -1,19 +1,19 @@
-"""How a sentence that is being typed could go on: the grammar's own choices, each put where it belongs."""
+"""Completion of a sentence that is being typed: the grammar's choices, inserted where they belong."""
 
 from collections.abc import Sequence
 
 from app.domain.goal_language.check import GoalIssue
 from app.domain.goal_language.grammar import ORIGINS, TARGETS, VERBS, Clarification, parse_goal
-from app.domain.goal_language.words import natural
+from app.domain.goal_language.words import natural_key
 from app.domain.world_model import Facts
 from robots.world import WorldFile
 
-MOST = 20
+MAX_COMPLETIONS = 20
 PREPOSITIONS = TARGETS | ORIGINS
 
 
 def completions(text: str, asked: Clarification, world: WorldFile, facts: Facts) -> tuple[str, ...]:
-    """Whole sentences that the text may become, the likeliest first.
+    """Whole sentences that complete the text, the likeliest first.
 
     :param asked: what `parse_goal` asks of the text.
     """
@@ -27,12 +27,12 @@ def completions(text: str, asked: Clarification, world: WorldFile, facts: Facts)
         without = parse_goal(said, world, facts)
         if isinstance(without, Clarification) and without.code == "place-needed":
             return completions(said, without, world, facts)
-    return _filled_in(text.rstrip(), asked)[:MOST]
+    return _filled_in(text.rstrip(), asked)[:MAX_COMPLETIONS]
 
 
 def replacements(text: str, issue: GoalIssue) -> tuple[str, ...]:
-    """Whole sentences that name something else in the place of what stands in a goal's way."""
-    return _in_place(text.rstrip(), issue.thing, issue.choices)[:MOST]
+    """Whole sentences in which one of an issue's choices replaces the name that it is about."""
+    return _in_place(text.rstrip(), issue.thing, issue.choices)[:MAX_COMPLETIONS]
 
 
 def _filled_in(said: str, asked: Clarification) -> tuple[str, ...]:
@@ -52,7 +52,7 @@ def _filled_in(said: str, asked: Clarification) -> tuple[str, ...]:
 def _begun(asked: Clarification) -> Sequence[str]:
     """The choices that the word in question is the beginning of."""
     letters = _letters(asked.thing)
-    return sorted((one for one in asked.choices if _letters(one).startswith(letters)), key=natural)
+    return sorted((one for one in asked.choices if _letters(one).startswith(letters)), key=natural_key)
 
 
 def _in_place(said: str, thing: str, choices: Sequence[str]) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ def _in_place(said: str, thing: str, choices: Sequence[str]) -> tuple[str, ...]:
 
 
 def _span(said: str, letters: str) -> tuple[int, int] | None:
-    """Where the last words stand that spell this, however they do (`Bay 7` is `bay_7`)."""
+    """Start and end of the last words that spell these letters, ignoring case and separators (`Bay 7` is `bay_7`)."""
     ends = [at for at in range(1, len(said) + 1) if at == len(said) or not said[at].isalnum()]
     starts = [at for at in range(len(said)) if at == 0 or said[at - 1].isspace()]
     spans = [(one, other) for other in reversed(ends) for one in reversed(starts) if one < other]

@@ -11,8 +11,8 @@ sample may also be named by where it lies: "store the sample at door_1 in bay_7"
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.domain.goal_language.reach import free_places
-from app.domain.goal_language.words import choices_for, listed, name_in, natural, suggestions, words_of
+from app.domain.goal_language.reachability import free_places
+from app.domain.goal_language.words import choices_for, joined, name_in, natural_key, suggestions, words_of
 from app.domain.world_model.beliefs import IN, Facts, occupants, place_of
 from app.domain.world_model.berths import berths_of
 from robots.wire import SymbolicFact
@@ -29,7 +29,11 @@ COURTESY = frozenset({"please", "back", "now", "over"})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clarification:
-    """What is missing or not understood: `thing` is the word in question, `choices` what would do."""
+    """What is missing or not understood.
+
+    :param thing: the word in question.
+    :param choices: words that would be understood.
+    """
 
     code: str
     detail: str
@@ -90,11 +94,12 @@ def _clauses(text: str) -> list[tuple[str, ...]]:
 def _cut(words: tuple[str, ...], verb: str) -> Clause | Clarification:
     """Cut a clause at its prepositions; `verb` is the one before, for a clause without its own."""
     if words[0] in VERBS:
-        verb, words = words[0], words[1:]
+        verb = words[0]
+        words = words[1:]
     if not verb:
         verbs = tuple(sorted(VERBS))
         near = suggestions(words[0], verbs)
-        detail = f"{words[0]!r} is no verb I know" + (f"; did you mean {listed(near)}?" if near else "")
+        detail = f"{words[0]!r} is no verb I know" + (f"; did you mean {joined(near)}?" if near else "")
         return Clarification(code="unknown-verb", detail=detail, thing=words[0], choices=near or verbs)
     parts: list[tuple[str, list[str]]] = [("", [])]
     for word in words:
@@ -111,7 +116,8 @@ def _arranged(verb: str, parts: Sequence[tuple[str, tuple[str, ...]]]) -> Clause
     targets = [part for preposition, part in parts[1:] if preposition in TARGETS]
     origins = [part for preposition, part in parts[1:] if preposition in ORIGINS]
     if len(targets) == 2 and not origins:
-        origins, targets = targets[:1], targets[1:]
+        origins = targets[:1]
+        targets = targets[1:]
     if len(targets) > 1 or len(origins) > 1:
         said = " ".join(" ".join((preposition, *part)).strip() for preposition, part in parts)
         return Clarification(
@@ -174,13 +180,13 @@ def _place(words: tuple[str, ...], world: WorldFile) -> str | Clarification:
     name = name_in(words, names)
     if name in names:
         return name
-    holding = tuple(sorted((p.name for p in world.locations if p.capacity > 0), key=natural))
+    holding = tuple(sorted((p.name for p in world.locations if p.capacity > 0), key=natural_key))
     return _unknown("place", name, holding)
 
 
 def _unknown(what: str, name: str, names: Sequence[str]) -> Clarification:
     near = suggestions(name, names)
-    hint = f"; did you mean {listed(near)}?" if near else ""
+    hint = f"; did you mean {joined(near)}?" if near else ""
     return Clarification(
         code=f"unknown-{what}",
         detail=f"there is no {what} {name!r}{hint}",
@@ -193,7 +199,7 @@ def _where_to(clause: Clause, sample: str, world: WorldFile, facts: Facts) -> Cl
     """Ask for the place, the likely ones first: bays to store in, doors to bring samples to."""
     likely = {"store": "bay", "retrieve": "door", "deliver": "door", "fetch": "door"}.get(clause.verb)
     free = {world.owners[place] for place in free_places(world, facts)}
-    choices = tuple(sorted(free, key=lambda name: (world.location(name).kind != likely, natural(name))))
+    choices = tuple(sorted(free, key=lambda name: (world.location(name).kind != likely, natural_key(name))))
     return Clarification(
         code="place-needed",
         detail=f"{clause.verb} {sample} where to?",
@@ -203,4 +209,4 @@ def _where_to(clause: Clause, sample: str, world: WorldFile, facts: Facts) -> Cl
 
 
 def _samples(world: WorldFile) -> tuple[str, ...]:
-    return tuple(sorted((sample.name for sample in world.samples), key=natural))
+    return tuple(sorted((sample.name for sample in world.samples), key=natural_key))

@@ -1,10 +1,9 @@
-"""The words of a sentence, and a world's names in them: `Sample 3` and `sample-3` are `sample_3`."""
+"""Words of a sentence and a world's names in them: `Sample 3` and `sample-3` are `sample_3`."""
 
 import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
-LONGEST_NAME = 4
 ARTICLES = frozenset({"the", "a", "an"})
 
 
@@ -15,7 +14,7 @@ def words_of(text: str) -> tuple[str, ...]:
 
 
 def name_in(words: Sequence[str], names: Iterable[str]) -> str:
-    """The words as one name: that of the world they spell, the first of several, else joined by underscores."""
+    """The name that the words spell, ignoring underscores; if there is none, the words joined by underscores."""
     known = tuple(names)
     joined = "_".join(words)
     if joined in known:
@@ -31,17 +30,21 @@ def suggestions(name: str, names: Iterable[str], *, limit: int = 3) -> tuple[str
 def choices_for(name: str, names: Iterable[str]) -> tuple[str, ...]:
     """All names, near misses first, and numbers in their natural order."""
     near = suggestions(name, names)
-    return (*near, *sorted(set(names) - set(near), key=natural))
+    return (*near, *sorted(set(names) - set(near), key=natural_key))
 
 
-def natural(name: str) -> tuple[str | int, ...]:
-    """Orders bay_2 before bay_10."""
+def natural_key(name: str) -> tuple[str | int, ...]:
+    """Sort key that orders bay_2 before bay_10."""
     return tuple(int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name))
 
 
-def listed(names: Sequence[str], *, last: str = "or") -> str:
+def joined(names: Sequence[str], *, last: str = "or") -> str:
     """`a, b or c`."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}" if names else "none"
+    if not names:
+        return "none"
+    if len(names) == 1:
+        return names[0]
+    return f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def _plain(name: str) -> str:

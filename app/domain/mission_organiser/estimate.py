@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 from app.domain.durations import PRIOR, Durations
-from app.domain.mission_organiser.coupling import exchanges
+from app.domain.mission_organiser.synchronisation import message_count
 from planner import PlanNet
 
 ENOUGH = 5
@@ -28,7 +28,7 @@ class Margin:
 
     def of(self, plan_net: PlanNet, learned: Durations, world: str = "") -> float:
         """The margin in seconds."""
-        return self._of_work(plan_net, learned) + exchanges(plan_net) * self.answers_s.get(world, 0.0)
+        return self._of_work(plan_net, learned) + message_count(plan_net) * self.answers_s.get(world, 0.0)
 
     def _of_work(self, plan_net: PlanNet, learned: Durations) -> float:
         """The durations along the critical path vary independently (our choice)."""

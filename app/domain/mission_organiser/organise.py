@@ -4,19 +4,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from app.domain.mission_organiser.behaviours_library import Library
-from app.domain.mission_organiser.coupling import Awaits, awaited, cleared, exchanges
-from app.domain.mission_organiser.matching import Found, find_packet, linking_goals
+from app.domain.mission_organiser.synchronisation import awaited_facts, clearances, message_count
 from app.domain.world_model.vocabulary import symbolic_all
-from planner import TEAM_SEPARATOR, KnowledgeBase, PlanNet, PlanNetAction
+from planner import TEAM_SEPARATOR, Fact, KnowledgeBase, PlanNet, PlanNetAction
 from robots.wire import BehaviourPacket, BehaviourScript
 
-SHORTEST_TIMEOUT_S = 30.0
+MIN_TIMEOUT_S = 30.0
 TIMEOUT_FACTOR = 4.0
 """A packet may run this many times its expected duration before it has failed (our choice)."""
-SHORTEST_WAIT_S = 60.0
+MIN_WAIT_S = 60.0
 WAIT_FACTOR = 3.0
-"""A packet may wait this many times the whole plan's span for what other robots are to bring about (our choice); for
-what none of them is to, no longer than `SHORTEST_WAIT_S`.
+"""A packet may wait this many times the plan's makespan for what other robots are to bring about (our choice); for what
+none of them is to, no longer than `MIN_WAIT_S`.
 """
 
 
@@ -35,6 +34,15 @@ class OrganiserFailure:
     reason: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PacketChoice:
+    """The packet for a robot's part in an action, the pre-conditions it requires there, and why this one."""
+
+    tag: str
+    requires: tuple[Fact, ...]
+    reason: str
+
+
 def organise(
     plan_net: PlanNet,
     library: Library,
@@ -49,9 +57,9 @@ def organise(
 
     :param repertoires: robot → tags of the packets it can carry out.
     :param script_ids: robot → script id; by default mission and robot.
-    :param answer_s: what a word to a robot and its answer may take by radio: so much longer robots wait for each other.
+    :param answer_s: how long a message to a robot and its answer may take by radio; robots wait for each other longer.
     """
-    found: dict[tuple[str, str], Found] = {}
+    found: dict[tuple[str, str], PacketChoice] = {}
     for action in plan_net.actions:
         for agent in action.agents:
             packet = find_packet(
@@ -62,16 +70,16 @@ def organise(
                 repertoires=repertoires,
                 knowledge_base=knowledge_base,
             )
-            if isinstance(packet, str):
-                return OrganiserFailure(reason=packet)
+            if isinstance(packet, OrganiserFailure):
+                return packet
             found[action.id, agent] = packet
     name = script_ids or (lambda robot: f"{mission_id}-{robot}")
-    patience_s = exchanges(plan_net) * answer_s
-    write = _Writer(plan_net, knowledge_base, found, awaited(plan_net, knowledge_base), patience_s)
+    radio_s = message_count(plan_net) * answer_s
+    writer = _ScriptWriter(plan_net, knowledge_base, found, radio_s=radio_s)
     return Organised(
         scripts=tuple(
             BehaviourScript(
-                id=name(robot), mission_id=mission_id, robot=robot, packets=tuple(write.packets(robot))
+                id=name(robot), mission_id=mission_id, robot=robot, packets=tuple(writer.packets(robot))
             )
             for robot in plan_net.robots
         ),
@@ -82,20 +90,24 @@ def organise(
     )
 
 
-class _Writer:
+class _ScriptWriter:
     """Writes packets with their symbolic conditions and times."""
 
     def __init__(
         self,
         plan_net: PlanNet,
         knowledge_base: KnowledgeBase,
-        found: Mapping[tuple[str, str], Found],
-        awaits: Awaits,
+        found: Mapping[tuple[str, str], PacketChoice],
+        *,
         radio_s: float,
     ) -> None:
-        self._patience_s = max(SHORTEST_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + radio_s
-        self._plan_net, self._knowledge_base = plan_net, knowledge_base
-        self._found, self._awaits, self._cleared = found, awaits, cleared(plan_net)
+        """:param found: by action id and robot."""
+        self._wait_timeout_s = max(MIN_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + radio_s
+        self._plan_net = plan_net
+        self._knowledge_base = knowledge_base
+        self._found = found
+        self._awaits = awaited_facts(plan_net, knowledge_base)
+        self._clearances = clearances(plan_net)
         self._agents = {action.id: action.agents for action in plan_net.actions}
 
     def packets(self, robot: str) -> list[BehaviourPacket]:
@@ -105,7 +117,8 @@ class _Writer:
         found = self._found[action.id, robot]
         awaits = self._awaits.get((action.id, robot), ())
         required = tuple(f for f in action.preconditions if f in found.requires or f in awaits)
-        base, after = self._knowledge_base, self._after(action, robot)
+        base = self._knowledge_base
+        after = self._after(action, robot)
         depends = bool(awaits or after or len(action.agents) > 1)
         return BehaviourPacket(
             id=action.id,
@@ -117,18 +130,72 @@ class _Writer:
             achieves=symbolic_all(linking_goals(self._plan_net, action), base),
             expected_start_s=action.earliest_start_s,
             expected_duration_s=action.duration_s,
-            timeout_s=max(SHORTEST_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
-            wait_timeout_s=self._patience_s if depends else SHORTEST_WAIT_S,
+            timeout_s=max(MIN_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
+            wait_timeout_s=self._wait_timeout_s if depends else MIN_WAIT_S,
             description=action.description,
         )
 
     def _after(self, action: PlanNetAction, robot: str) -> tuple[str, ...]:
-        """The actions it is to be cleared of: not those it does alone, for it knows when they have ended."""
-        before = self._cleared.get(action.id, ())
+        """The actions whose end it is to be told of: not those it does alone, for it knows when they have ended."""
+        before = self._clearances.get(action.id, ())
         return tuple(one for one in before if self._agents[one] != (robot,))
 
 
 def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:
-    """Who is who for a robot that acts with others: `robots` lists them all, in the same order for each."""
+    """The arguments that tell a robot its part in an action of several robots."""
     others = [agent for agent in action.agents if agent != robot]
     return {"robot": robot, "partner": TEAM_SEPARATOR.join(others)} if others else {}
+
+
+def linking_goals(plan_net: PlanNet, action: PlanNetAction) -> tuple[Fact, ...]:
+    """The facts that later actions or the plan's goals take from this action, in the order of its effects."""
+    linked = {link.fact for link in plan_net.causal_links if link.producer == action.id}
+    return tuple(fact for fact in dict.fromkeys(action.effects) if fact in linked)
+
+
+def find_packet(
+    plan_net: PlanNet,
+    action: PlanNetAction,
+    agent: str,
+    *,
+    library: Library,
+    repertoires: Mapping[str, Sequence[str]],
+    knowledge_base: KnowledgeBase,
+) -> PacketChoice | OrganiserFailure:
+    """The one packet that does the agent's part; a failure if there is none, or more than one."""
+    goals = _share(plan_net, action, agent)
+    wanted = " and ".join(map(str, symbolic_all(goals, knowledge_base))) or "nothing that is linked"
+    what = f"{action.id} {action.tag}"
+    fitting = {
+        entry.tag: found
+        for entry in library.achieving(goals)
+        if (found := entry.fits(action, agent, goals)) is not None
+    }
+    if not fitting:
+        return OrganiserFailure(
+            reason=f"{what}: no packet in the behaviours library achieves {wanted} from what the action requires"
+        )
+    able = [tag for tag in fitting if tag in repertoires.get(agent, ())]
+    if not able:
+        return OrganiserFailure(reason=f"{what}: {agent} has no {' or '.join(fitting)} in its repertoire")
+    if len(able) > 1:
+        return OrganiserFailure(reason=f"{what}: {' and '.join(able)} all achieve {wanted}; one packet must")
+    required = {
+        Fact(template.predicate, tuple(fitting[able[0]].get(term, term) for term in template.terms))
+        for entry in library.entries
+        if entry.tag == able[0]
+        for template in entry.requires
+    }
+    return PacketChoice(
+        tag=able[0],
+        requires=tuple(fact for fact in action.preconditions if fact in required),
+        reason=f"{agent} does {able[0]}: it achieves {wanted}",
+    )
+
+
+def _share(plan_net: PlanNet, action: PlanNetAction, agent: str) -> tuple[Fact, ...]:
+    """The intended effects that `agent`'s packet must achieve: linked, and naming no other agent of the action."""
+    others = set(action.agents) - {agent}
+    mine = [fact for fact in action.intended_effects if not others & set(fact.args)]
+    linked = set(linking_goals(plan_net, action))
+    return tuple(fact for fact in mine if fact in linked) or tuple(mine)

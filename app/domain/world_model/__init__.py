@@ -1,34 +1,39 @@
-"""The world model (MACTA §4, fig. 4): what is believed of a world, how it changes, and the problem it poses.
+"""The world model (MACTA §4, fig. 4): facts believed of a world, their revision, and the planning problem. Pure."""
 
-Pure but for `store` and `desk`, which keep the facts in the record and are not handed on here.
-"""
-
-from app.domain.world_model.beliefs import Change, Facts, occupants, place_of, revised, revision, spot_of
+from app.domain.world_model.beliefs import (
+    Change,
+    Facts,
+    belief_change,
+    occupants,
+    place_of,
+    revise_beliefs,
+    spot_of,
+)
 from app.domain.world_model.initial import initial_facts, initial_spots
-from app.domain.world_model.plan_effects import applied, broken, rests_on
+from app.domain.world_model.plan_effects import apply_action, broken_support, initial_support
 from app.domain.world_model.problem import objects_of, planning_problem
-from app.domain.world_model.reconcile import reconciled
-from app.domain.world_model.reservation import Reservation, all_of, named_in, needed_by, taken_by
+from app.domain.world_model.reconcile import reconcile_report
+from app.domain.world_model.reservation import Reservation, named_in, needed_by, taken_by, union_of
 
 __all__ = [
     "Change",
     "Facts",
     "Reservation",
-    "all_of",
-    "applied",
-    "broken",
+    "apply_action",
+    "belief_change",
+    "broken_support",
     "initial_facts",
     "initial_spots",
+    "initial_support",
     "named_in",
     "needed_by",
     "objects_of",
     "occupants",
     "place_of",
     "planning_problem",
-    "reconciled",
-    "rests_on",
-    "revised",
-    "revision",
+    "reconcile_report",
+    "revise_beliefs",
     "spot_of",
     "taken_by",
+    "union_of",
 ]

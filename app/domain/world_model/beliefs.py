@@ -29,10 +29,13 @@ GRIPPER = "gripper"
 EMPTY = "empty"
 FULL = "full"
 
+EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION})
+"""Predicates whose facts can be contradicted by other facts."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """What to add to the facts and what to remove from them; `notes` say in words what had to be given up."""
+    """Facts to add and to remove; `notes` say in words what was lost."""
 
     add: Facts = frozenset()
     remove: Facts = frozenset()
@@ -65,13 +68,13 @@ def robots_in(facts: Iterable[Fact]) -> frozenset[str]:
     return frozenset(f.args[0] for f in facts if f.predicate in {IN_AREA, ROBOT_ATTRIBUTE, ROBOT_POSITION})
 
 
-def revision(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Change:
+def belief_change(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Change:
     """What changes when `news` become known and `gone` prove false; the facts are consistent after it."""
-    after = revised(facts, news, gone)
+    after = revise_beliefs(facts, news, gone)
     return Change(add=after - facts, remove=facts - after)
 
 
-def revised(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Facts:
+def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Facts:
     """The facts after `news` became known and `gone` proved false.
 
     News wins over older belief. `vacant(l)` as news means that nothing lies there any more; `clear` is always
@@ -80,8 +83,12 @@ def revised(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Fa
     kept = set(facts) - set(gone)
     news = [fact for fact in news if fact.predicate != CLEAR]
     robots = robots_in(kept)
+    exclusive = {fact for fact in kept if fact.predicate in EXCLUSIVE}
+    compatible = kept - exclusive
     for fact in news:
-        kept = {old for old in kept if not _contradicts(fact, old, robots)} | {fact}
+        exclusive = {old for old in exclusive if not _contradicts(fact, old, robots)}
+        (exclusive if fact.predicate in EXCLUSIVE else compatible).add(fact)
+    kept = exclusive | compatible
     places = storing(facts | frozenset(news))
     held = frozenset(fact for fact in kept if not _is_outdated(fact, kept))
     return _with_derived(_with_grippers(held, _holders(facts), news), places)

@@ -1,4 +1,4 @@
-"""Statements that name a location with several berths: which places they are about."""
+"""Locations with several berths, and which of them statements about such a location mean."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -8,8 +8,8 @@ from robots.world import WorldFile
 
 Statement = tuple[str, Sequence[str], bool]
 """Predicate and arguments in rel/ref form, and whether it holds."""
-EVERY = frozenset({VACANT, CLEAR, REACHES})
-"""What is said of a location with berths by these is said of every berth."""
+ALL_BERTHS = frozenset({VACANT, CLEAR, REACHES})
+"""Predicates whose statements about a location hold for every one of its berths."""
 
 
 def berths_of(name: str, world: WorldFile) -> tuple[str, ...]:
@@ -18,7 +18,7 @@ def berths_of(name: str, world: WorldFile) -> tuple[str, ...]:
     return tuple(place.name for place in row) if len(row) > 1 else ()
 
 
-def with_berths(statements: Iterable[Statement], world: WorldFile, facts: Facts) -> list[Statement]:
+def resolve_statements(statements: Iterable[Statement], world: WorldFile, facts: Facts) -> list[Statement]:
     """The statements with berths in the place of locations that have several.
 
     A sample that is said to lie in such a location lies where it is believed to, if that is one of its berths, else
@@ -37,13 +37,13 @@ def with_berths(statements: Iterable[Statement], world: WorldFile, facts: Facts)
         if name is None:
             found.append((predicate, args, holds))
             continue
-        for berth in _meant(predicate, args, holds, name, world, facts, taken):
+        for berth in _berths_of_statement(predicate, args, holds, name, world, facts, taken):
             found.append((predicate, tuple(berth if arg == name else arg for arg in args), holds))
             taken.add(berth)
     return found
 
 
-def _meant(
+def _berths_of_statement(
     predicate: str,
     args: Sequence[str],
     holds: bool,
@@ -53,7 +53,7 @@ def _meant(
     taken: set[str],
 ) -> Iterator[str]:
     berths = berths_of(name, world)
-    if predicate in EVERY or (predicate == IN and not holds):
+    if predicate in ALL_BERTHS or (predicate == IN and not holds):
         yield from berths
         return
     if predicate != IN:

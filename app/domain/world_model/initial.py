@@ -17,10 +17,10 @@ from app.domain.world_model.beliefs import (
     ROBOT_POSITION,
     VACANT,
     Facts,
-    revised,
+    revise_beliefs,
     spot_of,
 )
-from app.domain.world_model.berths import with_berths
+from app.domain.world_model.berths import resolve_statements
 from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import planner_fact
 from planner import Fact, KnowledgeBase
@@ -49,9 +49,9 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     stated = [(fact.predicate, fact.args, True) for fact in world.facts]
     extra = [
         planner_fact(SymbolicFact(predicate=predicate, args=tuple(args)), knowledge_base, objects)
-        for predicate, args, _ in with_berths(stated, world, frozenset(layout))
+        for predicate, args, _ in resolve_statements(stated, world, frozenset(layout))
     ]
-    return revised(frozenset(layout), extra)
+    return revise_beliefs(frozenset(layout), extra)
 
 
 def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:

@@ -1,4 +1,4 @@
-"""The planning problem that the world model poses: objects, facts and the numbers durations are made of."""
+"""The planning problem from the world model: objects, facts, and the distances and speeds durations depend on."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -9,8 +9,11 @@ from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is
 from planner import Fact, PlanningProblem
 from robots.world import WorldFile
 
-ROBOT, LOCATION, AREA = "robot", "location", "area"
-OBJECT, LONG_OBJECT = "object", "long_object"
+ROBOT = "robot"
+LOCATION = "location"
+AREA = "area"
+OBJECT = "object"
+LONG_OBJECT = "long_object"
 Point = tuple[float, float]
 
 
@@ -31,7 +34,7 @@ def planning_problem(
     spots: Mapping[str, Point] | None = None,
     reserved: Reservation = NOTHING_RESERVED,
 ) -> PlanningProblem:
-    """What is to be planned, from what is believed.
+    """The planning problem for these goals from what is believed.
 
     :param spots: where open-floor locations are, (x, y) in metres; a robot's start where it is not told.
     :param reserved: what running missions still need and the plan must leave alone.
@@ -40,9 +43,8 @@ def planning_problem(
     functions: dict[tuple[str, tuple[str, ...]], float] = {
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }
-    functions |= _distances(
-        _points(world, spots or {}), _ways(facts)
-    )  # a robot may drive off a reserved place
+    # Distances come from all facts, for a robot may drive off a reserved place.
+    functions |= _distances(_points(world, spots or {}), _ways(facts))
     objects = objects_of(world)
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(

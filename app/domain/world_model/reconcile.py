@@ -1,4 +1,4 @@
-"""What to believe when a script ended before its time: what the robot perceives, not what it had begun."""
+"""Belief after a script ended early: what the robot perceives, not the effects of what it had begun."""
 
 from collections.abc import Collection, Sequence
 
@@ -16,7 +16,7 @@ from app.domain.world_model.beliefs import (
     Facts,
     occupants,
     place_of,
-    revised,
+    revise_beliefs,
     robots_in,
     spot_of,
     storing,
@@ -27,7 +27,7 @@ from planner import Fact, KnowledgeBase, KnowledgeBaseError
 from robots.wire import SymbolicFact
 
 
-def reconciled(
+def reconcile_report(
     facts: Facts, robot: str, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
 ) -> Change:
     """How the facts change by what `robot` perceives after it failed or was stopped.
@@ -41,7 +41,8 @@ def reconciled(
     it, for only what holds something drives off from there (knowledge base).
     """
     known, misfits = _understood(facts, perceived, knowledge_base)
-    robots, places = robots_in(facts), storing(facts)
+    robots = robots_in(facts)
+    places = storing(facts)
     # NOTE: a robot does not know which of the places that it sees nothing at could hold something.
     known = [fact for fact in known if fact.predicate != VACANT or fact.args[0] in places]
     news = [fact for fact in known if not _of_another(fact, robot, robots)]
@@ -57,7 +58,7 @@ def reconciled(
     brought = _brought(facts, robot, news)
     news += [Fact(ROBOT_POSITION, (robot, NEAR, fact.args[5])) for fact in brought]
     gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot} - brought
-    after = revised(facts, news, gone)
+    after = revise_beliefs(facts, news, gone)
     lost = [
         f"{item} is lost: {robot} does not hold it any more"
         for item in occupants(robot, facts)
@@ -129,7 +130,8 @@ def _understood(
 ) -> tuple[list[Fact], list[str]]:
     """The percepts in the planner's form, and in words those that are not of the vocabulary."""
     objects = types_in(facts, knowledge_base)
-    understood, misfits = [], []
+    understood: list[Fact] = []
+    misfits: list[str] = []
     for percept in perceived:
         # NOTE: a lost sample is in no fact any more; the robot that finds it names it again.
         unknown = {name: OBJECT for name in percept.args[:1] if name not in objects}

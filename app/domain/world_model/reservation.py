@@ -1,4 +1,4 @@
-"""What is reserved: the robots, places and samples that a mission still needs, and what a new plan would take.
+"""Reservations: the robots, places and samples that a mission still needs, and those that a new plan would take.
 
 Two missions that share none of these cannot disturb each other, whatever their delays.
 """
@@ -12,7 +12,7 @@ from planner import Fact, PlanNet, PlanNetAction
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reservation:
-    """Robots, locations and samples that something else uses."""
+    """Robots, locations and samples in use."""
 
     robots: frozenset[str] = frozenset()
     locations: frozenset[str] = frozenset()
@@ -23,7 +23,7 @@ class Reservation:
         return self.robots | self.locations | self.samples
 
     def shared(self, other: "Reservation") -> tuple[str, ...]:
-        """What both reserve, in alphabetical order."""
+        """The names in both, in alphabetical order."""
         return tuple(sorted(self.names & other.names))
 
     def overlaps(self, other: "Reservation") -> bool:
@@ -33,7 +33,7 @@ class Reservation:
 NOTHING_RESERVED = Reservation()
 
 
-def all_of(reservations: Iterable[Reservation]) -> Reservation:
+def union_of(reservations: Iterable[Reservation]) -> Reservation:
     """Everything that one of them reserves."""
     every = list(reservations)
     return Reservation(
@@ -46,7 +46,7 @@ def all_of(reservations: Iterable[Reservation]) -> Reservation:
 def needed_by(action: PlanNetAction) -> Reservation:
     """Everything an action names until it has ended, the place that it leaves included."""
     named = named_in((*action.preconditions, *action.deletes, *action.effects))
-    return all_of([named, Reservation(robots=frozenset(action.agents))])
+    return union_of([named, Reservation(robots=frozenset(action.agents))])
 
 
 def taken_by(plan_net: PlanNet) -> Reservation:
@@ -55,7 +55,7 @@ def taken_by(plan_net: PlanNet) -> Reservation:
     Not the places that its robots only leave: a robot that stands where another mission is still at work
     does no harm by going away.
     """
-    return all_of(_taken_by(action) for action in plan_net.actions)
+    return union_of(_taken_by(action) for action in plan_net.actions)
 
 
 def _taken_by(action: PlanNetAction) -> Reservation:
@@ -63,7 +63,7 @@ def _taken_by(action: PlanNetAction) -> Reservation:
     facts += [f for f in action.effects if f.predicate != CLEAR]
     samples = [f for f in facts if f.predicate == TRANSPORTED]  # it names where the robot comes from
     named = named_in(f for f in facts if f.predicate != TRANSPORTED)
-    return all_of([named, _samples_of(samples), Reservation(robots=frozenset(action.agents))])
+    return union_of([named, _samples_of(samples), Reservation(robots=frozenset(action.agents))])
 
 
 def named_in(facts: Iterable[Fact]) -> Reservation:
@@ -72,7 +72,7 @@ def named_in(facts: Iterable[Fact]) -> Reservation:
     robots = robots_in(known)
     locations = frozenset(place for fact in known for place in _locations(fact)) - robots
     named = Reservation(robots=robots, locations=locations)
-    return all_of([named, _samples_of(known)])
+    return union_of([named, _samples_of(known)])
 
 
 def _samples_of(facts: Iterable[Fact]) -> Reservation:

@@ -1,7 +1,7 @@
-"""Late news: what a report says of something that newer is known of is not believed any more.
+"""Outdated reports: what a report says of something of which newer facts are known is not believed.
 
-News is held against what is known of the same thing: where a robot is, what an attribute of it is, where an object is,
-what lies in a place. `vacant` and `clear` follow from these.
+A reported fact is compared with facts about the same thing: a robot's position, one of its attributes, an object's
+position, what lies in a place. `vacant` and `clear` follow from these.
 """
 
 from collections.abc import Collection, Iterable
@@ -16,7 +16,7 @@ from app.domain.world_model.beliefs import (
     VACANT,
     Change,
     Facts,
-    revised,
+    revise_beliefs,
 )
 from planner import Fact
 
@@ -24,7 +24,7 @@ Subject = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Dated:
+class DatedFact:
     """A fact that is believed, who said so and when (world's clock)."""
 
     fact: Fact
@@ -33,7 +33,7 @@ class Dated:
 
 
 def subjects_of(fact: Fact) -> frozenset[Subject]:
-    """The things that the fact tells of."""
+    """The things that the fact is about."""
     match fact.predicate, fact.args:
         case "object_position", (item, _, ref):
             return frozenset({(OBJECT_POSITION, item), ("place", ref)})
@@ -43,8 +43,8 @@ def subjects_of(fact: Fact) -> frozenset[Subject]:
             return frozenset()
 
 
-def in_place_of(fact: Fact, believed: Iterable[Dated]) -> list[Dated]:
-    """What is believed of the things that the fact, which is not, tells of."""
+def beliefs_contradicting(fact: Fact, believed: Iterable[DatedFact]) -> list[DatedFact]:
+    """The beliefs about the things that a fact is about which is not believed itself."""
     match fact.predicate, fact.args:
         case "vacant", (place,):
             return [one for one in believed if ("place", place) in subjects_of(one.fact)]
@@ -72,17 +72,19 @@ def _subject(fact: Fact) -> Subject:
     raise AssertionError(f"{fact} tells of nothing")
 
 
-def known_since(known: Iterable[Dated], at_s: float, *, but: Collection[str] = ()) -> frozenset[Subject]:
-    """What something newer is known of.
+def newer_subjects(
+    known: Iterable[DatedFact], at_s: float, *, but: Collection[str] = ()
+) -> frozenset[Subject]:
+    """The things of which a newer fact is known.
 
-    :param but: sources whose word does not count as newer.
+    :param but: sources whose facts do not count.
     """
     newer = (one.fact for one in known if one.at_s > at_s and one.source not in but)
     return frozenset(subject for fact in newer for subject in subjects_of(fact))
 
 
-def timely(facts: Facts, change: Change, newer: Collection[Subject]) -> Change:
-    """The change without what it says of things that something newer is known of."""
+def without_outdated(facts: Facts, change: Change, newer: Collection[Subject]) -> Change:
+    """The change without what it says of things of which newer facts are known."""
     said = [f for f in sorted(change.add) if f.predicate not in (CLEAR, VACANT)]
     gone = [f for f in sorted(change.remove) if f.predicate not in (CLEAR, VACANT)]
     late = {f for f in (*said, *gone) if not subjects_of(f).isdisjoint(newer)}
@@ -93,5 +95,5 @@ def timely(facts: Facts, change: Change, newer: Collection[Subject]) -> Change:
     kept_gone = [f for f in gone if f not in late]
     if (kept, kept_gone) == (said, gone):
         return change
-    after = revised(facts, kept, kept_gone)
+    after = revise_beliefs(facts, kept, kept_gone)
     return Change(add=after - facts, remove=facts - after, notes=change.notes)

@@ -2,48 +2,61 @@
 
 import threading
 from concurrent.futures import Future
+from functools import partial
 from queue import Empty, Queue
-from typing import Any
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Unavailable
 from app.planning.pool.process import (
+    CANCELLED,
+    GRACE_S,
     MEMORY_MB,
     POLL_S,
     MakeEngine,
-    Planned,
     PlanningProcess,
     ProcessDied,
     Watch,
-    Work,
-    WorkFailed,
-    cancelled,
 )
-from planner import PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
+from app.planning.pool.work import Answer, Work, WorkResult
+from planner import PlanningStatus
 
 ATTEMPTS = 2
-"""How often a problem is tried when the process dies under it, and a process begun when it dies as it begins."""
+"""How often work is tried when its process dies, and a process is started when it dies at its start."""
 
 
 class WorkerClosed(Exception):
-    """Raised when the worker is closed while a problem waits for its plan: nothing is known of the problem."""
+    """Raised when the worker is closed before work has a result: nothing is known of its problem."""
 
 
 class PlanningWorker:
-    """Plans in warm processes, each replaced when it dies or hangs. Thread-safe; problems wait their turn."""
+    """Does work in warm processes, each replaced when it dies or hangs. Thread-safe; work waits for a process."""
 
-    def __init__(self, make_engine: MakeEngine, *, processes: int = 1, memory_mb: float = MEMORY_MB) -> None:
+    def __init__(
+        self,
+        make_engine: MakeEngine,
+        *,
+        processes: int = 1,
+        memory_mb: float = MEMORY_MB,
+        grace_s: float = GRACE_S,
+        clock: WallClock = SYSTEM_CLOCK,
+    ) -> None:
         """
         :param make_engine: picklable; builds the warm engine inside a process.
-        :param processes: with none, one is started once there is work after all: a plan to explain, say.
+        :param processes: with none, one is started with the first work: a plan to explain, say.
         :param memory_mb: what a process may hold beyond what it holds when warm, native engines included.
+        :param grace_s: past a work's time limit and this much more its process is ended.
         """
-        self._make_engine, self._count, self._memory_mb = make_engine, processes, memory_mb
+        self._start_process = partial(
+            PlanningProcess, make_engine, memory_mb=memory_mb, grace_s=grace_s, clock=clock
+        )
+        self._count = processes
         self._lock = threading.Lock()
         self._all: list[PlanningProcess] = []
         self._free: Queue[PlanningProcess] = Queue()
-        self._first: Future[bool] = Future()
-        self._started = self._closed = False
-        self._stillborn = 0
+        self._ready: Future[bool] = Future()
+        self._started = False
+        self._closed = False
+        self._failed_starts = 0
 
     @property
     def pids(self) -> list[int]:
@@ -51,80 +64,72 @@ class PlanningWorker:
         with self._lock:
             return [process.pid for process in self._all if process.pid is not None]
 
+    @property
+    def free_count(self) -> int:
+        """How many processes are warm and without work."""
+        return self._free.qsize()
+
     def warm_up(self) -> "Future[bool]":
         """Start the processes; the future is done once the first of them can plan.
 
-        It raises Unavailable if that does not come up.
+        It raises Unavailable if that does not start.
         """
         with self._lock:
-            begun, self._started = self._started, True
-        if not begun:
+            was_started = self._started
+            self._started = True
+        if not was_started:
             for _ in range(self._count):
                 self._add()
             if not self._count:
                 self._report(None)
-        return self._first
+        return self._ready
 
-    def plan(
-        self, problem: PlanningProblem, request: PlanningRequest, watch: Watch | None = None
-    ) -> PlanningResult:
-        """Plan in a process; that it died or hung is a result with a reason, not an exception.
+    def do(self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None) -> WorkResult[Answer]:
+        """Have the work done in a process; that the process died or hung is a result, too.
 
-        The time limit begins when it is the problem's turn.
+        The time limit begins when a process takes the work up.
 
-        :raises WorkerClosed: if it is closed before there is a result.
-        """
-        work = Planned(problem=problem, request=request)
-        try:
-            result: PlanningResult = self.do(work, request.time_limit_s, watch)
-        except WorkFailed as failure:
-            return failure.result
-        return result
-
-    def do(self, work: Work, time_limit_s: float, watch: Watch | None = None) -> Any:
-        """Have the work done in a process, and answer what it answers.
-
-        The time limit begins when it is its turn.
-
-        :raises WorkFailed: if it has no answer, with the reason.
-        :raises WorkerClosed: if the worker is closed before there is one.
+        :raises WorkerClosed: if the worker is closed before there is a result.
         """
         self.warm_up()
         with self._lock:
-            none, self._count = self._count == 0, max(self._count, 1)
-        if none:
+            needs_first = self._count == 0
+            self._count = max(self._count, 1)
+        if needs_first:
             self._add()
         watch = watch or Watch()
-        how, attempts, spare = "", ATTEMPTS, self._count
+        cause = ""
+        attempts = ATTEMPTS
+        spare = self._count
         while attempts:
             process = self._next(watch)
+            if process is None:
+                return WorkResult(status=PlanningStatus.NOT_FOUND, reason=CANCELLED)
             try:
                 return process.do(work, time_limit_s, watch)
             except ProcessDied as death:
                 if self._closed:
                     raise WorkerClosed from death
-                how = str(death)
+                cause = str(death)
                 if process.is_idle and spare:
                     spare -= 1
                 else:
                     attempts -= 1
             finally:
                 self._give_back(process)
-        raise WorkFailed(PlanningStatus.FAILED, f"the planning process died ({how})")
+        return WorkResult(status=PlanningStatus.FAILED, reason=f"the planning process died ({cause})")
 
     def close(self) -> None:
-        """End the processes; whoever waits for a result is told by WorkerClosed."""
+        """End the processes; `do` raises WorkerClosed for whoever waits for a result."""
         with self._lock:
             self._closed = True
-            processes, self._all = self._all, []
+            processes = list(self._all)
+            self._all.clear()
         for process in processes:
             process.end()
 
-    def _next(self, watch: Watch) -> PlanningProcess:
-        """The next free process.
-
-        :raises WorkFailed: if nobody wants it any more.
-        """
+    def _next(self, watch: Watch) -> PlanningProcess | None:
+        """The next free process; None if the work is cancelled first."""
         while not watch.is_cancelled():
             if self._closed:
                 raise WorkerClosed
@@ -132,7 +137,7 @@ class PlanningWorker:
                 return self._free.get(timeout=POLL_S)
             except Empty:
                 continue
-        raise cancelled()
+        return None
 
     def _give_back(self, process: PlanningProcess) -> None:
         if process.is_alive:
@@ -148,35 +153,35 @@ class PlanningWorker:
         with self._lock:
             if self._closed:
                 return
-            process = PlanningProcess(self._make_engine, memory_mb=self._memory_mb)
+            process = self._start_process()
             self._all.append(process)
-        threading.Thread(target=self._welcome, args=(process,), daemon=True).start()
+        threading.Thread(target=self._await_ready, args=(process,), daemon=True).start()
 
-    def _welcome(self, process: PlanningProcess) -> None:
+    def _await_ready(self, process: PlanningProcess) -> None:
         try:
             process.wait_until_ready()
         except ProcessDied as death:
             if self._may_try_another():
                 self._give_back(process)
                 return
-            # NOTE: it is given out all the same, so that who waits learns of its death instead of waiting for ever.
+            # NOTE: it is handed out all the same, so that whoever waits learns of its death and does not wait for ever.
             self._report(Unavailable(f"the planning process does not start ({death}); the log says why"))
         else:
-            self._stillborn = 0
+            self._failed_starts = 0
             self._report(None)
         self._free.put(process)
 
     def _may_try_another(self) -> bool:
-        """True if a process that died as it began may have had bad luck, such as a machine short of memory."""
+        """True if a process died at its start for what may be a passing cause, such as a lack of memory."""
         with self._lock:
-            self._stillborn += 1
-            return self._stillborn < ATTEMPTS
+            self._failed_starts += 1
+            return self._failed_starts < ATTEMPTS
 
     def _report(self, failure: Exception | None) -> None:
         with self._lock:
-            if self._first.done():
+            if self._ready.done():
                 return
             if failure is None:
-                self._first.set_result(True)
+                self._ready.set_result(True)
             else:
-                self._first.set_exception(failure)
+                self._ready.set_exception(failure)

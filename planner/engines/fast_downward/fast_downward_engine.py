@@ -4,13 +4,18 @@ ourselves."""
 import time
 from collections.abc import Iterable, Sequence
 
-from planner.engines.answer import Outcome, answered, result_of
 from planner.engines.detours import without_detours
-from planner.engines.fast_downward.goal_sequences import Found, Search
-from planner.engines.plan_net_completion import confirm, finish, merit
+from planner.engines.fast_downward.goal_sequences import Search, SequenceResult
+from planner.engines.plan_net_completion import (
+    Outcome,
+    complete_plan_net,
+    confirm,
+    merit,
+    timed_result,
+    to_result,
+    warm_up_validation,
+)
 from planner.explanation.diagnosis import why_unsolvable
-from planner.interchange.compilation import compile_problem
-from planner.interchange.compiled_pddl import write_pddl
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.native_process import Limits
 from planner.plan_nets.plan_net import PlanNet
@@ -23,7 +28,7 @@ from planner.problem.interface import (
     PlanningStatus,
     Progress,
 )
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
 
 class FastDownwardEngine:
@@ -39,8 +44,8 @@ class FastDownwardEngine:
         self._base = knowledge_base
 
     def warm_up(self) -> None:
-        """Import what is slow to import, by compiling an empty problem."""
-        write_pddl(compile_problem(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=())))
+        """Import what is slow to import."""
+        warm_up_validation(self._base)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -51,9 +56,9 @@ class FastDownwardEngine:
         """
 
         def plan() -> PlanningResult:
-            return result_of(self.name, _Run(self.name, self._base, problem, request, observer).outcome())
+            return to_result(self.name, _Run(self.name, self._base, problem, request, observer).outcome())
 
-        return answered(self.name, self._base, problem, plan)
+        return timed_result(self.name, self._base, problem, plan)
 
 
 class _Run:
@@ -67,15 +72,19 @@ class _Run:
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        self._name, self._base, self._problem = name, knowledge_base, problem
-        self._statics = Statics(knowledge_base, problem)
-        self._request, self._observer, self._begun = request, observer, time.monotonic()
+        self._name = name
+        self._base = knowledge_base
+        self._problem = problem
+        self._statics = StaticFacts(knowledge_base, problem)
+        self._request = request
+        self._observer = observer
+        self._begun = time.monotonic()
         limits = Limits(deadline=self._begun + request.time_limit_s, memory_mb=request.memory_limit_mb)
         self._search = Search(knowledge_base, limits, observer.should_stop)
 
     def outcome(self) -> Outcome:
         if all(goal in self._problem.facts for goal in self._problem.goals):
-            return self._best([Found(status=PlanningStatus.SOLVED)])
+            return self._best([SequenceResult(status=PlanningStatus.SOLVED)])
         lean = self._statics.lean(self._problem)
         status, plan_net, reason = self._first(lean)
         if plan_net is None:
@@ -88,18 +97,19 @@ class _Run:
 
     def _first(self, lean: PlanningProblem) -> Outcome:
         """The first plan-net, else what the searches for all goals at once say."""
-        search, problem = self._search, self._problem
-        outcome = first = self._best(search.at_once(lean))
+        search = self._search
+        problem = self._problem
+        outcome = first = self._best(search.for_all_goals(lean))
         if outcome[1] is None and len(problem.goals) > 1:
-            outcome = self._best([search.one_by_one(problem, self._statics)])
+            outcome = self._best([search.goal_by_goal(problem, self._statics)])
         if outcome[1] is None and lean.objects != problem.objects:
             # Bystanders are left out at first; who knows whether one of them helps.
-            outcome = first = self._best(search.at_once(problem))
+            outcome = first = self._best(search.for_all_goals(problem))
         if outcome[1] is None and first[0] is PlanningStatus.TIMED_OUT and not search.is_over:
-            outcome = first = self._best(search.at_once(problem, patient=True))
+            outcome = first = self._best(search.for_all_goals(problem, patient=True))
         return outcome if outcome[1] is not None else first
 
-    def _best(self, found: Iterable[Found]) -> Outcome:
+    def _best(self, found: Iterable[SequenceResult]) -> Outcome:
         """The best plan-net of what was found; if there is none, what the first one says."""
         plan_nets: list[PlanNet] = []
         failures: list[Outcome] = []
@@ -134,7 +144,7 @@ class _Run:
 
     def _finished(self, sequence: Sequence[GroundAction]) -> PlanNet | str:
         straight = without_detours(sequence, self._problem, self._base)
-        return finish(straight, self._problem, self._base, self._statics)
+        return complete_plan_net(straight, self._problem, self._base, self._statics)
 
     def _tell(self, plan_net: PlanNet) -> None:
         elapsed_s = time.monotonic() - self._begun

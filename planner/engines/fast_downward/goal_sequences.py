@@ -8,14 +8,13 @@ from pathlib import Path
 
 from planner.engines.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
 from planner.fact import Fact
-from planner.interchange.compilation import compile_problem
-from planner.interchange.compiled_pddl import write_pddl
+from planner.interchange.pddl import Form, PddlTask
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.native_process import Limits, never
 from planner.plan_nets.extraction import fault_of
 from planner.plan_nets.progression import progressed
 from planner.problem.interface import PlanningProblem, PlanningStatus
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
 SECOND_TIME_S = 0.3
 """For a second opinion when there is a plan already."""
@@ -24,7 +23,7 @@ SEARCH_TIME_S = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
+class SequenceResult:
     """A sequence that reaches the goals if solved, else why there is none."""
 
     status: PlanningStatus
@@ -38,46 +37,49 @@ class Search:
     def __init__(
         self, knowledge_base: KnowledgeBase, limits: Limits, is_enough: Callable[[], bool] = never
     ) -> None:
-        self._base, self._limits, self._is_enough = knowledge_base, limits, is_enough
+        self._base = knowledge_base
+        self._limits = limits
+        self._is_enough = is_enough
 
     @property
     def is_over(self) -> bool:
         return self._limits.is_over or self._is_enough()
 
-    def at_once(self, problem: PlanningProblem, *, patient: bool = False) -> Iterator[Found]:
+    def for_all_goals(self, problem: PlanningProblem, *, patient: bool = False) -> Iterator[SequenceResult]:
         """What each configuration finds for all the goals together; at least one answer.
 
         :param patient: share out all the time that is left.
         """
-        compiled = compile_problem(self._base, problem)
+        task = PddlTask(self._base, problem, Form.CLASSICAL)
         time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
-        for answer in self._answers(*write_pddl(compiled), time_s):
-            steps = tuple(compiled.ground(operator, objects) for operator, objects in answer.steps)
-            yield Found(status=answer.status, sequence=steps, reason=answer.reason)
+        for answer in self._answers(task, time_s):
+            steps = tuple(task.ground(operator, objects) for operator, objects in answer.steps)
+            yield SequenceResult(status=answer.status, sequence=steps, reason=answer.reason)
 
     def improve(
         self, problem: PlanningProblem, effort_s: float, take: Callable[[Sequence[GroundAction]], None]
     ) -> None:
         """Search for ever cheaper sequences, each taken as soon as it is found."""
-        compiled = compile_problem(self._base, problem)
+        task = PddlTask(self._base, problem, Form.CLASSICAL)
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
             deadline = time.monotonic() + min(effort_s, self._limits.left_s)
             limits = replace(self._limits, deadline=deadline)
             process = FastDownwardProcess(Path(folder), limits, self._is_enough)
-            if process.translate(*write_pddl(compiled)) is None:
+            if process.translate(task) is None:
                 process.improve(
-                    lambda steps: take([compiled.ground(operator, objects) for operator, objects in steps])
+                    lambda steps: take([task.ground(operator, objects) for operator, objects in steps])
                 )
 
-    def one_by_one(self, problem: PlanningProblem, statics: Statics) -> Found:
+    def goal_by_goal(self, problem: PlanningProblem, statics: StaticFacts) -> SequenceResult:
         """A sequence that reaches one goal after the other, those that cannot be reached yet later."""
-        state, sequence = problem.facts, list[GroundAction]()
+        state = problem.facts
+        sequence = list[GroundAction]()
         achieved: list[Fact] = []
         waiting = list(problem.goals)
         while waiting:
             for goal in waiting:
                 lean = statics.lean_for(replace(problem, facts=state), goal, achieved)
-                found = min(self.at_once(lean), key=_cost)
+                found = min(self.for_all_goals(lean), key=_cost)
                 if found.status is PlanningStatus.SOLVED:
                     break
             else:
@@ -88,13 +90,13 @@ class Search:
             waiting.remove(goal)
         # A goal may have been undone by a later one, or have come about by the way, which does not count.
         if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
-            return Found(status=PlanningStatus.NOT_FOUND, reason=fault)
-        return Found(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
+            return SequenceResult(status=PlanningStatus.NOT_FOUND, reason=fault)
+        return SequenceResult(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
 
-    def _answers(self, domain: str, problem: str, time_s: float) -> Iterator[Answer]:
+    def _answers(self, task: PddlTask, time_s: float) -> Iterator[Answer]:
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
             process = FastDownwardProcess(Path(folder), self._limits, self._is_enough)
-            failure = process.translate(domain, problem)
+            failure = process.translate(task)
             if failure is not None:
                 yield failure
                 return
@@ -105,6 +107,6 @@ class Search:
                 yield process.search(GREEDY, SECOND_TIME_S if cheap.steps else time_s)
 
 
-def _cost(found: Found) -> tuple[bool, float]:
+def _cost(found: SequenceResult) -> tuple[bool, float]:
     """Solved before not, then the least time of all robots together."""
     return found.status is not PlanningStatus.SOLVED, sum(action.duration_s for action in found.sequence)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from planner.native_process import Ended, Limits, never, run
+from planner.interchange.pddl import PddlTask
+from planner.native_process import Limits, ProcessEnd, never, run
 from planner.problem.interface import PlanningStatus
 
 GREEDY = (
@@ -28,7 +29,7 @@ CHEAP = (
 """Lazy A* on the costs: mostly shorter; for one goal as cheap as the optimum wherever that was found."""
 
 _WEIGHTED = ",".join(f"lazy_wastar([hff,hlm],preferred=[hff,hlm],w={weight})" for weight in (5, 3, 2, 1))
-EVER_CHEAPER = (
+ANYTIME = (
     "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),"
     f"let(hff,ff(),iterated([{_WEIGHTED}],repeat_last=true)))"
 )
@@ -68,12 +69,13 @@ class FastDownwardProcess:
     """Translator and search on files of one folder, all ended at their limits or when it is enough."""
 
     def __init__(self, folder: Path, limits: Limits, is_enough: Callable[[], bool] = never) -> None:
-        self._folder, self._limits, self._is_enough = folder, limits, is_enough
+        self._folder = folder
+        self._limits = limits
+        self._is_enough = is_enough
 
-    def translate(self, domain: str, problem: str) -> Answer | None:
-        """Ground the task; None if that went well."""
-        (self._folder / "domain.pddl").write_text(domain)
-        (self._folder / "problem.pddl").write_text(problem)
+    def translate(self, task: PddlTask) -> Answer | None:
+        """Ground the task; None on success."""
+        task.write(self._folder)
         command = [sys.executable, "-S", "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
         ended = self._run(command, self._is_enough)
         return None if ended.code == 0 else _failure(ended)
@@ -101,15 +103,18 @@ class FastDownwardProcess:
                 take(_steps(text))
             return self._is_enough()
 
-        self._search(EVER_CHEAPER, is_enough)
+        self._search(ANYTIME, is_enough)
         is_enough()
 
-    def _search(self, configuration: str, is_enough: Callable[[], bool]) -> Ended:
-        binary, plan = f"{binaries()}/downward", str(self._folder / "plan")
+    def _search(self, configuration: str, is_enough: Callable[[], bool]) -> ProcessEnd:
+        binary = f"{binaries()}/downward"
+        plan = str(self._folder / "plan")
         command = [binary, "--internal-plan-file", plan, "--search", configuration]
         return self._run(command, is_enough, stdin=self._folder / "output.sas")
 
-    def _run(self, command: Sequence[str], is_enough: Callable[[], bool], stdin: Path | None = None) -> Ended:
+    def _run(
+        self, command: Sequence[str], is_enough: Callable[[], bool], stdin: Path | None = None
+    ) -> ProcessEnd:
         return run(
             command,
             folder=self._folder,
@@ -120,8 +125,9 @@ class FastDownwardProcess:
         )
 
 
-def _failure(ended: Ended) -> Answer:
-    code, output = ended.code, ended.output
+def _failure(ended: ProcessEnd) -> Answer:
+    code = ended.code
+    output = ended.output
     last = output.strip().splitlines()[-1:] or ["no output"]
     if code is None or code in _OUT_OF_TIME or _SEARCHED_ENOUGH in output:
         return Answer(status=PlanningStatus.TIMED_OUT, reason="the time limit was reached")

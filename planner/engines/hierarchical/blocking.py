@@ -1,7 +1,7 @@
-"""Tasks whose things stand in each other's way: what has to be put aside, and the ways that put it aside.
+"""Tasks whose things block each other: what has to be put aside, and the fragments that do so.
 
-A sample that lies where another is to go may be brought to its own goal first, or be put down somewhere else for the
-time being. Fragments only say what can be done; which task gives way, where and when is for the schedule.
+A sample that lies at another's goal may be brought to its own goal first or be put down elsewhere for a while.
+Fragments only offer the possibilities; scheduling decides which task makes way, where and when.
 """
 
 from collections import defaultdict
@@ -11,14 +11,14 @@ from typing import Protocol
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
-from planner.engines.hierarchical.legs.return_home import Homing
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.fact import Fact
 from planner.plan_nets.extraction import fault_of
 from planner.problem.interface import PlanningProblem
 
 
-class Find(Protocol):
-    """Finds fragments."""
+class FindFragments(Protocol):
+    """Finds fragments for goals."""
 
     def __call__(
         self, facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS
@@ -29,28 +29,33 @@ class Find(Protocol):
         """
 
 
-Asides = Mapping[Group, Goals]
-"""Groups, and the facts that put their things aside."""
+PlacesAside = Mapping[Group, Goals]
+"""By group, the facts that hold once its things are put aside."""
 WAYS_ASIDE = 2
-"""Ways to put things in one place, at most."""
+"""Maximum number of fragments that put things in one place."""
 WAYS_ON = 4
-"""Ways on to the goals from there, at most."""
-NOTHING = Fragment(goals=(), actions=())
-OVER = 8
-"""Fragments over a place aside that a task has at most."""
-BRIEFLY = 1
-"""Worlds searched for ways to put something aside: the smallest."""
+"""Maximum number of fragments from there to the goals."""
+NO_ACTIONS = Fragment(goals=(), actions=())
+MAX_DETOURS = 8
+"""Maximum number of fragments of a task that pass a place aside."""
+SMALLEST_WORLD_ONLY = 1
+"""Search levels for fragments that put something aside: the smallest world only."""
 PLACES = 40
-"""With more objects of a kind, only places are looked at that some fragment has put things."""
+"""Of a type with more objects than this, only places are considered at which a fragment has put things."""
 
 
-class Yielding:
-    """Finds the fragments of tasks that give each other way."""
+class BlockingTasks:
+    """Finds the fragments of tasks that make way for each other."""
 
-    def __init__(self, problem: PlanningProblem, groups: Groups, homing: Homing, find: Find) -> None:
-        self._problem, self._facts = problem, problem.facts
-        self._groups, self._homing, self._find = groups, homing, find
-        self.has_yielded = False
+    def __init__(
+        self, problem: PlanningProblem, groups: Groups, return_home: ReturnHome, find: FindFragments
+    ) -> None:
+        self._problem = problem
+        self._facts = problem.facts
+        self._groups = groups
+        self._return_home = return_home
+        self._find = find
+        self.has_blocking = False
 
     def ways(self, tasks: Sequence[Group]) -> Mapping[Group, Sequence[Fragment]] | list[Group]:
         """The fragments of each task with something to do, none of which moves what another is about; else some
@@ -59,7 +64,7 @@ class Yielding:
         What stands in the way takes part even if its goals hold, or if it has none.
         """
         found: dict[Group, list[Fragment]] = {}
-        away: dict[Group, Sequence[Asides]] = {}
+        away: dict[Group, Sequence[PlacesAside]] = {}
         places: dict[Group, dict[Goals, None]] = defaultdict(dict)
         everything = [*tasks, *self._groups.idle]
         for task in tasks:
@@ -79,28 +84,33 @@ class Yielding:
             for aside in away[task]:
                 for other, place in aside.items():
                     places[other][place] = None
-        self.has_yielded = bool(places)
+        self.has_blocking = bool(places)
         for other, used in places.items():
             things = [each for each in everything if each != other]
             over = self._over(other, tuple(used), [*away.get(other, ()), {}], things)
-            ways = [*found.get(other, [NOTHING]), *sorted(over, key=lambda way: way.duration_s)[:OVER]]
+            ways = [
+                *found.get(other, [NO_ACTIONS]),
+                *sorted(over, key=lambda way: way.duration_s)[:MAX_DETOURS],
+            ]
             found[other] = list({tuple(map(str, way.actions)): way for way in ways}.values())
         return found
 
-    def _guessed(self, task: Group, things: Sequence[Group]) -> tuple[Sequence[Fragment], Sequence[Asides]]:
+    def _guessed(
+        self, task: Group, things: Sequence[Group]
+    ) -> tuple[Sequence[Fragment], Sequence[PlacesAside]]:
         """The fragments from where what lies at the task's place has been put elsewhere, if they need that and
         known fragments tell how; saves the search for a way to clear the place."""
         asides = self._guess(task, things, ())
-        if not asides or not self._made_way(task, things, [asides], BRIEFLY):
+        if not asides or not self._made_way(task, things, [asides], SMALLEST_WORLD_ONLY):
             return (), ()
         free = self._made_way(task, things, [asides])
         if any(fault_of(fragment.actions, self._facts, ()) is None for fragment in free):
             return (), ()
         return free, [asides, self._guess(task, things, asides.values()) or asides]
 
-    def _guess(self, task: Group, things: Sequence[Group], taken: Collection[Goals]) -> Asides:
+    def _guess(self, task: Group, things: Sequence[Group], taken: Collection[Goals]) -> PlacesAside:
         """What lies at the task's place, each put somewhere else that is not taken; empty where that is unknown."""
-        beside = self._groups.beside(task)
+        beside = self._groups.linked_by_fluents(task)
         asides: dict[Group, Goals] = {}
         for each in things:
             if not beside.isdisjoint(each.things):
@@ -123,15 +133,15 @@ class Yielding:
 
     def _freed(
         self, task: Group, straight: Sequence[Fragment], things: Sequence[Group]
-    ) -> tuple[Sequence[Fragment], Sequence[Asides]]:
+    ) -> tuple[Sequence[Fragment], Sequence[PlacesAside]]:
         """Those fragments that move no other things, else those from where these have been put aside."""
         free = [f for f in straight if not self._groups.moved(f.actions, things)]
         if free:
             return free, ()
-        asides = list(self._asides(straight, things))
+        asides = list(self._places_aside(straight, things))
         return self._made_way(task, things, asides), asides
 
-    def _asides(self, fragments: Sequence[Fragment], things: Sequence[Group]) -> Iterator[Asides]:
+    def _places_aside(self, fragments: Sequence[Fragment], things: Sequence[Group]) -> Iterator[PlacesAside]:
         """What the fragments put aside, of those that move the fewest things."""
         moved = [self._groups.moved(fragment.actions, things) for fragment in fragments]
         least = min(map(len, moved), default=0)
@@ -141,7 +151,7 @@ class Yielding:
                 yield put
 
     def _made_way(
-        self, task: Group, things: Sequence[Group], asides: Sequence[Asides], levels: int = ALL_LEVELS
+        self, task: Group, things: Sequence[Group], asides: Sequence[PlacesAside], levels: int = ALL_LEVELS
     ) -> Sequence[Fragment]:
         """The fragments from where things have been put aside."""
         for aside in asides:
@@ -153,20 +163,20 @@ class Yielding:
                     return free
         return ()
 
-    def _cleared(self, asides: Asides, things: Sequence[Group]) -> frozenset[Fact] | None:
+    def _cleared(self, asides: PlacesAside, things: Sequence[Group]) -> frozenset[Fact] | None:
         """The facts once these things have been put aside; None if they cannot be without moving others."""
         facts = self._facts
         for group, place in asides.items():
             others = [each for each in things if each != group]
-            ways = self._find(facts, place, levels=BRIEFLY)
+            ways = self._find(facts, place, levels=SMALLEST_WORLD_ONLY)
             way = next((way for way in ways if not self._groups.moved(way.actions, others)), None)
             if way is None:
                 return None
-            facts = self._homing.after(facts, way.actions)
+            facts = self._return_home.after(facts, way.actions)
         return facts
 
     def _over(
-        self, group: Group, used: Sequence[Goals], away: Sequence[Asides], things: Sequence[Group]
+        self, group: Group, used: Sequence[Goals], away: Sequence[PlacesAside], things: Sequence[Group]
     ) -> Iterator[Fragment]:
         """Fragments that put a group's things aside first and then go on to its goals.
 
@@ -179,7 +189,9 @@ class Yielding:
                 ways = (
                     ()
                     if facts is None
-                    else self._through(facts, group, place, things, BRIEFLY if place in used else 0)
+                    else self._through(
+                        facts, group, place, things, SMALLEST_WORLD_ONLY if place in used else 0
+                    )
                 )
                 if ways:
                     yield from ways
@@ -191,8 +203,10 @@ class Yielding:
         """Fragments that go to the group's goals over the place."""
         found = []
         for aside in self._find(facts, place, levels=levels)[:WAYS_ASIDE]:
-            after = self._homing.after(facts, aside.actions)
-            for on in self._find(after, group.goals, levels=levels)[:WAYS_ON] if group.goals else [NOTHING]:
+            after = self._return_home.after(facts, aside.actions)
+            for on in (
+                self._find(after, group.goals, levels=levels)[:WAYS_ON] if group.goals else [NO_ACTIONS]
+            ):
                 actions = (*aside.actions, *on.actions)
                 if not self._groups.moved(actions, things):
                     found.append(Fragment(goals=group.goals, actions=actions))

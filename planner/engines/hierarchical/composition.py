@@ -1,4 +1,4 @@
-"""Fragments composed into one sequence of ground actions: scheduled, improved, with agents recruited."""
+"""Composes fragments into one sequence of ground actions by scheduling, with agents recruited."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -6,31 +6,54 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.leg import Vocabulary
-from planner.engines.hierarchical.legs.stops import MOST_NEAR_STOPPING
-from planner.engines.hierarchical.scheduling.annealing import Annealing
+from planner.engines.hierarchical.legs.leg import FactClassifier
+from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING
+from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, Choice, Floats, Model, ints
-from planner.engines.hierarchical.scheduling.schedule import Schedule
-from planner.engines.hierarchical.scheduling_problem import Builder, Task
+from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
 from planner.knowledge import GroundAction, KnowledgeBase
-from planner.problem.interface import PlanningProblem
+from planner.problem.interface import PlanningProblem, PlanningRequest
 from planner.problem.robot_classes import AgentClasses
 
-LEAST_CHUNK = 8
+MAX_EFFORT_S = 4.0
+UNLIMITED_TRIALS = 10**9
+"""Trials where the request says how long."""
+TRIALS = 40
+TRIALS_A_LEG = 3
+MAX_LEGS_DECODED = 3_500_000
+MAX_TRIALS_INTERACTING = 40_000
+
+
+def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, float]:
+    """The schedules to try, and the seconds after which to stop in any case.
+
+    :param legs: of a schedule.
+    :param choices: fragments to choose from where tasks interact, else 0.
+    """
+    if request.effort_s is not None:
+        return UNLIMITED_TRIALS, request.effort_s
+    if choices:
+        return min(MAX_TRIALS_INTERACTING, TRIALS * legs * max(legs, choices)), MAX_EFFORT_S
+    # By the square of the legs, of many by their cube, up to so many legs decoded.
+    trials = legs**2 * max(TRIALS, TRIALS_A_LEG * legs)
+    return min(trials, MAX_LEGS_DECODED // max(1, legs)), MAX_EFFORT_S
+
+
+MIN_CHUNK = 8
 CHUNK_WORK = 4000
-"""Trials between two looks at the clock: this many by the number of legs; some milliseconds."""
-DISPATCHED = 8
-BEGINNINGS = 8
-"""Choices looked at before the annealing begins: dispatched ones, then orders."""
+"""Trials times legs between two looks at the clock: some milliseconds."""
+DISPATCHED_CHOICES = 8
+ORDERED_CHOICES = 8
+"""Initial choices of the annealing: dispatched ones, then other orders."""
 MANY_TASKS = 48
-"""With more, two of each."""
-LAST_RESORTS = 1000
-"""Choices at random where none of the beginnings can be scheduled."""
+"""With more tasks, two of each."""
+RANDOM_CHOICES = 1000
+"""Random choices, tried if no initial choice can be scheduled."""
 NOISE_S = 2.0
-""" By how much each further dispatching strays from the rule."""
-WAYS_MADE = 64
-"""How often the model is widened because an agent must make way."""
+"""Noise added to each further dispatching."""
+MAX_WIDENINGS = 64
+"""Maximum number of times the model is extended because an agent must make way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,21 +65,22 @@ class Composed:
 
 
 class Composition:
-    """The schedule of some tasks; `improve` makes it better for as long as the caller likes."""
+    """The schedule of some tasks, improved by `improve`."""
 
     def __init__(
         self,
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
         classes: AgentClasses,
-        words: Vocabulary,
+        classifier: FactClassifier,
         tasks: Sequence[Task],
         weights: Floats,
         *,
         seed: int,
     ) -> None:
-        self._builder = Builder(knowledge_base, problem, classes, words, tasks)
-        self._weights, self._seed = weights, seed
+        self._builder = SchedulingProblemBuilder(knowledge_base, problem, classes, classifier, tasks)
+        self._weights = weights
+        self._seed = seed
         self._model = self._builder.model()
         self._schedule: Schedule | None = None
         self._choice: Choice | None = None
@@ -65,7 +89,7 @@ class Composition:
     def legs(self) -> int:
         """Legs in a schedule, counting each task's longest alternative."""
         model = self._model
-        return int(model.task_deadline_s.shape[0] * model.widest)
+        return int(model.task_deadline_s.shape[0] * model.max_legs)
 
     @property
     def composed(self) -> Composed | None:
@@ -76,30 +100,31 @@ class Composition:
         return Composed(actions=actions, makespan_s=self._schedule.makespan_s)
 
     def begin(self) -> bool:
-        """Find a first schedule; False if none of the beginnings can be scheduled."""
-        for choice in self._beginnings():
+        """Find a first schedule; False if no initial choice can be scheduled."""
+        for choice in self._initial_choices():
             schedule = self._decoded(choice)
             self._keep(schedule)
             if schedule.is_possible:
-                for aside in (NEAR, NEAR | PUSH, PUSH):
-                    stepping = schedule.choice._replace(aside=np.full_like(choice.aside, aside))
+                for stops in (NEAR, NEAR | PUSH, PUSH):
+                    stepping = schedule.choice._replace(stops=np.full_like(choice.stops, stops))
                     self._keep(Schedule(self._model, stepping, self._weights))
-        for choice in self._at_random(LAST_RESORTS if self._schedule is None else 0):
+        for choice in self._at_random(RANDOM_CHOICES if self._schedule is None else 0):
             self._keep(Schedule(self._model, choice, self._weights))
         return self._schedule is not None
 
     def _at_random(self, count: int) -> Iterator[Choice]:
-        """Orders and alternatives at random: things that come from both sides can block each other in most orders."""
+        """Random orders and alternatives: things that come from both sides block each other in most orders."""
         random = np.random.default_rng(self._seed)
         model = self._model
-        legs = np.arange(model.task_deadline_s.shape[0] * model.widest, dtype=np.int32)
+        legs = np.arange(model.task_deadline_s.shape[0] * model.max_legs, dtype=np.int32)
         for _ in range(count):
             order = random.permutation(legs).astype(np.int32)
             yield Choice.of(order, self._varied(random, model))
 
     def _keep(self, schedule: Schedule) -> None:
         if schedule.is_possible and (self._schedule is None or schedule.cost < self._schedule.cost):
-            self._schedule, self._choice = schedule, schedule.choice
+            self._schedule = schedule
+            self._choice = schedule.choice
 
     def improve(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
         """Anneal until the trials or the seconds are used up or `go_on(best makespan in seconds)` says no.
@@ -116,12 +141,14 @@ class Composition:
     def _anneal(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
         assert self._schedule is not None
         assert self._choice is not None
-        if len(np.diff(self._model.task_first)) <= MOST_NEAR_STOPPING:
+        if len(np.diff(self._model.task_first)) <= MAX_NEAR_STOPPING:
             self._builder.stop_near()
             self._model = self._builder.model()
         search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
-        begun, done, share = time.monotonic(), 0, 0.0
-        chunk = max(LEAST_CHUNK, CHUNK_WORK // max(1, self.legs))
+        begun = time.monotonic()
+        done = 0
+        share = 0.0
+        chunk = max(MIN_CHUNK, CHUNK_WORK // max(1, self.legs))
         while share < 1.0:
             if search.go_on(min(chunk, trials - done), share):
                 self._choice = search.best
@@ -133,13 +160,13 @@ class Composition:
                 break
 
     def polish(self) -> None:
-        """Take back what does not pay: each task's alternative, each agent's going aside."""
+        """Undo what does not pay: each task's alternative, each agent's stops."""
         model = self._model
         for task, count in enumerate(np.diff(model.task_first).tolist()):
             for alternative in range(count):
                 self._try("alternative", task, alternative)
-        for leg in np.flatnonzero(self._choice.aside if self._choice else []).tolist():
-            self._try("aside", leg, 0)
+        for leg in np.flatnonzero(self._choice.stops if self._choice else []).tolist():
+            self._try("stops", leg, 0)
 
     def _try(self, what: str, place: int, value: int) -> None:
         """Keep the choice with one number changed if that costs less."""
@@ -152,7 +179,7 @@ class Composition:
     def _decoded(self, choice: Choice) -> Schedule:
         """The choice's schedule; the model is widened where an agent has to make way for it."""
         schedule = Schedule(self._model, choice, self._weights)
-        for _ in range(WAYS_MADE):
+        for _ in range(MAX_WIDENINGS):
             if schedule.is_possible or schedule.missing < 0:
                 break
             if not self._builder.leave(schedule.configurations, self._builder.facts[schedule.missing]):
@@ -161,22 +188,22 @@ class Composition:
             schedule = Schedule(self._model, choice, self._weights)
         return schedule
 
-    def _beginnings(self) -> Iterator[Choice]:
+    def _initial_choices(self) -> Iterator[Choice]:
         """Dispatched, one task after the other, all first legs before all second ones, and at random."""
         model = self._model
         tasks = model.task_deadline_s.shape[0]
-        legs = np.arange(tasks * model.widest, dtype=np.int32)
+        legs = np.arange(tasks * model.max_legs, dtype=np.int32)
         alternative = np.zeros(tasks, np.int32)
-        postures = ints([task for task in range(tasks) if self._builder.is_posture(task)])
-        last = np.isin(legs // model.widest, postures)
+        postures = ints([task for task in range(tasks) if self._builder.is_final_configuration(task)])
+        last = np.isin(legs // model.max_legs, postures)
         random = np.random.default_rng(self._seed)
         dispatcher = Dispatcher(model)
-        for number in range(DISPATCHED if tasks <= MANY_TASKS else 2):
+        for number in range(DISPATCHED_CHOICES if tasks <= MANY_TASKS else 2):
             choice = dispatcher.choice(number * NOISE_S, random)
             postponed = np.isin(choice.order, legs[last])
             yield choice._replace(order=choice.order[np.argsort(postponed, kind="stable")])
-        keys = [legs, legs % model.widest * tasks + legs // model.widest]
-        for number in range(BEGINNINGS if tasks <= MANY_TASKS else 2):
+        keys = [legs, legs % model.max_legs * tasks + legs // model.max_legs]
+        for number in range(ORDERED_CHOICES if tasks <= MANY_TASKS else 2):
             key = keys[number] if number < len(keys) else random.permutation(len(legs))
             order = legs[np.lexsort((key, last))].astype(np.int32)
             varied = alternative if number < len(keys) else self._varied(random, model)

@@ -10,19 +10,16 @@ import numpy as np
 
 from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
-from planner.bounds.contradiction import contradicting_goals
-from planner.engines.answer import answered, result_of
 from planner.engines.detours import without_detours
-from planner.engines.garbage_collection import collector_at_rest
-from planner.engines.hierarchical.composition import Composition
-from planner.engines.hierarchical.effort import effort
+from planner.engines.garbage_collection import garbage_collection_paused
+from planner.engines.hierarchical.composition import Composition, effort
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments, ProblemFragments
 from planner.engines.hierarchical.legs.goal_groups import Goals, Groups
-from planner.engines.hierarchical.legs.leg import Vocabulary
-from planner.engines.hierarchical.legs.return_home import Homing
+from planner.engines.hierarchical.legs.leg import FactClassifier
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.engines.hierarchical.legs.stops import (
-    MOST_NEAR_STOPPING,
+    MAX_NEAR_STOPPING,
     SHARE,
     Stops,
     with_near_stops,
@@ -31,13 +28,14 @@ from planner.engines.hierarchical.legs.stops import (
 from planner.engines.hierarchical.scheduling.model import Floats
 from planner.engines.hierarchical.scheduling_problem import Task
 from planner.engines.hierarchical.tasks import TaskFinder, Unmet
-from planner.engines.plan_net_completion import confirm, finish
+from planner.engines.plan_net_completion import complete_plan_net, confirm, timed_result, to_result
 from planner.explanation.diagnosis import why_unsolvable
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
-from planner.plan_nets.validation import idle_actions
+from planner.plan_nets.validation import unjustified_actions
+from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import (
     UNOBSERVED,
     Objective,
@@ -49,7 +47,7 @@ from planner.problem.interface import (
     Progress,
 )
 from planner.problem.robot_classes import AgentClasses
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 from planner.relaxation import unreachable_goals
 
 WEIGHTS = {
@@ -60,22 +58,22 @@ WEIGHTS = {
 """Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together."""
 
 ROUNDING_S = 0.05
-"""A makespan this close to its bound is the optimum."""
-MOST_ATTEMPTS = 4
-"""Schedules, each without the stops that served nobody in those before."""
+"""A makespan this close to its lower bound counts as optimal."""
+MAX_ATTEMPTS = 4
+"""Schedules tried, each without the unneeded stops of those before."""
 ANY_SHARE = 9.0
-"""Where tasks stand in each other's way, a stop may be worth a long detour: there is none that lets them all pass."""
-MOST_STOPPING = 16
-"""With more tasks, fragments are varied by stops near to busy places only, if at all."""
-LONGEST_DISCOVERY_S = 20.0
-"""The search for fragments gets half of the time, never longer than this: other engines are to have theirs."""
-TOGETHER = 4
-"""So many goals are also tried as one task where their fragments do not compose."""
+"""Share of a path's time that a stop may take where tasks block each other: a long detour may be the only solution."""
+MAX_STOPPING = 16
+"""With more tasks, fragments are varied only by stops near busy places, if at all."""
+MAX_DISCOVERY_S = 20.0
+"""The search for fragments gets half of the time, at most this, to leave time for other engines."""
+MAX_GOALS_TOGETHER = 4
+"""Up to this many goals are also tried as one task if their fragments do not compose."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Watch:
-    """The clock of one run."""
+class _RunClock:
+    """Time and progress of one run."""
 
     begun: float
     request: PlanningRequest
@@ -94,7 +92,7 @@ class _Watch:
     def left_s(self) -> float:
         return self.deadline - time.monotonic()
 
-    def told(self, makespan_s: float | None, bound_s: float | None = None) -> bool:
+    def report_progress(self, makespan_s: float | None, bound_s: float | None = None) -> bool:
         """Report progress; False when it is time to end."""
         self.observer.progress(
             Progress(
@@ -107,16 +105,16 @@ class _Watch:
         return not self.observer.should_stop() and time.monotonic() < self.deadline
 
 
-class _Posed:
-    """A problem, and what is found out about it once."""
+class _CurrentProblem:
+    """A problem with what is derived from it once."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self.problem = problem
         self.classes = AgentClasses(knowledge_base, problem)
-        self.words = Vocabulary(knowledge_base, problem, self.classes)
+        self.classifier = FactClassifier(knowledge_base, problem, self.classes)
         self.bound_s: float | None = None
         self.interacts = False
-        """Some tasks stand in each other's way."""
+        """Some tasks block each other."""
 
 
 class HierarchicalEngine:
@@ -138,28 +136,28 @@ class HierarchicalEngine:
         if HierarchicalEngine._is_warm:
             return
         empty = PlanningProblem(objects={}, facts=frozenset(), goals=())
-        composition = self._composition(_Posed(self._base, empty), (), PlanningRequest())
+        composition = self._composition(_CurrentProblem(self._base, empty), (), PlanningRequest())
         composition.begin()
         composition.improve(1, 1.0, lambda _: True)
         self._finished((), empty)
         warm_up_bounds()
         HierarchicalEngine._is_warm = True
 
-    @collector_at_rest()
+    @garbage_collection_paused()
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
         """A plan-net, or why not."""
         self.warm_up()
-        watch = _Watch(begun=time.monotonic(), request=request, observer=observer, engine=self.name)
-        return answered(self.name, self._base, problem, lambda: self._plan(problem, watch))
+        clock = _RunClock(begun=time.monotonic(), request=request, observer=observer, engine=self.name)
+        return timed_result(self.name, self._base, problem, lambda: self._plan(problem, clock))
 
-    def _plan(self, problem: PlanningProblem, watch: _Watch) -> PlanningResult:
+    def _plan(self, problem: PlanningProblem, clock: _RunClock) -> PlanningResult:
         if contradicting_goals(self._base, problem):
             return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
-        # NOTE: learnt anew for each problem, so that a plan-net does not depend on what was planned before.
+        # NOTE: learned from scratch for each problem, so that a plan-net does not depend on earlier problems.
         fragments = Fragments(self._base)
-        until = watch.begun + min(watch.request.time_limit_s / 2, LONGEST_DISCOVERY_S)
+        until = clock.begun + min(clock.request.time_limit_s / 2, MAX_DISCOVERY_S)
 
         @cache
         def known(facts: frozenset[Fact]) -> ProblemFragments:
@@ -168,55 +166,59 @@ class HierarchicalEngine:
         @cache
         def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
             return known(facts).alternatives(
-                goals, deadline=until, levels=levels, stop=watch.observer.should_stop
+                goals, deadline=until, levels=levels, stop=clock.observer.should_stop
             )
 
-        posed = _Posed(self._base, problem)
-        homing = Homing(self._base, problem, posed.words)
-        finder = TaskFinder(problem, Groups(problem, posed.words), homing, find)
+        current = _CurrentProblem(self._base, problem)
+        return_home = ReturnHome(self._base, problem, current.classifier)
+        finder = TaskFinder(problem, Groups(problem, current.classifier), return_home, find)
         tasks = finder.tasks()
-        posed.interacts = finder.interacts
-        if watch.request.effort_s != 0.0:
-            posed.bound_s = lower_bound_s(self._base, problem)
+        current.interacts = finder.interacts
+        if clock.request.effort_s != 0.0:
+            current.bound_s = lower_bound_s(self._base, problem)
         sequence: Sequence[GroundAction] | None = None
         if not isinstance(tasks, Unmet):
-            sequence = self._composed(posed, tasks, watch)
+            sequence = self._composed(current, tasks, clock)
         if sequence is None and (chain := finder.chain()) is not None:
-            sequence = self._composed(posed, chain.tasks, watch) or chain.actions
+            sequence = self._composed(current, chain.tasks, clock) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
-        if sequence is None and 1 < len(problem.goals) <= TOGETHER:
+        if sequence is None and 1 < len(problem.goals) <= MAX_GOALS_TOGETHER:
             whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
         if sequence is None:
-            return self._none(problem, tasks, watch)
-        return replace(self._finished(sequence, problem), lower_bound_s=posed.bound_s)
+            return self._none(problem, tasks, clock)
+        return replace(self._finished(sequence, problem), lower_bound_s=current.bound_s)
 
-    def _composed(self, posed: _Posed, tasks: Sequence[Task], watch: _Watch) -> Sequence[GroundAction] | None:
-        """A sequence, with stops where they pay; one that serves nobody (table 3) is not tried again."""
-        problem = posed.problem
+    def _composed(
+        self, current: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
+    ) -> Sequence[GroundAction] | None:
+        """A sequence, with stops where they pay; stops without an intended use (table 3) are not tried again."""
+        problem = current.problem
         stops = Stops(
             knowledge_base=self._base,
             problem=problem,
-            classes=posed.classes,
-            words=posed.words,
-            share=ANY_SHARE if posed.interacts else SHARE,
+            classes=current.classes,
+            classifier=current.classifier,
+            share=ANY_SHARE if current.interacts else SHARE,
         )
-        if len(tasks) <= MOST_STOPPING:
+        if len(tasks) <= MAX_STOPPING:
             tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
-        elif len(tasks) <= MOST_NEAR_STOPPING and watch.request.effort_s != 0.0:
+        elif len(tasks) <= MAX_NEAR_STOPPING and clock.request.effort_s != 0.0:
             varied = with_near_stops([task.fragments for task in tasks], stops)
             tasks = [replace(task, fragments=some) for task, some in zip(tasks, varied, strict=True)]
         best: tuple[float, Sequence[GroundAction]] | None = None
         last = False
-        for _ in range(MOST_ATTEMPTS):
-            actions = self._scheduled(posed, tasks, watch)
+        for _ in range(MAX_ATTEMPTS):
+            actions = self._scheduled(current, tasks, clock)
             if actions is None:
                 break
             scheduled_s, idle = self._judged(actions, problem)
-            makespan_s, still_idle = scheduled_s, idle
+            makespan_s = scheduled_s
+            still_idle = idle
             if idle:
                 kept = [replace(task, fragments=_without(task.fragments, idle)) for task in tasks]
-                last, tasks = kept == list(tasks), kept
+                last = kept == list(tasks)
+                tasks = kept
                 actions = without_detours(actions, problem, self._base)
                 makespan_s, still_idle = self._judged(actions, problem)
             if not still_idle:
@@ -228,28 +230,29 @@ class HierarchicalEngine:
     def _judged(
         self, actions: Sequence[GroundAction], problem: PlanningProblem
     ) -> tuple[float, frozenset[str]]:
-        """The sequence's makespan, and the actions in it that table 3 does not allow."""
+        """The sequence's makespan in seconds, and its actions that table 3 does not allow."""
         net = assemble(extract(actions, problem.facts, problem.goals), problem.goals, self._base, {})
-        idle = (action for action, _ in idle_actions(net, self._base))
+        idle = (action for action, _ in unjustified_actions(net, self._base))
         return net.makespan_s, frozenset(map(str, idle))
 
     def _scheduled(
-        self, posed: _Posed, tasks: Sequence[Task], watch: _Watch
+        self, current: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
     ) -> Sequence[GroundAction] | None:
-        problem, bound_s = posed.problem, posed.bound_s
-        composition = self._composition(posed, tasks, watch.request)
+        problem = current.problem
+        bound_s = current.bound_s
+        composition = self._composition(current, tasks, clock.request)
         if not composition.begin():
             return None
-        request = watch.request
+        request = clock.request
         least_s = bound_s if bound_s is not None and request.objective is Objective.MAKESPAN else 0.0
-        choices = sum(len(task.fragments) for task in tasks) if posed.interacts else 0
+        choices = sum(len(task.fragments) for task in tasks) if current.interacts else 0
         trials, seconds = effort(request, composition.legs, choices)
         composition.improve(
             trials,
-            min(seconds, watch.left_s / 2),
-            lambda best_s: watch.told(best_s, bound_s) and best_s > least_s + ROUNDING_S,
+            min(seconds, clock.left_s / 2),
+            lambda best_s: clock.report_progress(best_s, bound_s) and best_s > least_s + ROUNDING_S,
         )
-        if len(tasks) <= MOST_STOPPING:
+        if len(tasks) <= MAX_STOPPING:
             composition.polish()
         composed = composition.composed
         # NOTE: an agent may end where it is to be by an effect nobody intended, which does not count.
@@ -257,38 +260,46 @@ class HierarchicalEngine:
             return None
         return composed.actions
 
-    def _composition(self, posed: _Posed, tasks: Sequence[Task], request: PlanningRequest) -> Composition:
+    def _composition(
+        self, current: _CurrentProblem, tasks: Sequence[Task], request: PlanningRequest
+    ) -> Composition:
         weights: Floats = np.array(WEIGHTS[request.objective])
         return Composition(
-            self._base, posed.problem, posed.classes, posed.words, tasks, weights, seed=request.seed
+            self._base,
+            current.problem,
+            current.classes,
+            current.classifier,
+            tasks,
+            weights,
+            seed=request.seed,
         )
 
     def _finished(self, sequence: Sequence[GroundAction], problem: PlanningProblem) -> PlanningResult:
-        statics = Statics(self._base, problem)
-        plan_net = finish(sequence, problem, self._base, statics)
+        statics = StaticFacts(self._base, problem)
+        plan_net = complete_plan_net(sequence, problem, self._base, statics)
         if isinstance(plan_net, str):
             return self._result(PlanningStatus.NOT_FOUND, plan_net)
         confirm(plan_net, problem, self._base)
-        return result_of(self.name, (PlanningStatus.SOLVED, plan_net, ""))
+        return to_result(self.name, (PlanningStatus.SOLVED, plan_net, ""))
 
-    def _none(self, problem: PlanningProblem, tasks: object, watch: _Watch) -> PlanningResult:
+    def _none(self, problem: PlanningProblem, tasks: object, clock: _RunClock) -> PlanningResult:
         if unreachable_goals(self._base, problem):
             return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
-        if watch.observer.should_stop():
+        if clock.observer.should_stop():
             return self._result(PlanningStatus.NOT_FOUND, "stopped before there was a plan")
-        if time.monotonic() >= watch.deadline:
-            return self._result(PlanningStatus.TIMED_OUT, f"no plan within {watch.request.time_limit_s:g} s")
+        if time.monotonic() >= clock.deadline:
+            return self._result(PlanningStatus.TIMED_OUT, f"no plan within {clock.request.time_limit_s:g} s")
         if isinstance(tasks, Unmet):
             named = ", ".join(map(str, tasks.goals))
             return self._result(PlanningStatus.NOT_FOUND, f"found no way to {named}")
         return self._result(PlanningStatus.NOT_FOUND, "the ways to the goals do not compose")
 
     def _result(self, status: PlanningStatus, reason: str) -> PlanningResult:
-        return result_of(self.name, (status, None, reason))
+        return to_result(self.name, (status, None, reason))
 
 
 def _without(
     fragments: Sequence[tuple[GroundAction, ...]], idle: frozenset[str]
 ) -> tuple[tuple[GroundAction, ...], ...]:
-    """The fragments that have none of these actions; the first one stays in any case."""
+    """The fragments without any of these actions; the first one is always kept."""
     return (fragments[0], *(f for f in fragments[1:] if idle.isdisjoint(map(str, f))))

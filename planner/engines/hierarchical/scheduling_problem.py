@@ -1,4 +1,4 @@
-"""From tasks with their fragments to the arrays of the scheduling problem, and back to ground actions."""
+"""Converts tasks with fragments to the arrays of the scheduling problem, and schedules to ground actions."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.agent_renaming import renamed
-from planner.engines.hierarchical.legs.leg import Leg, Vocabulary, legs_of
+from planner.engines.hierarchical.legs.leg import FactClassifier, Leg, legs_of, renamed
 from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.travel import Travel
 from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows
@@ -40,37 +39,44 @@ class _Steps:
     adds: list[list[int]] = field(default_factory=list)
 
 
-class Builder:
-    """Builds the model of one problem; `leave` widens it where an agent must make way."""
+class SchedulingProblemBuilder:
+    """Builds the model of one problem; `leave` extends it where an agent must make way."""
 
     def __init__(
         self,
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
         classes: AgentClasses,
-        words: Vocabulary,
+        classifier: FactClassifier,
         tasks: Sequence[Task],
     ) -> None:
-        self._problem, self._classes, self._words, self._tasks = problem, classes, words, tasks
-        statics = [fact for fact in problem.facts if not words.is_fluent(fact)]
+        self._problem = problem
+        self._classes = classes
+        self._classifier = classifier
+        self._tasks = tasks
+        statics = [fact for fact in problem.facts if not classifier.is_fluent(fact)]
         everywhere = FactTable(statics)
         shared = FactTable(fact for fact in statics if classes.own.isdisjoint(fact.args))
         self._travel = Travel(
             classes,
-            words,
+            classifier,
             {
                 number: Setups(
-                    knowledge_base, problem, words, shared if len(members) > 1 else everywhere, members[0]
+                    knowledge_base,
+                    problem,
+                    classifier,
+                    shared if len(members) > 1 else everywhere,
+                    members[0],
                 )
                 for number, members in classes.members.items()
             },
-            lambda agent: Setups(knowledge_base, problem, words, everywhere, agent),
+            lambda agent: Setups(knowledge_base, problem, classifier, everywhere, agent),
         )
         self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
         self._facts: dict[Fact, int] = {}
         self._steps = _Steps()
         for agent in classes.agents:
-            self._travel.start(agent, words.configuration(agent, problem.facts))
+            self._travel.start(agent, classifier.configuration(agent, problem.facts))
         self._slots: list[list[tuple[int, int, int, int, int]]] = []
         self._cores: list[list[int]] = []
         self._roles = 0
@@ -80,7 +86,7 @@ class Builder:
         self._postures = [
             (self._agent_number[agent], self._travel.need(agent, wanted))
             for agent in classes.agents
-            if (wanted := words.configuration(agent, problem.goals))
+            if (wanted := classifier.configuration(agent, problem.goals))
         ]
         self._way_steps: list[list[int]] = []
 
@@ -89,9 +95,9 @@ class Builder:
         """The shared facts by number."""
         return tuple(self._facts)
 
-    def is_posture(self, task: int) -> bool:
+    def is_final_configuration(self, task: int) -> bool:
         """True if the task is about where an agent ends."""
-        return any(self._words.is_configuration(goal) for goal in self._tasks[task].goals)
+        return any(self._classifier.is_configuration(goal) for goal in self._tasks[task].goals)
 
     def leave(self, configurations: Ints, fact: Fact) -> bool:
         """Let agents in these configurations make way so that the fact comes about; True if that is new."""
@@ -115,7 +121,7 @@ class Builder:
 
     def _add(self, actions: tuple[GroundAction, ...], goals: tuple[Fact, ...]) -> list[int]:
         """The legs of a fragment, by number."""
-        legs = legs_of(actions, goals, self._problem.facts, self._words)
+        legs = legs_of(actions, goals, self._problem.facts, self._classifier)
         numbers = []
         played = Counter(role for leg in legs for role in leg.roles)
         for leg in legs:
@@ -147,7 +153,7 @@ class Builder:
         for action in leg.core:
             outer |= set(action.preconditions) - made
             made |= set(action.effects)
-        return frozenset(fact for fact in made - outer if self._words.agents_of(fact))
+        return frozenset(fact for fact in made - outer if self._classifier.agents_of(fact))
 
     def _step(
         self, action: GroundAction, agents: tuple[str, ...], inner: frozenset[Fact] = frozenset()
@@ -165,12 +171,16 @@ class Builder:
         return [
             self._facts.setdefault(fact, len(self._facts))
             for fact in dict.fromkeys(facts)
-            if self._words.is_fluent(fact) and fact not in inner and not self._words.is_configuration(fact)
+            if self._classifier.is_fluent(fact)
+            and fact not in inner
+            and not self._classifier.is_configuration(fact)
         ]
 
     def model(self) -> Model:
         """The arrays, with every way that any schedule can need."""
-        travel, classes, steps = self._travel, self._classes, self._steps
+        travel = self._travel
+        classes = self._classes
+        steps = self._steps
         travel.close()
         for way in travel.ways[len(self._way_steps) :]:
             self._way_steps.append([self._step(action, action.agents) for action in way.actions])
@@ -240,12 +250,12 @@ class Builder:
             ahead_first=ahead_first,
             ahead_needs=ahead_needs,
             goal_facts=ints(goal_facts),
-            posture_agent=ints([agent for agent, _ in self._postures]),
-            posture_need=ints([need for _, need in self._postures]),
+            final_agent=ints([agent for agent, _ in self._postures]),
+            final_need=ints([need for _, need in self._postures]),
             roles=max(1, self._roles),
-            widest=max((len(legs) for legs in by_alternative), default=1),
-            most_steps=self._most_steps(),
-            most_touches=self._most_touches(),
+            max_legs=max((len(legs) for legs in by_alternative), default=1),
+            max_steps=self._max_steps(),
+            max_touched_facts=self._max_touched_facts(),
         )
 
     def _holds(self) -> list[tuple[int, int]]:
@@ -259,7 +269,7 @@ class Builder:
                         found.setdefault(fact, self._agent_number[agent])
         return sorted(found.items())
 
-    def _most_steps(self) -> int:
+    def _max_steps(self) -> int:
         """Every task's longest alternative with the longest way for each slot, and everyone making way twice."""
         longest = max((len(way) for way in self._way_steps), default=0)
         legs = [
@@ -272,7 +282,7 @@ class Builder:
         count = sum(len(max(alternatives, key=len)) for alternatives in self._alternatives)
         return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
 
-    def _most_touches(self) -> int:
+    def _max_touched_facts(self) -> int:
         steps = self._steps
         touches = [
             len(n) + len(d) + len(a) for n, d, a in zip(steps.needs, steps.deletes, steps.adds, strict=True)

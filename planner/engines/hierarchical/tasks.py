@@ -1,19 +1,18 @@
-"""Which goals are planned together: a task each as far as they do not stand in each other's way.
+"""Splits a problem's goals into tasks, one each unless they block each other.
 
-Goals on the same thing are one task. Where a goal can only be reached by moving what another goal is about (its place
-is taken by a sample that is to go elsewhere), the tasks give way to each other (`yielding`); those that cannot be told
-apart like that are one task. Where such tasks do not compose, they are chained: each is planned from where those before
-it lead.
+Goals on the same thing are one task. If a goal can only be reached by moving what another goal is about (its place is
+taken by a sample with another goal), the tasks make way for each other (`blocking`) or, if they cannot, are merged.
+Tasks that do not compose are chained: each is planned from the facts after those before it.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import exp
 
-from planner.engines.hierarchical.blocking import Find, Yielding
+from planner.engines.hierarchical.blocking import BlockingTasks, FindFragments
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
-from planner.engines.hierarchical.legs.return_home import Homing
+from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.engines.hierarchical.scheduling_problem import NO_DEADLINE_S, Task
 from planner.fact import Fact
 from planner.knowledge import GroundAction
@@ -21,7 +20,7 @@ from planner.plan_nets.progression import progressed
 from planner.problem.interface import PlanningProblem
 
 PRIORITY_SCALE = 20.0
-"""Priorities this far apart: a second of lateness counts e times as much."""
+"""A priority difference of this size weighs a second of lateness e times as much."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +32,7 @@ class Unmet:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
-    """Tasks that work one after the other, and the actions of their first fragments in that order."""
+    """Tasks in an order in which they can be carried out, and the actions of their first fragments."""
 
     tasks: tuple[Task, ...]
     actions: tuple[GroundAction, ...]
@@ -42,11 +41,15 @@ class Chain:
 class TaskFinder:
     """Splits a problem's goals into tasks and finds their fragments."""
 
-    def __init__(self, problem: PlanningProblem, groups: Groups, homing: Homing, find: Find) -> None:
-        self._problem, self._groups, self._find = problem, groups, find
+    def __init__(
+        self, problem: PlanningProblem, groups: Groups, return_home: ReturnHome, find: FindFragments
+    ) -> None:
+        self._problem = problem
+        self._groups = groups
+        self._find = find
         self.interacts = False
-        """Some tasks stand in each other's way, as far as is known."""
-        self._yielding = Yielding(problem, groups, homing, find)
+        """Some tasks are known to block each other."""
+        self._yielding = BlockingTasks(problem, groups, return_home, find)
 
     def tasks(self) -> tuple[Task, ...] | Unmet:
         """The tasks, or goals that cannot be reached alone."""
@@ -54,7 +57,7 @@ class TaskFinder:
         while True:
             found = self._yielding.ways(groups)
             if not isinstance(found, list):
-                self.interacts |= self._yielding.has_yielded
+                self.interacts |= self._yielding.has_blocking
                 return tuple(self._task(group, ways) for group, ways in found.items())
             if len(found) == 1:
                 return Unmet(goals=found[0].goals)
@@ -64,7 +67,8 @@ class TaskFinder:
     def chain(self) -> Chain | None:
         """The tasks one after the other, None if they do not work in the order looked at: those first that leave
         the others' things alone; what was reached is never touched again."""
-        facts, groups = self._problem.facts, self._groups
+        facts = self._problem.facts
+        groups = self._groups
         tasks: dict[Group, Task] = {}
         actions: list[GroundAction] = []
         while waiting := [g for g in groups.wanted if groups.is_open(g, facts) and g not in tasks]:
@@ -85,7 +89,7 @@ class TaskFinder:
         """The first of the waiting tasks that moves nothing of the others, else the one that moves least."""
         moved = self._groups.moved
         best: tuple[int, Group, list[Fragment]] | None = None
-        for group in sorted(waiting, key=self._groups.is_posture):
+        for group in sorted(waiting, key=self._groups.is_final_configuration):
             rest = [other for other in self._groups.wanted if other != group and other not in settled]
             found = [f for f in self._find(facts, group.goals) if not moved(f.actions, settled)]
             least = min((len(moved(f.actions, rest)) for f in found), default=None)

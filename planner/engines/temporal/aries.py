@@ -11,7 +11,7 @@ from pathlib import Path
 
 from planner.engines.temporal.best_plan import BestPlan
 from planner.engines.temporal.plan_files import PlanFiles
-from planner.native_process import Ended, Limits, run
+from planner.native_process import Limits, ProcessEnd, run
 
 PROBLEM = "problem.pickle"
 
@@ -25,10 +25,10 @@ class Aries:
     def is_installed(self) -> bool:
         return find_spec("up_aries") is not None and find_spec("grpc") is not None
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         """`seed` has no meaning to it."""
-        compiled = best.compiled
-        (folder / PROBLEM).write_bytes(pickle.dumps((compiled.knowledge_base.file, compiled.problem)))
+        task = best.task
+        (folder / PROBLEM).write_bytes(pickle.dumps((task.knowledge_base.file, task.problem)))
         found = PlanFiles(folder, best)
         ended = run(
             [sys.executable, "-m", "planner.engines.temporal.aries_process", str(limits.left_s)],

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from planner.engines.temporal.aries import PROBLEM
-from planner.engines.temporal.durative_compilation import Step, compile_temporal
+from planner.engines.temporal.aries_compilation import AriesCompiler
+from planner.engines.temporal.best_plan import Step
 from planner.engines.temporal.plan_files import plan_file, text_of
 from planner.knowledge import KnowledgeBase
 
@@ -18,7 +19,7 @@ def main(time_limit_s: float) -> None:
 
     get_environment().credits_stream = None
     file, problem = pickle.loads(Path(PROBLEM).read_bytes())
-    up_problem = compile_temporal(KnowledgeBase(file), problem).up_problem
+    up_problem = AriesCompiler(KnowledgeBase(file), problem).run()
     with Aries() as aries:
         answers = aries.get_solutions(up_problem, timeout=time_limit_s)
         plans = (answer.plan for answer in answers if answer.plan is not None)

@@ -1,18 +1,46 @@
-"""The best of the schedules that an engine comes up with."""
+"""The best of the schedules that a temporal planner finds."""
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from planner.engines.detours import without_detours
-from planner.engines.plan_net_completion import finish, merit
-from planner.engines.temporal.durative_compilation import Step, sequence_of
+from planner.engines.plan_net_completion import complete_plan_net, merit
 from planner.errors import InvalidPlan
-from planner.interchange.compilation import CompiledProblem
+from planner.interchange.pddl import PddlTask
+from planner.knowledge import GroundAction
+from planner.plan_nets.extraction import fault_of
 from planner.plan_nets.plan_net import PlanNet
 from planner.problem.interface import Observer, PlanningProblem, PlanningRequest, Progress
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 
-LEAST_EFFORT_S = 1.0
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A step of a schedule: operator and objects as the PDDL task names them, times in the engine's unit."""
+
+    start: float
+    duration: float
+    operator: str
+    objects: tuple[str, ...]
+
+
+def sequence_of(task: PddlTask, schedule: Sequence[Step]) -> tuple[GroundAction, ...]:
+    """The schedule as a sequence that reaches the goals: by start or, where those overlap too much, by end.
+
+    :raises InvalidPlan: if a step is of no operator.
+    """
+    problem = task.problem
+    orders = (
+        sorted(schedule, key=lambda step: (step.start, step.start + step.duration)),
+        sorted(schedule, key=lambda step: (step.start + step.duration, step.start)),
+    )
+    sequences = [tuple(task.ground(step.operator, step.objects) for step in order) for order in orders]
+    good = (one for one in sequences if fault_of(one, problem.facts, problem.goals) is None)
+    return next(good, sequences[0])
+
+
+MIN_EFFORT_S = 1.0
 
 
 class BestPlan:
@@ -22,26 +50,29 @@ class BestPlan:
         self,
         engine: str,
         problem: PlanningProblem,
-        compiled: CompiledProblem,
+        task: PddlTask,
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        """:param compiled: what the engine works on, `problem` without bystanders maybe."""
-        self.problem, self.compiled = problem, compiled
+        """:param task: what the planner works on, perhaps `problem` without bystanders."""
+        self.problem = problem
+        self.task = task
         self.plan_net: PlanNet | None = None
         self.rejected = ""
         """Why the last schedule was not acceptable."""
-        self._engine, self._request, self._observer = engine, request, observer
-        self._statics = Statics(compiled.knowledge_base, problem)
+        self._engine = engine
+        self._request = request
+        self._observer = observer
+        self._statics = StaticFacts(task.knowledge_base, problem)
         self._begun = time.monotonic()
         self._enough_at = float("inf")
 
     def take(self, schedule: Sequence[Step]) -> None:
         """Consider one more schedule; a faulty one is the engine's mistake and passed over."""
         try:
-            base = self.compiled.knowledge_base
-            sequence = without_detours(sequence_of(self.compiled, schedule), self.problem, base)
-            plan_net = finish(sequence, self.problem, base, self._statics)
+            base = self.task.knowledge_base
+            sequence = without_detours(sequence_of(self.task, schedule), self.problem, base)
+            plan_net = complete_plan_net(sequence, self.problem, base, self._statics)
         except InvalidPlan as error:
             self.rejected = str(error)
             return
@@ -60,7 +91,7 @@ class BestPlan:
             effort_s = self._request.effort_s
             # As long again as the first plan took: what comes later seldom is much better (our choice).
             self._enough_at = time.monotonic() + (
-                max(LEAST_EFFORT_S, elapsed_s) if effort_s is None else effort_s
+                max(MIN_EFFORT_S, elapsed_s) if effort_s is None else effort_s
             )
         self.plan_net = plan_net
         progress = Progress(engine=self._engine, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)

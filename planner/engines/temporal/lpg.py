@@ -9,8 +9,7 @@ from pathlib import Path
 
 from planner.engines.temporal.best_plan import BestPlan
 from planner.engines.temporal.plan_files import PlanFiles
-from planner.interchange.compiled_pddl import write_pddl
-from planner.native_process import Ended, Limits, run
+from planner.native_process import Limits, ProcessEnd, run
 
 MANY = "10000"
 """So many plans, each better than the one before: until it is ended."""
@@ -25,10 +24,8 @@ class Lpg:
     def is_installed(self) -> bool:
         return binary() is not None
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
-        domain, problem = write_pddl(best.compiled)
-        (folder / "domain.pddl").write_text(domain)
-        (folder / "problem.pddl").write_text(problem)
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
+        best.task.write(folder)
         found = PlanFiles(folder, best)
         command = [str(binary()), "-o", "domain.pddl", "-f", "problem.pddl", "-n", MANY, "-out", "plan"]
         command += ["-seed", str(seed + 1), "-cputime", str(math.ceil(max(1.0, limits.left_s))), "-v", "off"]

@@ -4,8 +4,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.durative_compilation import Step
+from planner.engines.temporal.best_plan import BestPlan, Step
 
 _STEP = re.compile(r"^\s*([\d.]+):\s*\(([^)]*)\)\s*\[\s*([\d.]+)")
 
@@ -42,7 +41,8 @@ class PlanFiles:
     """The plan files of a running engine, taken as they come."""
 
     def __init__(self, folder: Path, best: BestPlan) -> None:
-        self._folder, self._best = folder, best
+        self._folder = folder
+        self._best = best
         self._count = 0
 
     def is_enough(self) -> bool:

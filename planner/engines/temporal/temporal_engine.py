@@ -7,13 +7,12 @@ import time
 from pathlib import Path
 from typing import Protocol
 
-from planner.engines.answer import Outcome, answered, result_of
-from planner.engines.plan_net_completion import confirm
+from planner.engines.plan_net_completion import Outcome, confirm, timed_result, to_result, warm_up_validation
 from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.durative_compilation import compile_temporal
 from planner.explanation.diagnosis import why_unsolvable
+from planner.interchange.pddl import Form, PddlTask
 from planner.knowledge import KnowledgeBase
-from planner.native_process import Ended, Limits
+from planner.native_process import Limits, ProcessEnd
 from planner.problem.interface import (
     UNOBSERVED,
     Observer,
@@ -22,7 +21,7 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 from planner.relaxation import is_relaxed_reachable
 
 
@@ -34,7 +33,7 @@ class Solver(Protocol):
     @property
     def is_installed(self) -> bool: ...
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         """Hand every schedule found to `best`, until that is enough or the time is over."""
         ...
 
@@ -47,11 +46,12 @@ class TemporalEngine:
 
     def __init__(self, knowledge_base: KnowledgeBase, solver: Solver) -> None:
         self.name = solver.name
-        self._base, self._solver = knowledge_base, solver
+        self._base = knowledge_base
+        self._solver = solver
 
     def warm_up(self) -> None:
-        """Import what is slow to import, by compiling an empty problem."""
-        compile_temporal(self._base, PlanningProblem(objects={}, facts=frozenset(), goals=()))
+        """Import what is slow to import."""
+        warm_up_validation(self._base)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -59,9 +59,9 @@ class TemporalEngine:
         """A plan-net, or why not; the processes started are ended at the time limit."""
 
         def plan() -> PlanningResult:
-            return result_of(self.name, self._plan(problem, request, observer))
+            return to_result(self.name, self._plan(problem, request, observer))
 
-        return answered(self.name, self._base, problem, plan)
+        return timed_result(self.name, self._base, problem, plan)
 
     def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
         if not self._solver.is_installed:
@@ -70,7 +70,7 @@ class TemporalEngine:
         if not is_relaxed_reachable(self._base, problem):
             return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
         deadline = time.monotonic() + request.time_limit_s
-        lean = Statics(self._base, problem).lean(problem)
+        lean = StaticFacts(self._base, problem).lean(problem)
         # Bystanders are left out at first; who knows whether one of them helps.
         if lean.objects == problem.objects:
             return self._search(problem, problem, request, observer, deadline)
@@ -88,8 +88,8 @@ class TemporalEngine:
         observer: Observer,
         deadline: float,
     ) -> Outcome:
-        compiled = compile_temporal(self._base, searched)
-        best = BestPlan(self.name, problem, compiled, request, observer)
+        task = PddlTask(self._base, searched, Form.TEMPORAL, is_simplified=True)
+        best = BestPlan(self.name, problem, task, request, observer)
         limits = Limits(deadline=deadline, memory_mb=request.memory_limit_mb)
         with tempfile.TemporaryDirectory(prefix=f"macta-{self.name}-") as folder:
             ended = self._solver.run(Path(folder), limits, request.seed, best)
@@ -99,21 +99,28 @@ class TemporalEngine:
         return PlanningStatus.SOLVED, best.plan_net, ""
 
 
-def _without_plan(ended: Ended, best: BestPlan) -> Outcome:
+def _without_plan(ended: ProcessEnd, best: BestPlan) -> Outcome:
     last = (ended.output.strip().splitlines() or ["no output"])[-1]
     if "memory" in ended.output.lower():
-        status, reason = PlanningStatus.OUT_OF_MEMORY, "the memory limit was reached"
+        status = PlanningStatus.OUT_OF_MEMORY
+        reason = "the memory limit was reached"
     elif best.is_enough():
-        status, reason = PlanningStatus.NOT_FOUND, "it was stopped before it found a plan"
+        status = PlanningStatus.NOT_FOUND
+        reason = "it was stopped before it found a plan"
     elif ended.code is None:
-        status, reason = PlanningStatus.TIMED_OUT, "the time limit was reached"
+        status = PlanningStatus.TIMED_OUT
+        reason = "the time limit was reached"
     elif best.rejected:
-        status, reason = PlanningStatus.NOT_FOUND, f"no acceptable plan was found: {best.rejected}"
+        status = PlanningStatus.NOT_FOUND
+        reason = f"no acceptable plan was found: {best.rejected}"
     elif ended.code < 0:
         name = signal.Signals(-ended.code).name
-        status, reason = PlanningStatus.FAILED, f"it crashed ({name}), as it does on larger problems"
+        status = PlanningStatus.FAILED
+        reason = f"it crashed ({name}), as it does on larger problems"
     elif ended.code > 0:
-        status, reason = PlanningStatus.FAILED, f"ended with code {ended.code}: {last}"
+        status = PlanningStatus.FAILED
+        reason = f"ended with code {ended.code}: {last}"
     else:
-        status, reason = PlanningStatus.NOT_FOUND, "the search ended without a plan"
+        status = PlanningStatus.NOT_FOUND
+        reason = "the search ended without a plan"
     return status, None, reason

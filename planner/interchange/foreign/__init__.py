@@ -1,4 +1,4 @@
-"""Other people's planning problems as knowledge bases: from unified-planning's model and from PDDL."""
+"""Imports foreign planning problems as knowledge bases: from unified-planning's model and from PDDL."""
 
 from planner.interchange.foreign.pddl_reader import import_domain, import_problem
 from planner.interchange.foreign.up_reader import ReadProblem, read_up_problem

@@ -7,7 +7,7 @@ from keyword import kwlist
 from typing import Any
 
 from planner.errors import Unsupported
-from planner.interchange.foreign.features import refuse
+from planner.interchange.foreign.features import unsupported_feature
 from planner.interchange.pddl.names import Names
 from planner.knowledge.literal import Literal
 
@@ -41,7 +41,8 @@ class ActionReader:
     """Reads actions of one problem, with its names for fluents and objects."""
 
     def __init__(self, fluents: Names, objects: Names) -> None:
-        self._fluents, self._objects = fluents, objects
+        self._fluents = fluents
+        self._objects = objects
 
     def read(self, up_action: Any, cost: Any) -> ReadAction:
         """:param cost: the action's cost as an expression, None for 1; durative actions have their duration.
@@ -57,7 +58,7 @@ class ActionReader:
         _check_concurrency(read, up_action)
         if is_durative:
             if up_action.duration.is_left_open():
-                raise refuse("OPEN_DURATION_INTERVAL", f"action {up_action.name}")
+                raise unsupported_feature("OPEN_DURATION_INTERVAL", f"action {up_action.name}")
             cost = up_action.duration.lower
         if cost is not None:
             read.duration = self._number(cost, read, up_action.name)
@@ -75,10 +76,10 @@ class ActionReader:
         elif expression.is_not() and expression.arg(0).is_equals() and read is not None:
             pair = [self._term(part, read, where) for part in expression.arg(0).args]
             if not set(pair) <= read.up_parameters.keys():
-                raise refuse("INEQUALITY_WITH_A_CONSTANT", f"action {where}")
+                raise unsupported_feature("INEQUALITY_WITH_A_CONSTANT", f"action {where}")
             read.distinct.append((pair[0], pair[1]))
         elif not expression.is_true():
-            raise refuse(_feature(expression), f"{'action ' if read else ''}{where}")
+            raise unsupported_feature(_feature(expression), f"{'action ' if read else ''}{where}")
 
     def _literal(self, expression: Any, read: ReadAction | None, where: str) -> Literal:
         terms = tuple(self._term(part, read, where) for part in expression.args)
@@ -93,16 +94,16 @@ class ActionReader:
             if read is not None:
                 read.constants.add(name)
             return name
-        raise refuse("NESTED_FLUENTS", f"{'action ' if read else ''}{where}")
+        raise unsupported_feature("NESTED_FLUENTS", f"{'action ' if read else ''}{where}")
 
     def _change(self, read: ReadAction, effect: Any, *, at_start: bool) -> None:
         where = f"action {read.up_action.name}"
         if effect.is_forall():
-            raise refuse("FORALL_EFFECTS", where)
+            raise unsupported_feature("FORALL_EFFECTS", where)
         if effect.is_conditional():
-            raise refuse("CONDITIONAL_EFFECTS", where)
+            raise unsupported_feature("CONDITIONAL_EFFECTS", where)
         if not effect.is_assignment() or not effect.value.is_bool_constant():
-            raise refuse("NUMERIC_ASSIGNMENTS", where)
+            raise unsupported_feature("NUMERIC_ASSIGNMENTS", where)
         literal = self._literal(effect.fluent, read, read.up_action.name)
         is_added = effect.value.bool_constant_value()
         (read.adds if is_added else read.deletes).append(literal)
@@ -122,15 +123,15 @@ class ActionReader:
             literal = self._literal(expression, read, where)
             if set(literal.terms) <= read.up_parameters.keys():
                 return str(literal)
-            raise refuse("CONSTANTS_IN_DURATIONS", f"action {where}")
-        raise refuse("NUMERIC_EXPRESSIONS", f"action {where}")
+            raise unsupported_feature("CONSTANTS_IN_DURATIONS", f"action {where}")
+        raise unsupported_feature("NUMERIC_EXPRESSIONS", f"action {where}")
 
 
 def _conditions(up_action: Any) -> Iterator[Any]:
     if hasattr(up_action, "duration"):
         for interval, expressions in up_action.conditions.items():
             if interval.lower.delay or interval.upper.delay:
-                raise refuse("INTERMEDIATE_CONDITIONS_AND_EFFECTS", f"action {up_action.name}")
+                raise unsupported_feature("INTERMEDIATE_CONDITIONS_AND_EFFECTS", f"action {up_action.name}")
             yield from expressions
     else:
         yield from up_action.preconditions
@@ -141,7 +142,7 @@ def _effects(up_action: Any) -> Iterator[tuple[bool, Any]]:
     if hasattr(up_action, "duration"):
         for timing, effects in up_action.effects.items():
             if timing.delay:
-                raise refuse("INTERMEDIATE_CONDITIONS_AND_EFFECTS", f"action {up_action.name}")
+                raise unsupported_feature("INTERMEDIATE_CONDITIONS_AND_EFFECTS", f"action {up_action.name}")
             yield from ((timing.is_from_start(), effect) for effect in effects)
     else:
         yield from ((False, effect) for effect in up_action.effects)

@@ -29,7 +29,7 @@ def supported_features() -> frozenset[str]:
     return frozenset(SUPPORTED.split())
 
 
-def way_out(feature: str) -> str:
+def workaround(feature: str) -> str:
     """What can be done about a feature that cannot be read."""
     if feature in _REMOVABLE:
         return f"unified-planning's compiler {_REMOVABLE[feature]} removes it"
@@ -38,17 +38,17 @@ def way_out(feature: str) -> str:
     return "plan-net actions have conditions and effects that are literals, and a duration"
 
 
-def refuse(feature: str, where: str) -> Unsupported:
+def unsupported_feature(feature: str, where: str) -> Unsupported:
     """The error for a feature, to be raised."""
     words = feature.lower().replace("_", " ")
-    return Unsupported(f"{where}: {words} cannot be planned with; {way_out(feature)}")
+    return Unsupported(f"{where}: {words} cannot be planned with; {workaround(feature)}")
 
 
-def refuse_problem_features(up_problem: Any) -> None:
+def check_problem_features(up_problem: Any) -> None:
     """Refuse what concerns the problem as a whole.
 
     :raises Unsupported: naming the first feature that does not fit.
     """
     kind = up_problem.kind
     for feature in sorted(kind.features - supported_features()):
-        raise refuse(feature, f"problem {up_problem.name or 'without a name'}")
+        raise unsupported_feature(feature, f"problem {up_problem.name or 'without a name'}")

@@ -6,8 +6,8 @@ from collections.abc import Collection
 from typing import Any
 
 from planner.errors import Unsupported
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
 from planner.interchange.foreign.up_reader import ReadProblem, read_up_problem
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBaseFile
 
 TOTAL_COST = "total-cost"
@@ -72,7 +72,12 @@ def _take_costs(up_problem: Any) -> None:
             kept = [effect for effect in effects if effect is not paid[0]]
             action.clear_effects()
             for effect in kept:
-                action._add_effect_instance(effect)
+                add = action.add_effect
+                if effect.is_increase():
+                    add = action.add_increase_effect
+                elif effect.is_decrease():
+                    add = action.add_decrease_effect
+                add(effect.fluent, effect.value, effect.condition, effect.forall)
     if costs:
         up_problem.clear_quality_metrics()
         up_problem.add_quality_metric(MinimizeActionCosts(costs, 0, up_problem.environment))

@@ -18,7 +18,7 @@ from typing import Any
 from planner.errors import Unsupported
 from planner.fact import Fact
 from planner.interchange.foreign.actions import PYTHON_KEYWORDS, ActionReader, Condition, ReadAction
-from planner.interchange.foreign.features import refuse_problem_features
+from planner.interchange.foreign.features import check_problem_features
 from planner.interchange.pddl.names import Names
 from planner.knowledge import (
     ActionSpec,
@@ -28,12 +28,12 @@ from planner.knowledge import (
     PredicateSpec,
     TypeSpec,
 )
-from planner.knowledge.duration import DURATION_SCALE
+from planner.knowledge.expression import DURATION_SCALE
 from planner.knowledge.literal import Literal
 from planner.knowledge.schema import DISTANCE, DURATION, RELATION, TIME
 from planner.problem.interface import PlanningProblem
 
-MOST_COMPLEMENTS = 200_000
+MAX_COMPLEMENTS = 200_000
 RESERVED = frozenset({*PYTHON_KEYWORDS, TIME, RELATION, DURATION_SCALE, DURATION[0], DISTANCE[0]})
 PERFORMER = "performer"
 """Stands in as the agent of actions without parameters."""
@@ -65,7 +65,8 @@ class _Reader:
     """Reads one problem."""
 
     def __init__(self, up_problem: Any, agents: Collection[str]) -> None:
-        self._up, self._agents = up_problem, agents
+        self._up = up_problem
+        self._agents = agents
         self._types = Names((kind.name for kind in up_problem.user_types), reserved=RESERVED)
         self._fluents = Names((fluent.name for fluent in up_problem.fluents), reserved=RESERVED)
         self._tags = Names((action.name for action in up_problem.actions), reserved=())
@@ -80,7 +81,7 @@ class _Reader:
         reader = ActionReader(self._fluents, self._objects)
         read = [reader.read(action, self._cost(action)) for action in self._up.actions]
         goals = [c for goal in self._up.goals for c in reader.conditions(goal, None, "the goal")]
-        refuse_problem_features(self._up)
+        check_problem_features(self._up)
         needs = [*goals, *(condition for action in read for condition in action.conditions)]
         negated = sorted({need.literal.predicate for need in needs if need.negated})
         self._complements = {name: self._fluents.add(f"not_{name}") for name in negated}
@@ -195,7 +196,8 @@ class _Reader:
         objects = {name: kind for name, kind in objects.items() if name not in constants}
         if PERFORMER in self._types:
             objects[self._objects.add(PERFORMER)] = self._types[PERFORMER]
-        facts, functions = set(), {}
+        facts = set()
+        functions = {}
         for fact, value in self._initial():
             if value.is_bool_constant():
                 if value.bool_constant_value():
@@ -222,7 +224,7 @@ class _Reader:
         """The complement's facts: where the predicate does not hold."""
         fluent = next(f for f in self._up.fluents if self._fluents[f.name] == predicate)
         choices = [[self._objects[o.name] for o in self._up.objects(p.type)] for p in fluent.signature]
-        if prod(map(len, choices)) > MOST_COMPLEMENTS:
+        if prod(map(len, choices)) > MAX_COMPLEMENTS:
             raise Unsupported(
                 f"negative conditions: not {fluent.name} would take {prod(map(len, choices))} facts; "
                 "say it with a predicate of its own"

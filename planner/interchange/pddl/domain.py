@@ -61,7 +61,7 @@ def _predicates(words: Vocabulary) -> Iterator[str]:
         yield words.declared(words.word(name), spec.arguments)
         if name in words.twins:
             yield words.declared(words.word(name, "intended"), spec.arguments)
-    if words.is_temporal:
+    if words.is_temporal and not words.is_simplified:
         for name, kinds in base.file.functions.items():
             if kinds:
                 yield words.declared(words.word(name, "defined"), _numbered(kinds))
@@ -72,10 +72,10 @@ def _predicates(words: Vocabulary) -> Iterator[str]:
 
 
 def _functions(words: Vocabulary) -> Iterator[str]:
-    if words.is_temporal:
+    if words.is_temporal and not words.is_simplified:
         for name, kinds in words.base.file.functions.items():
             yield words.declared(words.word(name), _numbered(kinds))
-    else:
+    elif not words.is_temporal:
         yield "(total-cost)"
     for op in words.base.operators:
         yield words.declared(words.measure(op), words.measured(op))
@@ -86,7 +86,7 @@ def _numbered(kinds: tuple[str, ...]) -> dict[str, str]:
 
 
 def _durative(op: Operator, words: Vocabulary) -> str:
-    idle = [words.idle(agent, op) for agent in op.agents]
+    idle = [words.idle(agent, op) for agent in op.agents if not words.is_simplified]
     needs = [words.literal(need, op) for need in op.preconditions]
     lasting = [words.literal(need, op) for need in op.preconditions if _can_cease(need, op, words)]
     deletes, adds = _changes(op, words)

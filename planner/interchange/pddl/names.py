@@ -1,4 +1,4 @@
-"""Names that every PDDL reader accepts, one for each of ours."""
+"""Unique names that every PDDL reader accepts."""
 
 import re
 from collections.abc import Collection, Iterable
@@ -27,7 +27,8 @@ class Names:
         *,
         reserved: Collection[str] = KEYWORDS,
     ) -> None:
-        self._others, self._reserved = tuple(others), reserved
+        self._others = tuple(others)
+        self._reserved = reserved
         self._given: dict[str, str] = {}
         self._original: dict[str, str] = {}
         for original in originals:

@@ -1,16 +1,59 @@
 """A planning problem as a PDDL problem, for the domain that is written of its knowledge base."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
+from planner.errors import InvalidPlan
 from planner.fact import Fact
-from planner.interchange.pddl.domain import section
+from planner.interchange.pddl.domain import domain_text, section
 from planner.interchange.pddl.vocabulary import Form, Vocabulary
-from planner.knowledge import KnowledgeBase
-from planner.knowledge.duration import scale_term
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge.expression import scale_term
 from planner.problem.duration_table import duration_table
 from planner.problem.interface import PlanningProblem
 
 TENTHS = 10
+
+
+class PddlTask:
+    """A planning problem as PDDL for a planner, and the planner's steps as ground actions."""
+
+    def __init__(
+        self,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        form: Form,
+        *,
+        is_simplified: bool = False,
+    ) -> None:
+        """:param is_simplified: as `Vocabulary` has it."""
+        self.knowledge_base = knowledge_base
+        self.problem = problem
+        self._words = Vocabulary(knowledge_base, form, is_simplified=is_simplified)
+        self._problem_text = problem_text(self._words, problem)
+        self._operators = {self._words.operators[op.name]: op for op in knowledge_base.operators}
+
+    def write(self, folder: Path) -> None:
+        """Write `domain.pddl` and `problem.pddl`."""
+        (folder / "domain.pddl").write_text(domain_text(self._words))
+        (folder / "problem.pddl").write_text(self._problem_text)
+
+    def ground(self, operator: str, objects: Sequence[str]) -> GroundAction:
+        """The ground action of a planner's step, in whatever case it is written.
+
+        :raises InvalidPlan: if there is no such operator or object, or the action has no duration.
+        """
+        op = self._operators.get(operator.lower())
+        if op is None or len(objects) != len(op.parameters):
+            raise InvalidPlan(f"no operator {operator}({', '.join(objects)})")
+        try:
+            values = [self._words.objects.original(name) for name in objects]
+        except KeyError as error:
+            raise InvalidPlan(f"{operator}({', '.join(objects)}): no object {error}") from error
+        action = op.ground(dict(zip(op.parameters, values, strict=True)), self.problem.functions)
+        if action is None:
+            raise InvalidPlan(f"{operator}({', '.join(objects)}) has no duration")
+        return action
 
 
 def write_problem(knowledge_base: KnowledgeBase, problem: PlanningProblem, form: Form = Form.TEMPORAL) -> str:
@@ -43,7 +86,7 @@ def _initial(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
         if fact in problem.goals and fact.predicate in words.twins:
             yield _goal(fact, words)
     yield from _functions(words, problem)
-    for name, kind in sorted(problem.objects.items()) if words.is_temporal else ():
+    for name, kind in sorted(problem.objects.items()):
         for agent in words.agent_types():
             if words.base.file.is_a(kind, agent):
                 yield words.atom(words.word(agent, "idle"), (name,))
@@ -62,7 +105,9 @@ def _initial(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
 
 def _functions(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
     """The functions' values, and that they have one."""
-    for (name, args), value in sorted(problem.functions.items()) if words.is_temporal else ():
+    if words.is_simplified or not words.is_temporal:
+        return
+    for (name, args), value in sorted(problem.functions.items()):
         if name in words.base.file.functions and all(arg in words.objects for arg in args):
             if args:
                 yield words.atom(words.word(name, "defined"), args)

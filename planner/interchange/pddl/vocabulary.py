@@ -1,16 +1,17 @@
-"""What stands for what in the PDDL of a knowledge base: types, predicates, functions, operators, objects."""
+"""The PDDL names of a knowledge base's types, predicates, functions, operators and objects."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
 
 from planner.interchange.pddl.names import Names
-from planner.knowledge import GroundAction, KnowledgeBase, Operator
+from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.literal import Literal
 from planner.problem.duration_table import duration_parameters
-from planner.problem.interface import PlanningProblem
 
 
 class Form(StrEnum):
+    """The kind of PDDL."""
+
     TEMPORAL = "temporal"
     """PDDL 2.1: durative actions, makespan."""
     CLASSICAL = "classical"
@@ -20,24 +21,19 @@ class Form(StrEnum):
 class Vocabulary:
     """The names of one knowledge base in one form; problems add their objects."""
 
-    def __init__(self, knowledge_base: KnowledgeBase, form: Form) -> None:
-        self.base, self.form = knowledge_base, form
+    def __init__(self, knowledge_base: KnowledgeBase, form: Form, *, is_simplified: bool = False) -> None:
+        """:param is_simplified: for planners that cannot do more: durations as tables, nothing keeps agents to one
+        action at a time (the plan-net orders their actions).
+        """
+        self.base = knowledge_base
+        self.form = form
         self.is_temporal = form is Form.TEMPORAL
+        self.is_simplified = is_simplified
         self.types = Names(knowledge_base.file.types)
         self.operators = Names(op.name for op in knowledge_base.operators)
         self._words = Names((*knowledge_base.predicates, *knowledge_base.file.functions))
         self.objects = Names(knowledge_base.constants, (self.types, self.operators, self._words))
         self.twins = {effect.predicate for op in knowledge_base.operators for effect in op.other_effects}
-
-    def ground(self, operator: str, objects: Sequence[str], problem: PlanningProblem) -> GroundAction | None:
-        """The ground action that a planner writes so; None where it has no duration.
-
-        :raises KeyError: for names that stand for nothing.
-        """
-        name = self.operators.original(operator)
-        op = next(op for op in self.base.operators if op.name == name)
-        values = map(self.objects.original, objects)
-        return op.ground(dict(zip(op.parameters, values, strict=True)), problem.functions)
 
     def word(self, name: str, kind: str = "") -> str:
         """A predicate's or function's name; with a kind, of one that says something more about it."""
@@ -64,7 +60,9 @@ class Vocabulary:
 
     def is_tabled(self, op: Operator) -> bool:
         """True if what the operator takes is a table: all costs are, and durations that a team shares."""
-        return bool(duration_parameters(op)) and (not self.is_temporal or len(op.members) > 1)
+        return bool(duration_parameters(op)) and (
+            not self.is_temporal or self.is_simplified or len(op.members) > 1
+        )
 
     def measured(self, op: Operator) -> dict[str, str]:
         """The parameters of the operator's measure, with their types."""
@@ -87,8 +85,8 @@ class Vocabulary:
                     yield self.atom(self.word(name, "defined"), [alias.get(t, t) for t in terms], op)
 
     def agent_types(self) -> list[str]:
-        """The types of agents, none of them a subtype of another."""
-        kinds = self.base.agent_types
+        """The types of agents that are `idle` between actions, none of them a subtype of another."""
+        kinds = self.base.agent_types if self.is_temporal and not self.is_simplified else frozenset()
         return sorted(k for k in kinds if not any(o != k and self.base.file.is_a(k, o) for o in kinds))
 
     def idle(self, agent: str, op: Operator) -> str:

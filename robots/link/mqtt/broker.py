@@ -1,4 +1,4 @@
-"""Where the broker is and how to enter it. Secrets are kept out of texts: a broker shows as `mqtts://host:8883`."""
+"""The broker's address and credentials. Its text form, `mqtts://host:8883`, holds no secrets."""
 
 import ssl
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ PORTS = {"mqtt": 1883, "mqtts": 8883}
 
 
 class BrokerError(ValueError):
-    """Raised when a broker's address or credentials cannot be used; the message says which and why, without secrets."""
+    """Raised when a broker's address or credentials are not valid; the message holds no secrets."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +50,7 @@ class Broker:
 
     @property
     def is_private(self) -> bool:
-        """False if what is sent, a password too, can be read on its way."""
+        """False if messages and password can be read on the network."""
         return self.tls is not None or self.host in ("localhost", "127.0.0.1", "::1")
 
     def __str__(self) -> str:
@@ -66,7 +66,7 @@ def _parsed(url: str) -> tuple[str, str, int]:
     except ValueError as error:
         raise BrokerError(f"the broker's address cannot be read; {example}") from error
     if parts.username is not None or parts.password is not None:
-        # NOTE: not repeated in the message: it holds the secret. A command line is in every list of processes.
+        # NOTE: the message must not repeat the address: it holds the secret.
         raise BrokerError(
             "credentials do not belong into the broker's address; say MACTA_BROKER_USERNAME and MACTA_BROKER_PASSWORD"
         )

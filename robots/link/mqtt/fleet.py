@@ -1,4 +1,4 @@
-"""The robots' end: a client for each robot, with its own last will, and one that proclaims the world."""
+"""The robots' end: a client for each robot, with its own last will, and one that announces the world."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -8,12 +8,12 @@ from pydantic import ValidationError
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
-from robots.link.mqtt.session import Parcel, Session
+from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
     Channel,
     ConnectionState,
     Presence,
-    Proclamation,
+    WorldAnnouncement,
     channel_of,
     robot_and_channel,
     robot_topic,
@@ -21,7 +21,7 @@ from robots.link.mqtt.topics import (
 )
 from robots.wire import Message, Telemetry
 
-PROCLAIM_S = 1.0
+ANNOUNCE_INTERVAL_S = 1.0
 QUEUED_A_ROBOT = 100
 
 
@@ -44,70 +44,78 @@ class FleetLink:
         epoch_s: Callable[[], float] = time.time,
     ) -> None:
         """
-        :param run: the run of the world, see `Proclamation`.
+        :param run: the run of the world, see `WorldAnnouncement`.
         :param digest: of the world file.
         """
-        self._began_at, self._superseded = epoch_s(), False
-        self._world, self._run, self._digest, self._wall_s = world, run, digest, wall_s
+        self._began_at = epoch_s()
+        self._superseded = False
+        self._world = world
+        self._run = run
+        self._digest = digest
+        self._wall_s = wall_s
         self._inbox = Inbox()
         self._rate: float | None = 1.0
-        self._time_s, self._proclaimed_s = 0.0, float("-inf")
-        self._herald = Session(
+        self._time_s = 0.0
+        self._announced_s = float("-inf")
+        self._world_session = Session(
             broker,
             f"macta-{world}",
-            hears=[(world_topic(world), 1)],
-            takes=self._compare,
-            will=self._proclamation(ConnectionState.CONNECTION_BROKEN),
-            greets=lambda: self._proclamation(ConnectionState.ONLINE),
+            subscriptions=[(world_topic(world), 1)],
+            on_arrival=self._compare,
+            will=self._announcement(ConnectionState.CONNECTION_BROKEN),
+            on_connected=lambda: self._announcement(ConnectionState.ONLINE),
         )
         self._robots = {robot: self._session(broker, robot) for robot in robots}
-        self._reactor = Reactor([self._herald, *self._robots.values()], broker=str(broker), wall_s=wall_s)
+        self._reactor = Reactor(
+            [self._world_session, *self._robots.values()], broker=str(broker), wall_s=wall_s
+        )
 
     def start(self) -> None:
         self._reactor.start()
 
     @property
     def connected(self) -> bool:
-        """True while the broker has let in every client."""
-        return self._herald.connected and all(session.connected for session in self._robots.values())
+        """True while every client is connected."""
+        return self._world_session.connected and all(session.connected for session in self._robots.values())
 
     @property
     def complaint(self) -> str:
-        """Why the broker cannot be entered, in words; empty if nothing is known to be wrong."""
+        """Why a client is not connected, in words; empty if no failure is known."""
         return self._reactor.complaint
 
     @property
     def refused(self) -> bool:
-        """True if the broker is there but does not let a client in."""
+        """True if the broker is reachable but refuses a client."""
         return self._reactor.refused
 
     @property
     def superseded(self) -> bool:
-        """True if a later fleet drives this world at the broker. This one does not connect any more: close it."""
+        """True if a later fleet drives this world. This one does not reconnect: close it."""
         return self._superseded
 
     @property
     def dropped(self) -> int:
-        """Messages lost on their way out: the broker was away, or too much waited."""
+        """Messages lost on sending: the broker was unreachable, or a queue full."""
         return sum(session.dropped for session in self._robots.values())
 
     @property
     def malformed(self) -> int:
         return self._inbox.malformed
 
-    def proclaim(self, time_s: float, rate: float | None) -> None:
-        """Say what the world's time is, at most once a second; to be called as often as one likes."""
-        self._time_s, self._rate = time_s, rate
-        if self._wall_s() - self._proclaimed_s >= PROCLAIM_S:
-            self._proclaimed_s = self._wall_s()
-            self._herald.publish(self._proclamation(ConnectionState.ONLINE, qos=0))
+    def announce(self, time_s: float, rate: float | None) -> None:
+        """Publish the world's time and rate, at most once a second however often it is called."""
+        self._time_s = time_s
+        self._rate = rate
+        if self._wall_s() - self._announced_s >= ANNOUNCE_INTERVAL_S:
+            self._announced_s = self._wall_s()
+            self._world_session.publish(self._announcement(ConnectionState.ONLINE, qos=0))
 
     def send(self, message: Message) -> None:
-        """In the name of the robot that is its sender. Dropped while the broker is away."""
+        """Send as the robot that is the message's sender. Dropped while the broker is unreachable."""
         channel = channel_of(message)
         content = message.body if isinstance(message.body, Telemetry) else message
         self._robots[message.sender].publish(
-            Parcel(
+            Publication(
                 topic=robot_topic(self._world, message.sender, channel),
                 payload=content.model_dump_json(exclude_defaults=content is not message).encode(),
                 qos=channel.qos,
@@ -119,63 +127,63 @@ class FleetLink:
         return self._inbox.take(timeout_s)
 
     def close(self) -> None:
-        """Say that robots and world go offline, unless another fleet drives them, and leave."""
+        """Announce robots and world as offline, unless another fleet drives them, and disconnect."""
         if not self._superseded:
-            self._say_offline()
+            self._announce_offline()
         self._reactor.close()
 
-    def _say_offline(self) -> None:
+    def _announce_offline(self) -> None:
         for robot, session in self._robots.items():
             session.publish(self._presence(robot, ConnectionState.OFFLINE))
-        self._herald.publish(self._proclamation(ConnectionState.OFFLINE))
+        self._world_session.publish(self._announcement(ConnectionState.OFFLINE))
 
     def _session(self, broker: Broker, robot: str) -> Session:
         return Session(
             broker,
             f"macta-{self._world}-{robot}",
-            hears=[
+            subscriptions=[
                 (robot_topic(self._world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)
             ],
             will=self._presence(robot, ConnectionState.CONNECTION_BROKEN),
-            greets=lambda: self._presence(robot, ConnectionState.ONLINE),
-            takes=self._take,
+            on_connected=lambda: self._presence(robot, ConnectionState.ONLINE),
+            on_arrival=self._receive,
             queued=QUEUED_A_ROBOT,
         )
 
-    def _compare(self, parcel: Parcel) -> None:
-        """What is proclaimed of the world: by this fleet, or by another.
+    def _compare(self, publication: Publication) -> None:
+        """Retire if a later fleet announces the world.
 
-        NOTE: two fleets have the same client names, so the broker lets in only the one that came last. They would
-        throw each other out for ever.
+        NOTE: two fleets have the same client names, so the broker disconnects the earlier one. If both reconnected,
+        they would disconnect each other for ever.
         """
         try:
-            said = Proclamation.model_validate_json(parcel.payload)
+            announced = WorldAnnouncement.model_validate_json(publication.payload)
         except ValidationError as error:
-            self._inbox.reject(parcel.topic, error)
+            self._inbox.reject(publication.topic, error)
             return
-        if said.began_at > self._began_at:
+        if announced.began_at > self._began_at:
             self._superseded = True
-            for session in (self._herald, *self._robots.values()):
+            for session in (self._world_session, *self._robots.values()):
                 session.retired = True
 
-    def _take(self, parcel: Parcel) -> None:
+    def _receive(self, publication: Publication) -> None:
         try:
-            message = Message.model_validate_json(parcel.payload)
+            message = Message.model_validate_json(publication.payload)
         except ValidationError as error:
-            self._inbox.reject(parcel.topic, error)
+            self._inbox.reject(publication.topic, error)
             return
-        addressed = robot_and_channel(parcel.topic)
+        addressed = robot_and_channel(publication.topic)
         if addressed is None or addressed[0] != message.receiver:
-            self._inbox.reject(parcel.topic, f"it is for {message.receiver}")
-        elif parcel.run == self._run:
+            self._inbox.reject(publication.topic, f"it is for {message.receiver}")
+        elif publication.run == self._run:
             self._inbox.put(message)
 
-    def _presence(self, robot: str, state: ConnectionState) -> Parcel:
+    def _presence(self, robot: str, state: ConnectionState) -> Publication:
         topic = robot_topic(self._world, robot, Channel.CONNECTION)
-        return Parcel(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)
+        return Publication(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)
 
-    def _proclamation(self, state: ConnectionState, qos: int = 1) -> Parcel:
-        said = Proclamation(
+    def _announcement(self, state: ConnectionState, qos: int = 1) -> Publication:
+        announcement = WorldAnnouncement(
             state=state,
             run=self._run,
             time_s=self._time_s,
@@ -183,6 +191,9 @@ class FleetLink:
             digest=self._digest,
             began_at=self._began_at,
         )
-        return Parcel(
-            topic=world_topic(self._world), payload=said.model_dump_json().encode(), qos=qos, retain=True
+        return Publication(
+            topic=world_topic(self._world),
+            payload=announcement.model_dump_json().encode(),
+            qos=qos,
+            retain=True,
         )

@@ -1,4 +1,4 @@
-"""What has arrived and is not read yet: bounded, for whoever sent what is dropped here sends it again."""
+"""The queue of arrived messages. It is bounded: senders repeat what is dropped."""
 
 import logging
 import threading
@@ -7,33 +7,33 @@ from collections.abc import Sequence
 
 from robots.wire import Message
 
-HOLDS = 10_000
+CAPACITY = 10_000
 
 logger = logging.getLogger(__name__)
 
 
 class Inbox:
-    """Filled by the reactor's thread, emptied by another."""
+    """Filled by the reactor's thread, emptied by another one."""
 
-    def __init__(self, holds: int = HOLDS) -> None:
-        self._holds = holds
+    def __init__(self, capacity: int = CAPACITY) -> None:
+        self._capacity = capacity
         self._messages: deque[Message] = deque()
         self._changed = threading.Condition()
         self.dropped = 0
-        """Messages that there was no room for."""
+        """Messages dropped because the inbox was full."""
         self.malformed = 0
-        """Arrivals that are no messages, or lie about whom they are from or for."""
+        """Arrivals that are no valid messages, or whose topic contradicts sender or receiver."""
 
     def put(self, message: Message) -> None:
         with self._changed:
-            if len(self._messages) >= self._holds:
+            if len(self._messages) >= self._capacity:
                 self.dropped += 1
                 return
             self._messages.append(message)
             self._changed.notify()
 
     def take(self, timeout_s: float) -> Sequence[Message]:
-        """All there is, waiting up to `timeout_s` for the first."""
+        """All messages, waiting up to `timeout_s` for the first."""
         with self._changed:
             if timeout_s > 0:
                 self._changed.wait_for(lambda: self._messages, timeout_s)
@@ -42,8 +42,10 @@ class Inbox:
             return taken
 
     def reject(self, topic: str, why: object) -> None:
-        """Count an arrival that cannot be understood; the first, the tenth, the hundredth … are logged."""
+        """Count an invalid arrival; the first, the tenth, the hundredth … are logged."""
         self.malformed += 1
         if str(self.malformed).strip("0") == "1":
             lines = str(why).splitlines() or [""]
-            logger.warning("dropped what came on %s, the %d. so far: %s", topic, self.malformed, lines[0])
+            logger.warning(
+                "dropped an invalid message on %s, the %d. so far: %s", topic, self.malformed, lines[0]
+            )

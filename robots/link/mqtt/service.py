@@ -1,4 +1,4 @@
-"""The service's end of a world's link: one client that hears all robots of the world, and follows its fleet."""
+"""The service's end of a world's link: one client that receives from all robots of the world and from its fleet."""
 
 import logging
 import time
@@ -9,15 +9,15 @@ from typing import Protocol
 from pydantic import ValidationError
 
 from robots.link.mqtt.broker import Broker
-from robots.link.mqtt.following import FollowingClock
+from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
-from robots.link.mqtt.session import Parcel, Session
+from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
     Channel,
     ConnectionState,
     Presence,
-    Proclamation,
+    WorldAnnouncement,
     channel_of,
     qos_of,
     robot_and_channel,
@@ -26,26 +26,26 @@ from robots.link.mqtt.topics import (
 )
 from robots.wire import Message, Telemetry
 
-HEARD = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION)
+RECEIVED = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION)
 
 logger = logging.getLogger(__name__)
 
 
 class Listener(Protocol):
-    """Is told of what is worth something only at once, by the link's own thread."""
+    """Receives telemetry and connection states, which are not queued, on the link's own thread."""
 
     def heard(self, robot: str, telemetry: Telemetry) -> None: ...
 
     def connected(self, robot: str, state: ConnectionState, *, now: bool) -> None:
-        """:param now: False for what the broker remembers of earlier."""
+        """:param now: False for a retained, earlier state."""
         ...
 
 
 class ServiceLink:
     """The agent models' end; implements `robots.link.channel.Link`. `start` before use.
 
-    Messages pass in both directions only for the run of the world that the service has taken up (`take_up`): robots of
-    another run stand elsewhere and know of nothing.
+    Only messages of the run of the world that was chosen by `take_up` pass, in both directions: the robots of another
+    run stand elsewhere and have other scripts.
     """
 
     def __init__(
@@ -57,27 +57,29 @@ class ServiceLink:
         digest: str = "",
         wall_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """:param digest: of the world file; a fleet that drives another is not listened to."""
-        self._world, self._names, self._digest = world, frozenset(robots), digest
+        """:param digest: of the world file; a fleet that drives another one is ignored."""
+        self._world = world
+        self._names = frozenset(robots)
+        self._digest = digest
         self.clock = FollowingClock(wall_s)
         self._inbox = Inbox()
         self._listener: Listener | None = None
-        self._proclaimed: str | None = None
+        self._announced_run: str | None = None
         self._taken_up: str | None = None
         self._complaint = ""
         self._session = Session(
             broker,
-            f"macta-service-{world}-{uuid.uuid4().hex[:12]}",  # replicas hear the same world
-            hears=[
+            f"macta-service-{world}-{uuid.uuid4().hex[:12]}",  # replicas receive the same messages
+            subscriptions=[
                 (world_topic(world), 1),
-                *((robot_topic(world, "+", channel), channel.qos) for channel in HEARD),
+                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED),
             ],
-            takes=self._take,
+            on_arrival=self._receive,
         )
         self._reactor = Reactor([self._session], broker=str(broker), wall_s=wall_s)
 
     def listen(self, listener: Listener) -> None:
-        """Have telemetry and connections told; before `start`."""
+        """Set who receives telemetry and connection states; before `start`."""
         self._listener = listener
 
     def start(self) -> None:
@@ -85,15 +87,15 @@ class ServiceLink:
 
     @property
     def run(self) -> str | None:
-        """The run that the world's fleet last proclaimed, there or not; None before its first word."""
-        return self._proclaimed
+        """The run that the fleet last announced, connected or not; None before the first announcement."""
+        return self._announced_run
 
     @property
     def taken_up(self) -> str | None:
         return self._taken_up
 
     def take_up(self, run: str) -> None:
-        """The record speaks of this run now."""
+        """Exchange the messages of this run from now on."""
         self._taken_up = run
 
     @property
@@ -102,7 +104,7 @@ class ServiceLink:
 
     @property
     def complaint(self) -> str:
-        """Why broker or fleet cannot be dealt with, in words; empty if nothing is known to be wrong."""
+        """What is wrong with broker or fleet, in words; empty if no failure is known."""
         return self._reactor.complaint or self._complaint
 
     @property
@@ -111,15 +113,15 @@ class ServiceLink:
 
     @property
     def dropped(self) -> int:
-        """Messages lost: the broker was away, or too much waited."""
+        """Messages lost: the broker was unreachable, or a queue full."""
         return self._session.dropped + self._inbox.dropped
 
     def send(self, message: Message) -> None:
-        """Dropped while the broker is away, or no run of the world is taken up."""
+        """Dropped while the broker is unreachable, or no run of the world is taken up."""
         if self._taken_up is None:
             return
         self._session.publish(
-            Parcel(
+            Publication(
                 topic=robot_topic(self._world, message.receiver, channel_of(message)),
                 payload=message.model_dump_json().encode(),
                 qos=qos_of(message),
@@ -133,44 +135,46 @@ class ServiceLink:
     def close(self) -> None:
         self._reactor.close()
 
-    def _take(self, parcel: Parcel) -> None:
+    def _receive(self, publication: Publication) -> None:
         try:
-            if parcel.topic == world_topic(self._world):
-                self._follow(Proclamation.model_validate_json(parcel.payload), now=not parcel.retain)
+            if publication.topic == world_topic(self._world):
+                self._follow(
+                    WorldAnnouncement.model_validate_json(publication.payload), now=not publication.retain
+                )
                 return
-            robot, channel = robot_and_channel(parcel.topic) or ("", Channel.STATE)
+            robot, channel = robot_and_channel(publication.topic) or ("", Channel.STATE)
             if robot in self._names:
-                self._sort(robot, channel, parcel)
+                self._dispatch(robot, channel, publication)
         except ValidationError as error:
-            self._inbox.reject(parcel.topic, error)
+            self._inbox.reject(publication.topic, error)
 
-    def _sort(self, robot: str, channel: Channel, parcel: Parcel) -> None:
+    def _dispatch(self, robot: str, channel: Channel, publication: Publication) -> None:
         if channel is Channel.VISUALIZATION:
-            telemetry = Telemetry.model_validate_json(parcel.payload)
+            telemetry = Telemetry.model_validate_json(publication.payload)
             if self._listener is not None:
                 self._listener.heard(robot, telemetry)
         elif channel is Channel.CONNECTION:
-            presence = Presence.model_validate_json(parcel.payload)
+            presence = Presence.model_validate_json(publication.payload)
             if self._listener is not None:
-                self._listener.connected(robot, presence.state, now=not parcel.retain)
+                self._listener.connected(robot, presence.state, now=not publication.retain)
         else:
-            message = Message.model_validate_json(parcel.payload)
+            message = Message.model_validate_json(publication.payload)
             if message.sender != robot:
-                self._inbox.reject(parcel.topic, f"it is from {message.sender}")
-            elif parcel.run == self._taken_up:
+                self._inbox.reject(publication.topic, f"it is from {message.sender}")
+            elif publication.run == self._taken_up:
                 self._inbox.put(message)
 
-    def _follow(self, said: Proclamation, *, now: bool) -> None:
-        if self._digest and said.digest != self._digest:
+    def _follow(self, announced: WorldAnnouncement, *, now: bool) -> None:
+        if self._digest and announced.digest != self._digest:
             why = f"the fleet of {self._world} drives another world file than the service has; give both the same"
             if why != self._complaint:
                 logger.error("%s", why)
             self._complaint = why
             return
         self._complaint = ""
-        if said.state is not ConnectionState.ONLINE and said.run == self._proclaimed:
+        if announced.state is not ConnectionState.ONLINE and announced.run == self._announced_run:
             self.clock.stop()
             return
-        goes = now and said.state is ConnectionState.ONLINE
-        self.clock.set(said.run, said.time_s, said.rate, goes=goes)
-        self._proclaimed = said.run
+        running = now and announced.state is ConnectionState.ONLINE
+        self.clock.set(announced.run, announced.time_s, announced.rate, running=running)
+        self._announced_run = announced.run

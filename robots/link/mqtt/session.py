@@ -1,4 +1,4 @@
-"""One MQTT 5 client: who it is, what it hears, what it says when it comes and what is said when it is lost."""
+"""One MQTT 5 client: its subscriptions, what it publishes on connecting, and its last will."""
 
 import logging
 import socket
@@ -14,24 +14,24 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 
 from robots.link.mqtt.broker import Broker
-from robots.link.mqtt.reading import ReadingClient
+from robots.link.mqtt.buffered_client import BufferedClient
 
 KEEPALIVE_S = 10
-"""A client that is silent for one and a half times this is taken for lost, and its last will is sent."""
-CONNECT_S = 3.0
-LEAVE_S = 1.0
-QUEUED_AT_MOST = 1000
-"""Messages of one client that wait for the broker's receipt. More are dropped: their senders send them again."""
-MOST_BYTES = 4 * 2**20
-"""Larger messages the broker is told to keep to itself: nobody who is in order sends such."""
-RUN = "run"
+"""The broker publishes the last will of a client that is silent for one and a half times this."""
+CONNECT_TIMEOUT_S = 3.0
+DISCONNECT_TIMEOUT_S = 1.0
+MAX_QUEUED = 1000
+"""Messages of one client without the broker's receipt. More are dropped; their senders send them again."""
+MAX_PACKET_BYTES = 4 * 2**20
+"""The broker is told not to forward larger messages."""
+RUN_PROPERTY = "run"
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parcel:
-    """What goes over the broker. `run` is of which run of the world it speaks; empty if that does not matter."""
+class Publication:
+    """A message at the broker. `run`: the run of the world that it belongs to; empty if that does not matter."""
 
     topic: str
     payload: bytes
@@ -48,69 +48,75 @@ class Session:
         broker: Broker,
         client_id: str,
         *,
-        hears: Sequence[tuple[str, int]] = (),
-        will: Parcel | None = None,
-        greets: Callable[[], Parcel | None] = lambda: None,
-        takes: Callable[[Parcel], None] = lambda parcel: None,
-        queued: int = QUEUED_AT_MOST,
+        subscriptions: Sequence[tuple[str, int]] = (),
+        will: Publication | None = None,
+        on_connected: Callable[[], Publication | None] = lambda: None,
+        on_arrival: Callable[[Publication], None] = lambda publication: None,
+        queued: int = MAX_QUEUED,
     ) -> None:
         """
-        :param hears: topics to subscribe to, with their QoS.
-        :param greets: what to say each time it is connected.
-        :param takes: called with each arrival, by the reactor's thread.
+        :param subscriptions: topics with their QoS.
+        :param on_connected: returns what to publish each time it is connected.
+        :param on_arrival: called with each arrival, by the reactor's thread.
         """
         self.name = client_id
         self.dropped = 0
         self.refused = ""
-        """Why the broker does not let it in; empty if it does, or is away."""
-        self.turned_away = False
-        """The connection was closed before it was let in or refused."""
-        self.leaving = False
-        """It is about to disconnect."""
+        """Why the broker refused the connection; empty if it did not, or is unreachable."""
+        self.closed_early = False
+        """The broker closed the connection before it accepted or refused it."""
+        self.disconnecting = False
         self.retired = False
-        """It is not to connect again."""
+        """It must not connect again."""
         self.connected = False
         self.wake: Callable[[Session], None] = lambda session: None
-        self._hears, self._greets, self._takes = list(hears), greets, takes
+        self._subscriptions = list(subscriptions)
+        self._on_connected = on_connected
+        self._on_arrival = on_arrival
         self.client = self._client(broker, client_id, queued)
         if will is not None:
             self.client.will_set(will.topic, will.payload, will.qos, will.retain)
 
-    def publish(self, parcel: Parcel) -> bool:
-        """Hand it to the broker; False if that is away, or what waits for it is too much already: it is lost then."""
-        # NOTE: telemetry is of worth only while it is new, so it does not queue behind telemetry.
-        late = parcel.qos == 0 and self.client.want_write()
-        if not self.connected or late or not self._queued(parcel):
+    def publish(self, publication: Publication) -> bool:
+        """Queue it for the broker; False, and lost, if the broker is unreachable or the queue is full."""
+        # NOTE: outdated telemetry is useless, so it does not queue behind telemetry.
+        late = publication.qos == 0 and self.client.want_write()
+        if not self.connected or late or not self._queued(publication):
             self.dropped += 1
             return False
         self.wake(self)
         return True
 
-    def _queued(self, parcel: Parcel) -> bool:
+    def _queued(self, publication: Publication) -> bool:
         info = self.client.publish(
-            parcel.topic, parcel.payload, parcel.qos, parcel.retain, _properties(parcel.run)
+            publication.topic,
+            publication.payload,
+            publication.qos,
+            publication.retain,
+            _properties(publication.run),
         )
         return info.rc == MQTTErrorCode.MQTT_ERR_SUCCESS
 
-    def _client(self, broker: Broker, client_id: str, queued: int) -> ReadingClient:
-        client = ReadingClient(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
-        client.connect_timeout = CONNECT_S
+    def _client(self, broker: Broker, client_id: str, queued: int) -> BufferedClient:
+        client = BufferedClient(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+        client.connect_timeout = CONNECT_TIMEOUT_S
         client.max_queued_messages_set(queued)
         if broker.username is not None:
             password = broker.password.get_secret_value() if broker.password is not None else None
             client.username_pw_set(broker.username, password)
         if broker.tls is not None:
             client.tls_set_context(broker.tls)
-        client.on_connect, client.on_disconnect = self._came, self._went
-        client.on_message = self._heard
-        # NOTE: with this set paho leaves all writing to the reactor; without, `publish` would write itself.
+        client.on_connect = self._on_connect
+        client.on_disconnect = self._on_disconnect
+        client.on_message = self._on_message
+        # NOTE: with this set, paho leaves all writing to the reactor; otherwise `publish` writes itself.
         client.on_socket_register_write = lambda client, data, socket: None
         bounds = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
-        bounds.MaximumPacketSize = MOST_BYTES
+        bounds.MaximumPacketSize = MAX_PACKET_BYTES
         client.connect_async(broker.host, broker.port, KEEPALIVE_S, clean_start=True, properties=bounds)
         return client
 
-    def _came(
+    def _on_connect(
         self,
         client: Client,
         data: Any,
@@ -121,14 +127,15 @@ class Session:
         if reason.is_failure:
             self.refused = str(reason)
             return
-        self.refused, self.connected = "", True
-        if self._hears:
-            client.subscribe(self._hears)
-        greeting = self._greets()
-        if greeting is not None:
-            self._queued(greeting)
+        self.refused = ""
+        self.connected = True
+        if self._subscriptions:
+            client.subscribe(self._subscriptions)
+        first = self._on_connected()
+        if first is not None:
+            self._queued(first)
 
-    def _went(
+    def _on_disconnect(
         self,
         client: Client,
         data: Any,
@@ -136,15 +143,15 @@ class Session:
         reason: ReasonCode,
         properties: Properties | None,
     ) -> None:
-        self.turned_away = not (self.connected or self.refused or self.leaving)
+        self.closed_early = not (self.connected or self.refused or self.disconnecting)
         self.connected = False
-        if self.leaving and (sock := client.socket()) is not None:
-            _hear_out(sock)
+        if self.disconnecting and (sock := client.socket()) is not None:
+            _drain(sock)
 
-    def _heard(self, client: Client, data: Any, message: MQTTMessage) -> None:
+    def _on_message(self, client: Client, data: Any, message: MQTTMessage) -> None:
         pairs = getattr(message.properties, "UserProperty", ())
-        run = next((value for name, value in pairs if name == RUN), "")
-        parcel = Parcel(
+        run = next((value for name, value in pairs if name == RUN_PROPERTY), "")
+        publication = Publication(
             topic=message.topic,
             payload=bytes(message.payload),
             qos=message.qos,
@@ -152,18 +159,18 @@ class Session:
             run=run,
         )
         try:
-            self._takes(parcel)
-        except Exception:  # what cannot be done with one arrival must not end the listening
-            logger.exception("%s: what came on %s could not be taken", self.name, message.topic)
+            self._on_arrival(publication)
+        except Exception:  # one arrival must not end the reactor's thread
+            logger.exception("%s: a message on %s could not be handled", self.name, message.topic)
 
 
-def _hear_out(sock: Any) -> None:
-    """Wait until the broker has taken our leave and closed.
+def _drain(sock: Any) -> None:
+    """Wait until the broker has read our DISCONNECT and closed.
 
-    NOTE: to close with arrivals unread resets the connection; the broker may then lose our last words, the leave too.
+    NOTE: closing with unread arrivals resets the connection, and the broker may lose our last messages.
     """
     with suppress(OSError):
-        sock.settimeout(LEAVE_S)
+        sock.settimeout(DISCONNECT_TIMEOUT_S)
         sock.shutdown(socket.SHUT_WR)
         while sock.recv(65536):
             pass
@@ -173,5 +180,5 @@ def _properties(run: str) -> Properties | None:
     if not run:
         return None
     properties = Properties(PacketTypes.PUBLISH)  # type: ignore[no-untyped-call]
-    properties.UserProperty = [(RUN, run)]
+    properties.UserProperty = [(RUN_PROPERTY, run)]
     return properties

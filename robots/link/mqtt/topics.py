@@ -1,4 +1,4 @@
-"""Which topic a message travels on: `macta/v1/{world}/{robot}/{channel}`, channels after VDA 5050 3.0."""
+"""The topics, `macta/v1/{world}/{robot}/{channel}` with the channels of VDA 5050 3.0, and what is retained on them."""
 
 from enum import StrEnum
 
@@ -9,11 +9,12 @@ from robots.wire.script import Wire
 
 ROOT = "macta/v1"
 SERVICE = "service"
-AT_MOST_ONCE, AT_LEAST_ONCE = 0, 1
+AT_MOST_ONCE = 0
+AT_LEAST_ONCE = 1
 
 
 class Channel(StrEnum):
-    """VDA 5050's topics that we have a use for."""
+    """The topics of VDA 5050 that are used."""
 
     ORDER = "order"
     """Scripts."""
@@ -41,7 +42,7 @@ def channel_of(message: Message) -> Channel:
 
 
 def qos_of(message: Message) -> int:
-    """At most once for what is worth nothing later: a set-point must not wait for its robot at the broker."""
+    """At most once for set-points, which must not wait for their robot at the broker."""
     return AT_MOST_ONCE if isinstance(message.body, SetPoint) else channel_of(message).qos
 
 
@@ -51,12 +52,12 @@ def robot_topic(world: str, robot: str, channel: Channel) -> str:
 
 
 def world_topic(world: str) -> str:
-    """Where a fleet says which run of the world it drives, and the world's time."""
+    """Where a fleet announces the run of the world that it drives, and the world's time."""
     return f"{ROOT}/{world}/world"
 
 
 def robot_and_channel(topic: str) -> tuple[str, Channel] | None:
-    """Whose topic it is, and which; None for one that is not a robot's."""
+    """Robot and channel of a topic; None if it is not a robot's."""
     parts = topic.split("/")
     if len(parts) != 5 or parts[4] not in Channel.__members__.values():
         return None
@@ -73,17 +74,17 @@ class ConnectionState(StrEnum):
 
 
 class Presence(Wire):
-    """On a robot's connection topic. `CONNECTION_BROKEN` is its last will, `OFFLINE` its word of leaving."""
+    """Retained on a robot's connection topic. `CONNECTION_BROKEN` is its last will."""
 
     state: ConnectionState
 
 
-class Proclamation(Wire):
-    """On a world's topic, renewed every second. The last will says `CONNECTION_BROKEN`.
+class WorldAnnouncement(Wire):
+    """Retained on a world's topic, published by its fleet every second. `CONNECTION_BROKEN` is its last will.
 
-    `run` changes when the world begins afresh; `time_s` is the world's clock, `rate` its seconds a wall-clock second,
-    None flat out; `digest` tells world files apart; `began_at` is when the fleet's process began, epoch seconds: of two
-    fleets of a world the later one drives it.
+    `run` changes when the world starts anew. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
+    None as fast as possible; `digest`: of the world file; `began_at`: when the fleet's process started, epoch seconds.
+    Of two fleets the later one drives the world.
     """
 
     state: ConnectionState

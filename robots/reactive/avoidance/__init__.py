@@ -1,6 +1,6 @@
-"""Obstacle avoidance: what the behaviour synthesis wants, made safe to drive. Interchangeable by a packet's data.
+"""Obstacle avoidance: interchangeable methods that make the motion of the behaviour synthesis safe.
 
-Each method is its settings, checked data, and a run of one packet that remembers (`Avoidance`). On-robot software only.
+Each method has its settings, as data of a packet, and an `Avoidance` that keeps the state of one packet's run.
 """
 
 from typing import Annotated

@@ -8,9 +8,9 @@ from math import pi
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
@@ -22,10 +22,9 @@ TOUCH_M = 0.005
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DynamicWindow:
+class DynamicWindow(Strict):
     """Settings: weights alpha, beta, gamma of the objective (eq. 13), and what the body can do."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     by: Literal["dynamic_window"] = "dynamic_window"
     heading_weight: Annotated[float, Field(ge=0, le=100)] = 1.0
@@ -53,7 +52,7 @@ class DynamicWindowRun:
         now = Velocity(percepts.progress.speed_m_s, percepts.progress.turn_rad_s)
         linear, angular = self.window(now, wanted)
         points, reach_m = self._near(wanted)
-        coast = self._coast(angular)
+        coast = self.coast(angular)
         clear_m = np.minimum(clearance_m(linear, angular, coast, points, reach_m), self.settings.horizon_m)
         value = self.objective(linear, coast, clear_m, wanted)
         value[~self.admissible(linear, angular, clear_m)] = -np.inf
@@ -82,7 +81,7 @@ class DynamicWindowRun:
             & ((linear < 1e-6) | (np.abs(angular) <= np.sqrt(2 * clear_rad * s.turn_acceleration_rad_s2)))
         )
 
-    def _coast(self, angular: Numbers) -> Numbers:
+    def coast(self, angular: Numbers) -> Numbers:
         """How far the robot turns within the window and until it then has come to rest, radians."""
         s = self.settings
         return angular * s.window_s + angular * np.abs(angular) / (2 * s.turn_acceleration_rad_s2)

@@ -1,4 +1,4 @@
-"""The seam of obstacle avoidance: what is wanted, and who makes it safe."""
+"""The seam of obstacle avoidance, and the filter between behaviour synthesis and body."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -17,11 +17,11 @@ class Velocity(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What the resultants of the synthesis ask for.
+    """The motion that the resultants of the synthesis ask for.
 
     `direction_rad`: where to, in the robot's frame, (-pi/2, pi/2): the resultant rotate response is an angle (MACTA
     eq. 2). `pace_m_s` is the resultant translate response as a speed, `limits` the body's full speed and turn rate.
-    `distance_m`: what lies farther in that direction is not in the way.
+    `distance_m`: obstacles farther in that direction are ignored.
     """
 
     direction_rad: float
@@ -31,33 +31,33 @@ class Wanted:
 
 
 class Avoidance(Protocol):
-    """One packet's run of a method. Called every tick, so that it learns its surroundings; paces above 0 only."""
+    """One packet's run of a method. Called every tick, to keep its map of the surroundings."""
 
     def steer(self, wanted: Wanted, percepts: Percepts) -> Velocity:
-        """The velocity to drive at: near to what is wanted, and clear of what is in the way."""
+        """A velocity near the wanted one that is clear of obstacles."""
         ...
 
 
-BEFORE_M = 0.15
-"""The goal itself is not in the way, nor is what lies behind it."""
+GOAL_MARGIN_M = 0.15
+"""Obstacles at and behind the goal, from this far before it, are ignored."""
 
 
 @dataclass(frozen=True, slots=True)
 class Filter:
-    """One packet's avoidance. `goal`: the place or thing that the packet leads to."""
+    """One packet's avoidance. `goal`: the place or thing that the packet goes to."""
 
     avoidance: Avoidance
     goal: str | None
 
     def apply(self, motion: Motion, resultant: Resultants, percepts: Percepts, limits: Velocity) -> Motion:
-        """The motion made safe. Turns on the spot and backing pass: both methods choose ways ahead."""
+        """The safe motion. Turns on the spot and backing pass unchanged: both methods choose directions ahead."""
         rotate = resultant.get(DegreeOfFreedom.ROTATE, Utilitor(0.0, 0.0))
         at = percepts.locate(self.goal) if self.goal is not None else None
         wanted = Wanted(
             direction_rad=rotate.r,
             pace_m_s=max(0.0, motion.linear_m_s),
             limits=limits,
-            distance_m=inf if at is None else abs(at) - BEFORE_M,
+            distance_m=inf if at is None else abs(at) - GOAL_MARGIN_M,
         )
         safe = self.avoidance.steer(wanted, percepts)
         if motion.linear_m_s <= 0:

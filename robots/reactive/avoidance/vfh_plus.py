@@ -8,9 +8,9 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from robots.data import STRICT
+from robots.data import Strict
 from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
@@ -23,13 +23,12 @@ Sectors = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VfhPlus:
+class VfhPlus(Strict):
     """Settings. Weights are mu_1 to mu_3 of the cost function; the paper wants mu_1 > mu_2 + mu_3.
 
     Our choice of measures: a magnitude of 1 is a certain cell at the window's edge, what is nearer counts for more.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = STRICT
     needs: ClassVar[Needs] = SURROUNDINGS
     by: Literal["vfh_plus"] = "vfh_plus"
     target_weight: Annotated[float, Field(ge=0, le=100)] = 5.0
@@ -52,7 +51,7 @@ class VfhPlusRun:
     settings: VfhPlus
     surroundings: Surroundings = field(default_factory=Surroundings)
     _blocked: Sectors = field(default_factory=lambda: np.zeros(SECTORS, dtype=np.bool_))
-    _previous_rad: float | None = None
+    previous_rad: float | None = None
 
     def steer(self, wanted: Wanted, percepts: Percepts) -> Velocity:
         self.surroundings.update(percepts)
@@ -67,7 +66,7 @@ class VfhPlusRun:
         course = self.course(masked, target, heading)
         if course is None:
             return Velocity(0.0, self._search(wanted))
-        self._previous_rad = course
+        self.previous_rad = course
         return self._drive(wrap(course - heading), wanted, points, reach)
 
     def histogram(self, points: Points, reach_m: Numbers, certainty: Numbers, heading: float) -> Numbers:
@@ -89,7 +88,7 @@ class VfhPlusRun:
         candidates = candidate_directions(blocked, target, self.settings.wide)
         if not candidates:
             return None
-        previous = self._previous_rad if self._previous_rad is not None else heading
+        previous = self.previous_rad if self.previous_rad is not None else heading
         weights, aims = self._weights(), (target, heading, previous)
 
         def cost(candidate: float) -> float:

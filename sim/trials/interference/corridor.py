@@ -1,4 +1,4 @@
-"""The corridor to the kitchen door, and the script of the plan "GetIn Kitchen" (P-SMPA §3, §6). Measures in metres."""
+"""The corridor to the kitchen door, and the script of the plan "GetIn Kitchen" (P-SMPA §3, §6). Lengths in metres."""
 
 from importlib import resources
 
@@ -7,10 +7,14 @@ from robots.repertoire import Repertoire, load_repertoire
 from robots.wire import BehaviourPacket, BehaviourScript
 from robots.world import WorldFile
 
-ROBOT, DOOR = "nao", "kitchen_door"
-LENGTH_M, WIDTH_M = 14.0, 3.0
-START_M, DOOR_M = 1.0, LENGTH_M - 0.4
-SONAR_LEAST_M, SONAR_MOST_M = 0.25, 2.55
+ROBOT = "nao"
+DOOR = "kitchen_door"
+LENGTH_M = 14.0
+WIDTH_M = 3.0
+START_M = 1.0
+DOOR_M = LENGTH_M - 0.4
+SONAR_MIN_M = 0.25
+SONAR_MAX_M = 2.55
 
 
 def corridor(architecture: Architecture) -> WorldFile:
@@ -34,8 +38,8 @@ def corridor(architecture: Architecture) -> WorldFile:
                     "start": (START_M, WIDTH_M / 2, 0),
                     "architecture": architecture,
                     "whiskers": 48,
-                    "whisker_range_m": SONAR_MOST_M,
-                    "whisker_least_m": SONAR_LEAST_M,
+                    "whisker_range_m": SONAR_MAX_M,
+                    "whisker_least_m": SONAR_MIN_M,
                 }
             ],
         }

@@ -1,15 +1,20 @@
-"""Figures like P-SMPA's 5 and 6, as SVG: what sonar and bumper said on one way to the door, either way."""
+"""Figures like P-SMPA's 5 and 6, as SVG: readings of sonar and bumper on one run to the door."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robots.physical.profile import Architecture
-from sim.trials.interference.corridor import SONAR_MOST_M
+from sim.trials.interference.corridor import SONAR_MAX_M
 from sim.trials.interference.interferer import THRESHOLD_M, Kind
 from sim.trials.interference.table import Job
-from sim.trials.interference.trial import Instant, Trial
+from sim.trials.interference.trial import Trial
 
-WIDTH, PANEL, LEFT, RIGHT, TOP, GAP = 860, 190, 60, 20, 40, 70
+WIDTH = 860
+PANEL = 190
+LEFT = 60
+RIGHT = 20
+TOP = 40
+GAP = 70
 SHOWN = {Kind.BOX: 8, Kind.BALL: 4}
 """The numbers of interferences in figs 5 and 6."""
 TITLES = {
@@ -18,27 +23,27 @@ TITLES = {
 }
 PANELS = {Architecture.PARALLEL: "(a) parallel", Architecture.SEQUENTIAL: "(b) sequential"}
 AXES = {
-    Kind.BOX: ("distance, m; 0: off", SONAR_MOST_M, (0.0, THRESHOLD_M, 1.0, 1.5, 2.0, 2.5)),
+    Kind.BOX: ("distance, m; 0: off", SONAR_MAX_M, (0.0, THRESHOLD_M, 1.0, 1.5, 2.0, 2.5)),
     Kind.BALL: ("0 off, 1 free, 2 touched", 2.2, (0.0, 1.0, 2.0)),
 }
 
 
 def write_plots(folder: Path, trials: Mapping[Job, Trial]) -> list[Path]:
-    """One figure a sensor, of the first seed's ways.
+    """One figure a sensor, of the first seed's runs.
 
     :raises OSError: if the folder cannot be written to.
     """
     written = []
     for number, kind in enumerate((Kind.BOX, Kind.BALL), start=5):
-        ways = {each: trials[kind, SHOWN[kind], each, 0] for each in Architecture}
+        runs = {each: trials[kind, SHOWN[kind], each, 0] for each in Architecture}
         path = folder / f"figure_{number}_{kind}.svg"
-        path.write_text(figure(kind, ways), encoding="utf-8")
+        path.write_text(figure(kind, runs), encoding="utf-8")
         written.append(path)
     return written
 
 
 def figure(kind: Kind, trials: dict[Architecture, Trial]) -> str:
-    """Both architectures below each other, on one scale of time; a band a interference, filled if it was noticed."""
+    """Both architectures below each other, on one time scale; a band per interference, green if it was detected."""
     end_s = max(trial.time_s for trial in trials.values())
     height = TOP + len(trials) * (PANEL + GAP)
     parts = [
@@ -53,17 +58,18 @@ def figure(kind: Kind, trials: dict[Architecture, Trial]) -> str:
 
 
 def _panel(kind: Kind, title: str, trial: Trial, top: float, end_s: float) -> list[str]:
-    label, most, marks = AXES[kind]
-    right, foot = WIDTH - RIGHT, top + PANEL
+    label, highest, marks = AXES[kind]
+    right = WIDTH - RIGHT
+    foot = top + PANEL
 
     def x(time_s: float) -> float:
         return LEFT + (right - LEFT) * time_s / end_s
 
     def y(value: float) -> float:
-        return foot - PANEL * value / most
+        return foot - PANEL * value / highest
 
-    noticed = f"{title}: {trial.detected} of {len(trial.interferences)} noticed, {trial.time_s:.0f} s"
-    parts = [f'<text x="{LEFT}" y="{top - 6}">{noticed}</text>']
+    caption = f"{title}: {trial.detected} of {len(trial.interferences)} noticed, {trial.time_s:.0f} s"
+    parts = [f'<text x="{LEFT}" y="{top - 6}">{caption}</text>']
     for one in trial.interferences:
         until_s = one.until_s or trial.time_s
         colour = "#9fd3a8" if one.detected else "#f0b3ab"
@@ -84,17 +90,15 @@ def _panel(kind: Kind, title: str, trial: Trial, top: float, end_s: float) -> li
     parts.append(
         f'<text x="14" y="{middle}" text-anchor="middle" transform="rotate(-90 14 {middle})">{label}</text>'
     )
-    values: dict[Kind, Callable[[Instant], float]] = {
-        Kind.BOX: lambda instant: instant.sonar_m,
-        Kind.BALL: lambda instant: instant.bumper,
-    }
-    points = " ".join(_steps([(x(one.time_s), y(values[kind](one))) for one in trial.trace]))
+    values = [instant.sonar_m if kind is Kind.BOX else instant.bumper for instant in trial.trace]
+    times = [x(instant.time_s) for instant in trial.trace]
+    points = " ".join(_steps([(at, y(value)) for at, value in zip(times, values, strict=True)]))
     parts.append(f'<polyline points="{points}" fill="none" stroke="#1f5fa8" stroke-width="1.4"/>')
     return parts
 
 
 def _steps(points: Sequence[tuple[float, float]]) -> list[str]:
-    """A stair line, without the points along a straight step."""
+    """A step line, without the points along a straight step."""
     kept: list[tuple[float, float]] = []
     for here, (x, y) in enumerate(points):
         if kept and kept[-1][1] == y and 0 < here < len(points) - 1:

@@ -1,4 +1,4 @@
-"""Table 1 of P-SMPA over many seeds: how many obstacles are noticed, and how long the way takes."""
+"""Table 1 of P-SMPA over many seeds: how many obstacles are detected, and how long the run takes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,12 +7,12 @@ from statistics import fmean, pstdev
 from robots.physical.profile import Architecture
 from sim.trials.interference.interferer import Kind
 from sim.trials.interference.trial import Trial, run_trial
-from sim.trials.parallel import side_by_side
+from sim.trials.parallel import run_parallel
 
 CONDITIONS = tuple((Kind.BOX, times) for times in (6, 7, 8)) + tuple(
     (Kind.BALL, times) for times in (4, 5, 6)
 )
-"""The table's rows: the obstacle by the sensor that must notice it, and how often one is put in the way."""
+"""The table's rows: the obstacle by the sensor that must detect it, and how often one is put in the way."""
 
 Job = tuple[Kind, int, Architecture, int]
 
@@ -66,7 +66,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """The rows, and every trial that they rest on."""
+    """The rows, and every trial they summarise."""
 
     rows: Sequence[Row]
     trials: Mapping[Job, Trial]
@@ -77,11 +77,11 @@ def run_table(
     *,
     workers: int,
     conditions: Sequence[tuple[Kind, int]] = CONDITIONS,
-    told: Callable[[int, int], None] = lambda done, of: None,
+    on_progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Table:
-    """A row a condition, each cell over the seeds 0 to `seeds` - 1; the same figures however many workers.
+    """A row a condition, each cell over the seeds 0 to `seeds` - 1; the figures do not depend on `workers`.
 
-    :param told: is called after each trial with how many are done, and of how many.
+    :param on_progress: called after each trial with the numbers of trials done and in total.
     """
     jobs: list[Job] = [
         (kind, times, architecture, seed)
@@ -90,9 +90,9 @@ def run_table(
         for seed in range(seeds)
     ]
     trials: dict[Job, Trial] = {}
-    for job, trial in zip(jobs, side_by_side(_trial, jobs, workers=workers), strict=True):
+    for job, trial in zip(jobs, run_parallel(_run_job, jobs, workers=workers), strict=True):
         trials[job] = trial
-        told(len(trials), len(jobs))
+        on_progress(len(trials), len(jobs))
 
     def cell(kind: Kind, times: int, architecture: Architecture) -> Cell:
         return Cell.of([trials[kind, times, architecture, seed] for seed in range(seeds)], times)
@@ -109,5 +109,5 @@ def run_table(
     return Table(rows=rows, trials=trials)
 
 
-def _trial(job: Job) -> Trial:
+def _run_job(job: Job) -> Trial:
     return run_trial(*job)

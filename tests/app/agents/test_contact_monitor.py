@@ -4,10 +4,10 @@ import pytest
 
 from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import SILENT_AFTER_S, RobotBoard
-from robots.clock import ManualClock
 from robots.link.mqtt import ConnectionState
 from robots.world import Contact, LinkSpec, Outage, WorldFile
 from robots.world.radio import QUIET_S
+from tests.app.stepped_clock import SteppedClock
 from tests.robots.world.test_file import small
 
 ORBIT = LinkSpec(contacts=(Contact(start_s=5.0, for_s=10.0, every_s=120.0),))
@@ -18,42 +18,46 @@ class Room:
 
     def __init__(self, link: LinkSpec, *, rate: float = 1.0) -> None:
         file = WorldFile.model_validate(small(link=link.model_dump()))
-        self.clock = ManualClock()
-        clocks, worlds = {file.name: self.clock}, {file.name: file}
-        self.board = RobotBoard.of(worlds, clocks=clocks, low_battery=0.0)
-        self.rate, self._heard_at, self._stood = rate, 0.0, 0.0
+        self._now_s = 0.0
+        self._rate = rate
+        self._wall = SteppedClock()
+        clocks = {file.name: self}
+        worlds = {file.name: file}
+        self.board = RobotBoard.of(worlds, clocks=clocks, low_battery=0.0, wall=self._wall)
         self.hearing = ContactMonitor(self.board, clocks=clocks, worlds=worlds, wall=self._wall)
 
-    def _wall(self) -> float:
-        """NOTE: the board's own time is the machine's; here it counts from the last word on."""
-        heard_at = self.board.view("left").heard_at or 0.0
-        return heard_at + self._stood + (self.clock.now_s() - self._heard_at) / self.rate
+    def now_s(self) -> float:
+        return self._now_s
+
+    def advance(self, step_s: float) -> None:
+        """Both clocks go on."""
+        self._now_s += step_s
+        self._wall.advance(step_s / self._rate)
 
     def wall_passes(self, seconds: float) -> None:
         """While the world's clock stands."""
-        self._stood += seconds
+        self._wall.advance(seconds)
 
     def restart(self) -> None:
-        """Its time begins anew."""
-        self.clock._now_s = self._heard_at = 0.0
+        """The world's time begins anew."""
+        self._now_s = 0.0
 
     def hear(self) -> None:
         self.board.heard("left")
-        self._heard_at = self.clock.now_s()
 
     def silent_at(self, till_s: float) -> float | None:
         """The first tenth of a second in which the silence is too long, if there is one."""
-        while self.clock.now_s() < till_s:
+        while self._now_s < till_s:
             if self.hearing.silent_in_s("left") == 0:
-                return round(self.clock.now_s(), 1)
-            self.clock.advance(0.1)
+                return round(self._now_s, 1)
+            self.advance(0.1)
         return None
 
 
 def test_in_contact_a_robot_counts_as_silent_after_what_loss_and_patience_explain() -> None:
     link = LinkSpec(loss=0.5)
     room = Room(link)
-    room.clock.advance(7.0)
+    room.advance(7.0)
     room.hear()
     assert room.silent_at(100.0) == pytest.approx(7.0 + link.quiet_s, abs=0.11)
 
@@ -66,7 +70,7 @@ def test_between_windows_of_contact_nobody_is_silent_and_at_the_end_of_one_that_
     None
 ):
     room = Room(ORBIT)
-    room.clock.advance(14.9)
+    room.advance(14.9)
     room.hear()
     assert room.silent_at(400.0) == pytest.approx(135.0, abs=0.11)
 
@@ -80,7 +84,7 @@ def test_a_word_in_each_window_is_enough() -> None:
 
 def test_what_was_heard_of_another_run_of_the_world_does_not_count() -> None:
     room = Room(LinkSpec())
-    room.clock.advance(500.0)
+    room.advance(500.0)
     room.hear()
     room.restart()
     assert room.silent_at(100.0) == pytest.approx(LinkSpec().quiet_s, abs=0.11)
@@ -122,15 +126,15 @@ def test_how_long_it_may_still_be_is_never_more_than_it_takes() -> None:
         silent_s = room.silent_at(1000.0)
         assert silent_s is not None
         again = Room(link)
-        while again.clock.now_s() < silent_s:
-            assert again.clock.now_s() + again.hearing.silent_in_s("left") <= silent_s + 0.11
-            again.clock.advance(1.0)
+        while again.now_s() < silent_s:
+            assert again.now_s() + again.hearing.silent_in_s("left") <= silent_s + 0.11
+            again.advance(1.0)
 
 
 def test_when_contact_is_expected_next_is_known() -> None:
     room = Room(ORBIT)
     seen = []
     for step_s in (0.0, 5.0, 9.0, 2.0, 100.0, 9.0):
-        room.clock.advance(step_s)
+        room.advance(step_s)
         seen.append(room.hearing.next_contact_s("left"))
     assert seen == pytest.approx([5.0, 0.0, 0.0, 109.0, 9.0, 0.0])

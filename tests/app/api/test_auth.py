@@ -36,7 +36,7 @@ def test_health_is_open(shared_stranger: TestClient, path: str) -> None:
 def test_a_world_whose_link_is_broken_makes_the_service_not_ready(
     service: Service, stranger: TestClient
 ) -> None:
-    service.board.broke("sample_store")
+    service.board.link_closed("sample_store")
     answer = stranger.get("/readyz")
     assert (answer.status_code, answer.json()["type"]) == (503, "urn:macta:problem:world-unreachable")
     assert "sample_store" in answer.json()["detail"]

@@ -1,6 +1,5 @@
 """Of what there may be only so many, one more is told when to come again; nothing grows without end."""
 
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,17 +9,19 @@ import httpx2
 import pytest
 from fastapi.testclient import TestClient
 
-from app.agents.questions import OPEN_AT_MOST, Questions
+from app.agents.questions import MAX_OPEN, Questions
 from app.composition import RunningWorld, Service
+from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Busy, Silent
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
-from app.workflows.retention import Retention
+from app.workflows.retention import DAY_S, Retention
 from robots.world import WorldFile
 from tests.app.api.test_events import post, stream, until
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.app.serving import served
+from tests.app.stepped_clock import SteppedClock
 
 GOALS, STREAMS = 3, 2
 HEADERS = {"authorization": f"Bearer {TOKEN}"}
@@ -99,7 +100,7 @@ def test_of_a_goal_that_is_deleted_is_said_that_it_may_have_been(api: TestClient
         days=30,
         goals_days=1,
         events=1000,
-        now=lambda: time.time() + 2 * 86400,
+        clock=SteppedClock(SYSTEM_CLOCK.epoch_s() + 2 * DAY_S),
     )
     assert later.sweep().goals == 1
     gone = api.get(f"/v1/goals/{goal}")
@@ -117,14 +118,14 @@ def test_of_questions_to_a_robot_only_so_many_may_be_open() -> None:
         except Silent as error:
             silent.append(error)
 
-    waiting = [Thread(target=ask) for _ in range(OPEN_AT_MOST)]
+    waiting = [Thread(target=ask) for _ in range(MAX_OPEN)]
     for thread in waiting:
         thread.start()
     sent: list[str] = []
-    while len(sent) < OPEN_AT_MOST:
+    while len(sent) < MAX_OPEN:
         sent += [one.id for one in questions.to_send({"fred"})]
     with pytest.raises(Busy, match="8 questions to fred are open"):
         questions.trace("fred", 1.0)
     for thread in waiting:
         thread.join()
-    assert len(silent) == OPEN_AT_MOST
+    assert len(silent) == MAX_OPEN

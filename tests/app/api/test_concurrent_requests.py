@@ -11,8 +11,8 @@ from fastapi.testclient import TestClient
 
 from app.composition import Service
 from app.domain.errors import Conflict
+from app.planning.approval import Staleness
 from app.planning.goal_service import GoalRequest
-from app.planning.staleness import Staleness
 from tests.databases import ON_BOTH
 
 Follow = Callable[..., dict[str, Any]]

@@ -107,8 +107,8 @@ def test_a_second_goal_that_needs_the_same_robots_waits_with_a_reason(
 ) -> None:
     mission = approved(api, follow)
     answer = api.post("/v1/goals", json={"text": "move sample_4 to bay_8", "auto_approve": True}).json()
-    goal = follow(f"/v1/goals/{answer['id']}", "submitted", "committed", "finished", "unsolvable")
-    if goal["state"] == "submitted" and goal["reason"]:
+    goal = follow(f"/v1/goals/{answer['id']}", "waiting", "committed", "finished", "unsolvable")
+    if goal["state"] == "waiting":
         assert mission["id"] in goal["reason"]
     ended = follow(f"/v1/goals/{answer['id']}", "finished", "unsolvable")
     assert ended["outcome"] == "completed", ended

@@ -9,7 +9,7 @@ from fastapi.testclient import TestClient
 from mcap.reader import make_reader
 
 from app.composition import Service
-from app.domain.states import ENDED
+from app.domain.lifecycles.mission import ENDED
 from app.recordings.mission_reader import MissionReader
 from app.store import MissionRow
 from robots.wire import Telemetry

@@ -105,7 +105,7 @@ def test_a_driven_robot_is_not_recruited_until_it_is_let_go(api: TestClient, tea
     read_until(api, "/v1/robots/store_2", lambda robot: robot["driven_by"] == ADA)
     goal = f"/v1/goals/{api.post('/v1/goals', json={'text': 'move sample_4 to bay_8'}).json()['id']}"
     waits = read_until(api, goal, lambda goal: goal["reason"])
-    assert (waits["state"], waits["reason"]) == ("submitted", f"waits for store_2, which {ADA} drives")
+    assert (waits["state"], waits["reason"]) == ("waiting", f"waits for store_2, which {ADA} drives")
     team.tell("store_2", battery=1.0)
     assert read_until(api, goal, lambda goal: goal["state"] == "planned")
 

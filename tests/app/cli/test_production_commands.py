@@ -90,7 +90,7 @@ def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pyte
     migrate(database)
     with pytest.raises(Unavailable, match="no living process"):
         worker_alive()
-    ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], speaks_for=()).register()
+    ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], worlds=()).register()
     assert "plans" in worker_alive()
     database.close()
 

@@ -3,7 +3,7 @@
 import random
 from pathlib import Path
 
-from app.cli.soak import push_one, real, with_outages
+from app.cli.soak import push_one, true_state, with_outages
 from robots.world import load_world, world_yaml
 from sim.process.snapshot_file import SnapshotFile
 from sim.world.agents import behavioural_agent
@@ -37,7 +37,7 @@ def test_a_rover_that_is_pushed_stands_elsewhere_in_the_snapshot_and_nothing_els
     moved = [name for name, pose in after.rovers.items() if pose != before.robots[name]]
     assert len(moved) == 1
     lies = {name: sample.ref for name, sample in before.samples.items()}
-    assert real(tmp_path, WORLD).lies == lies
+    assert true_state(tmp_path, WORLD).lies == lies
 
 
 def test_without_a_world_that_is_kept_nobody_is_pushed(tmp_path: Path) -> None:

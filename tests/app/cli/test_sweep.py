@@ -11,7 +11,8 @@ import app.cli.sweep
 from app.cli.main import app as macta
 from app.cli.simulated_mission import simulate_mission
 from app.cli.sweep import SweepRequest, row_of
-from app.sweep import Outcome, Row, written
+from app.trials.offline_mission import organised_mission
+from app.trials.sweep_results import Outcome, SeedResult
 from robots.world import load_world
 from tests.app.sample_store import Store
 
@@ -26,17 +27,17 @@ def told(*words: str) -> Result:
 def in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     """No processes, and no simulation: seed 1 fails, seed 2 has no plan."""
 
-    def row(seed: int) -> Row:
-        fine = Row(seed=seed, goal=MAIN, outcome=Outcome.CAME_TRUE, took_s=48.0, estimate_s=50.0)
+    def row(seed: int) -> SeedResult:
+        fine = SeedResult(seed=seed, goal=MAIN, outcome=Outcome.CAME_TRUE, took_s=48.0, estimate_s=50.0)
         failed = replace(fine, outcome=Outcome.FAILED, packet="DOCK", reason="it sees no [sample_1]")
-        unplanned = Row(seed=seed, goal=MAIN, outcome=Outcome.UNPLANNED, reason="unsolvable")
+        unplanned = SeedResult(seed=seed, goal=MAIN, outcome=Outcome.UNPLANNED, reason="unsolvable")
         return [fine, failed, unplanned][seed]
 
-    def runs(_: Callable[[int], Row], jobs: Sequence[int], *, workers: int) -> Iterator[Row]:
+    def runs(_: Callable[[int], SeedResult], jobs: Sequence[int], *, workers: int) -> Iterator[SeedResult]:
         assert workers == 2
         return map(row, jobs)
 
-    monkeypatch.setattr(app.cli.sweep, "side_by_side", runs)
+    monkeypatch.setattr(app.cli.sweep, "run_parallel", runs)
 
 
 @pytest.mark.usefixtures("in_turn")
@@ -83,7 +84,7 @@ def test_a_seeds_row_comes_from_the_simulated_worlds_truth() -> None:
 
 def test_robots_that_finish_without_the_goal_being_true_do_not_count() -> None:
     store = Store()
-    mission = written(store.world, store.store_sample_1(), store.base)
+    mission = organised_mission(store.world, store.store_sample_1(), store.base)
     elsewhere = replace(
         mission, goals=[goal.model_copy(update={"args": ("sample_1", "bay_8")}) for goal in mission.goals]
     )
@@ -95,7 +96,7 @@ def test_robots_that_finish_without_the_goal_being_true_do_not_count() -> None:
 def test_a_robot_that_fails_ends_the_run_with_its_packet_and_its_words() -> None:
     """There is no sample to dock with, and nobody waits long for it."""
     store = Store()
-    mission = written(store.world, store.store_sample_1(), store.base)
+    mission = organised_mission(store.world, store.store_sample_1(), store.base)
     hasty = [
         script.model_copy(
             update={"packets": tuple(p.model_copy(update={"wait_timeout_s": 2.0}) for p in script.packets)}

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.durations import EXTREMES, MEMORY, PRIOR, PRIOR_SPREAD, Learned
+from app.domain.durations import MAX_RATIO, MAX_SAMPLES, MIN_RATIO, PRIOR, PRIOR_SPREAD, Learned
 
-RATIOS = st.lists(st.floats(*EXTREMES), min_size=1, max_size=MEMORY)
+RATIOS = st.lists(st.floats(MIN_RATIO, MAX_RATIO), min_size=1, max_size=MAX_SAMPLES)
 
 
 def after(*ratios: float) -> Learned:
@@ -46,10 +46,10 @@ def test_a_steady_action_gets_a_small_spread_and_an_unsteady_one_keeps_a_large()
 
 
 def test_an_odd_packet_counts_as_an_extreme_one_at_most() -> None:
-    assert after(100.0) == after(EXTREMES[1])
+    assert after(100.0) == after(MAX_RATIO)
 
 
 def test_a_world_that_changes_is_learned_anew() -> None:
-    learned = after(*[1.0] * 10 * MEMORY, *[2.0] * 3 * MEMORY)
-    assert learned.samples == MEMORY
+    learned = after(*[1.0] * 10 * MAX_SAMPLES, *[2.0] * 3 * MAX_SAMPLES)
+    assert learned.samples == MAX_SAMPLES
     assert learned.mean > 1.9

@@ -11,7 +11,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service
-from app.missions.clearance import has_ended, renew_clearances
+from app.missions.clearance import action_has_ended, renew_clearances
 from app.settings import Settings
 from app.store import MissionRow, ScriptRow
 from benchmarks.errands import with_sample
@@ -129,7 +129,7 @@ def test_nobody_is_cleared_in_a_mission_that_is_to_stop(waiting: str, service: S
             row.cancel_requested = stops
             one, other = (session.get_one(ScriptRow, f"{row.id}-{robot}") for robot in ("yard_1", "yard_2"))
             one.packets = {**one.packets, LEAVES: {"state": "finished"}}
-            renew_clearances(session, service.events, row)
+            renew_clearances(session, service.events, row, [one, other])
             assert other.cleared == ([] if stops else [LEAVES])
             session.rollback()
 
@@ -148,11 +148,11 @@ def script(robot: str, state: str | None, **packets: str) -> ScriptRow:
 def test_what_robots_do_together_has_ended_when_all_have_said_so() -> None:
     fred, ginger = script("fred", "running", a1="finished"), script("ginger", "running", a1="running")
     bystander = script("gene", "running", a2="running")
-    assert not has_ended([fred, ginger, bystander], "a1")
+    assert not action_has_ended([fred, ginger, bystander], "a1")
     ginger.packets = {"a1": {"state": "finished"}}
-    assert has_ended([fred, ginger, bystander], "a1")
+    assert action_has_ended([fred, ginger, bystander], "a1")
 
 
 def test_a_script_that_has_finished_has_ended_its_packets_even_if_their_reports_are_lost() -> None:
-    assert has_ended([script("fred", "finished", a1="running")], "a1")
-    assert not has_ended([script("fred", "failed", a1="running")], "a1")
+    assert action_has_ended([script("fred", "finished", a1="running")], "a1")
+    assert not action_has_ended([script("fred", "failed", a1="running")], "a1")

@@ -14,7 +14,7 @@ Thing = dict[str, Any]
 
 
 def waits(goal: Thing) -> bool:
-    return goal["state"] == "submitted" and goal["reason"] != ""
+    return bool(goal["state"] == "waiting")
 
 
 @pytest.fixture

@@ -160,7 +160,7 @@ def test_robots_get_their_scripts_when_they_return_hours_later_though_the_broker
 
     returned = fleet("run-7")
     until(lambda: returned.connected)
-    until(lambda: returned.proclaim(3 * 3600.0, 1.0) or service.clocks["sample_store"].now_s() >= 3 * 3600)
+    until(lambda: returned.announce(3 * 3600.0, 1.0) or service.clocks["sample_store"].now_s() >= 3 * 3600)
     orders: list[Message] = []
     until(lambda: orders.extend(returned.receive(0.05)) or len({m.receiver for m in orders}) == 2)
     assert {m.body.kind for m in orders} <= {"script_request", "status_query"}
@@ -194,4 +194,4 @@ def test_telemetry_reaches_the_board_and_the_clock_follows_the_fleet(
         )
     )
     until(lambda: api.get("/v1/robots/yard_1").json()["battery"] == 0.75)
-    until(lambda: there.proclaim(500.0, 1.0) or service.clocks["sample_store"].now_s() >= 500.0)
+    until(lambda: there.announce(500.0, 1.0) or service.clocks["sample_store"].now_s() >= 500.0)

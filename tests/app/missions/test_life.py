@@ -19,7 +19,7 @@ Follow = Callable[..., dict[str, Any]]
 def test_a_mission_that_outlives_its_workflows_is_carried_out_once(
     service: Service, api: TestClient, follow: Follow, team: FakeTeam, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.missions.life.TURNS", 1)
+    monkeypatch.setattr("app.missions.life.LOOKS_PER_WORKFLOW", 1)
     monkeypatch.setattr("app.missions.life.SHORTEST_SLEEP_S", 20.0)  # it goes on because it is woken
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
     mission = follow(f"/v1/goals/{goal['id']}", "committed")["mission_id"]

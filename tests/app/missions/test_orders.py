@@ -1,4 +1,4 @@
-"""Orders are numbered, and a robot that stands otherwise than its mission is ordered anew."""
+"""Orders on scripts and their answers, on a whole service."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,12 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
-from app.store import MissionRow, ScriptRow
-from app.store.script_orders import give, insist, unanswered
 from robots.wire import (
     Acknowledgement,
-    Control,
-    ControlVerb,
     Message,
     Performative,
     ScriptState,
@@ -22,62 +18,6 @@ from tests.app.fake_robots import FakeTeam
 from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
-CANCEL, PAUSE, RESUME = ControlVerb.CANCEL, ControlVerb.PAUSE, ControlVerb.RESUME
-
-
-def row(state: str | None = "running", **more: Any) -> ScriptRow:
-    known = {"orders": 0, "stopping": False, "abandoned": False, "delivery": "acknowledged", "plan_id": "p"}
-    return ScriptRow(id="m-fred", robot="fred", state=state, **{**known, **more})
-
-
-def mission_row(state: str) -> MissionRow:
-    return MissionRow(id="m", state=state, plan_id="p")
-
-
-def test_each_order_has_a_greater_number_and_takes_the_place_of_the_one_before() -> None:
-    script, given = row(), []
-    for verb in (PAUSE, RESUME, PAUSE, CANCEL):
-        give(script, verb)
-        given.append(unanswered(script))
-    assert given == [
-        Control(script_id="m-fred", verb=verb, number=number)
-        for number, verb in enumerate((PAUSE, RESUME, PAUSE, CANCEL), start=1)
-    ]
-    assert script.stopping
-
-
-@pytest.mark.parametrize(
-    ("stands", "mission", "ordered"),
-    [
-        ("paused", "running", RESUME),
-        ("paused", "unknown", RESUME),
-        ("running", "paused", PAUSE),
-        ("accepted", "paused", PAUSE),
-        ("running", "running", None),
-        ("paused", "paused", None),
-        ("finished", "paused", None),
-        ("paused", "cancelled", None),
-    ],
-)
-def test_a_robot_that_stands_otherwise_than_its_mission_is_ordered_anew(
-    stands: str, mission: str, ordered: ControlVerb | None
-) -> None:
-    script = row(stands)
-    insist(script, mission_row(mission))
-    order = unanswered(script)
-    assert (order and order.verb) == ordered
-
-
-@pytest.mark.parametrize(
-    "more",
-    [{"control": "pause:4"}, {"stopping": True}, {"abandoned": True}, {"plan_id": "before"}],
-    ids=["an order is out", "it is to stop", "it is lost", "its plan is not carried out any more"],
-)
-def test_nothing_is_ordered_anew_where(more: dict[str, Any]) -> None:
-    script = row("paused", **more)
-    before = script.control
-    insist(script, mission_row("running"))
-    assert script.control == before
 
 
 @pytest.fixture

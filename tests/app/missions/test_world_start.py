@@ -10,7 +10,9 @@ import pytest
 from sqlalchemy import update
 
 from app.composition import RunningWorld, Service
-from app.domain.states import GoalState, MissionState, PlanState
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings

@@ -10,7 +10,6 @@ from pathlib import Path
 from planner import (
     UNOBSERVED,
     Fact,
-    FastDownwardEngine,
     Observer,
     PlanNet,
     PlanningProblem,
@@ -18,8 +17,8 @@ from planner import (
     PlanningResult,
     PlanningStatus,
     Progress,
-    load_knowledge_base,
 )
+from tests.app.planning.store_engine import StoreEngine
 
 PLAN = PlanNet(goals=(), actions=(), causal_links=(), orderings=(), recruitment={})
 
@@ -101,26 +100,26 @@ def make_no_engine() -> FakeEngine:
 
 
 class PatientEngine:
-    """Fast Downward, and then a bound that rises until it is told to stop."""
+    """Has a plan of the sample store at once, and then a bound that rises until it is told to stop."""
 
     name = "patient"
 
     def __init__(self) -> None:
-        self._engine = FastDownwardEngine(load_knowledge_base())
-        self._engine.warm_up()
+        self._engine = StoreEngine()
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
         result = self._engine.plan(problem, request)
-        makespan_s, begun = result.plan_net.makespan_s if result.plan_net else None, time.monotonic()
+        makespan_s = result.plan_net.makespan_s if result.plan_net else None
+        begun_s = time.monotonic()
         bound_s = 0.0
-        while not observer.should_stop() and time.monotonic() < begun + request.time_limit_s:
-            bound_s += 0.1
+        while not observer.should_stop() and time.monotonic() < begun_s + request.time_limit_s:
+            bound_s += 0.01
             observer.progress(
                 Progress(
                     engine=self.name,
-                    elapsed_s=time.monotonic() - begun,
+                    elapsed_s=time.monotonic() - begun_s,
                     makespan_s=makespan_s,
                     lower_bound_s=bound_s,
                 )

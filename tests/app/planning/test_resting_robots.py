@@ -9,7 +9,7 @@ from app.agents import RobotBoard
 from robots.clock import ManualClock
 from robots.wire import Telemetry
 from tests.app.fake_robots import FakeTeam
-from tests.waiting import read_until
+from tests.waiting import in_state, read_until
 
 Thing = dict[str, Any]
 
@@ -19,9 +19,7 @@ def post(api: TestClient, text: str) -> str:
 
 
 def settled(goal: Thing) -> bool:
-    return goal["state"] in ("planned", "unsolvable") or (
-        goal["state"] == "submitted" and goal["reason"] != ""
-    )
+    return goal["state"] in ("waiting", "planned", "unsolvable")
 
 
 def said(battery: float, *, charging: bool = False) -> Telemetry:
@@ -36,17 +34,14 @@ def test_a_goal_waits_for_a_robot_with_a_low_battery_until_it_has_charged(
     goal = post(api, "move sample_4 to bay_8")
     waiting = read_until(api, goal, settled)
     assert (waiting["state"], waiting["reason"]) == (
-        "submitted",
+        "waiting",
         "waits for store_2, which rests, its battery at 10%",
     )
     team.tell("store_2", battery=0.5, charging=True)
     read_until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.5)
-    assert api.get(goal).json()["state"] == "submitted"
+    assert api.get(goal).json()["state"] == "waiting"
     team.tell("store_2", battery=0.9)
-    assert (
-        read_until(api, goal, lambda goal: goal["state"] != "submitted" and settled(goal))["state"]
-        == "planned"
-    )
+    assert in_state(api, goal, "planned", "unsolvable")["state"] == "planned"
 
 
 def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient, team: FakeTeam) -> None:

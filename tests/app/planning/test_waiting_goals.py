@@ -11,8 +11,8 @@ from sqlalchemy import text
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.states import GoalState
-from app.planning.waiting_goals import TURNS, WaitingGoals, most_urgent
+from app.domain.lifecycles.goal import GoalState
+from app.planning.waiting_goals import GOALS_PER_WORKFLOW, WaitingGoals, most_urgent
 from app.store import Database, GoalRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
@@ -43,7 +43,7 @@ def waiting(session: Session, name: str, **more: Any) -> None:
         "goal": [],
         "priority": 0,
         "auto_approve": False,
-        "state": GoalState.SUBMITTED,
+        "state": GoalState.WAITING,
         "reason": "waits for mission m",
         "created_by": "me",
     }
@@ -93,7 +93,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
 
     workflows.register(PLAN_WAITING, partial(goals.run, plan=plan))
     workflows.launch()
-    names = [f"goal {number:03}" for number in range(2 * TURNS + 1)]
+    names = [f"goal {number:03}" for number in range(2 * GOALS_PER_WORKFLOW + 1)]
     with database.write() as session:
         session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
         session.flush()
@@ -101,7 +101,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
             waiting(session, name, created_at=name, releases_seen=0)
         goals.release(session, "lab")
     assert [planned.get(timeout=30) for _ in names] == names
-    until(lambda: steps_of(database) == [TURNS + 1, TURNS + 1, 2])
+    until(lambda: steps_of(database) == [GOALS_PER_WORKFLOW + 1, GOALS_PER_WORKFLOW + 1, 2])
     workflows.close()
     database.close()
 
@@ -126,9 +126,7 @@ def steps_of(database: Database) -> list[int]:
         return list(session.scalars(text(query)))
 
 
-@pytest.mark.parametrize(
-    "more", [{"state": GoalState.PLANNING}, {"reason": ""}, {"state": GoalState.WITHDRAWN}]
-)
-def test_goals_that_do_not_wait_are_left_alone(session: Session, more: dict[str, Any]) -> None:
-    waiting(session, "one", **more)
+@pytest.mark.parametrize("state", [GoalState.SUBMITTED, GoalState.PLANNING, GoalState.WITHDRAWN])
+def test_goals_that_do_not_wait_are_left_alone(session: Session, state: GoalState) -> None:
+    waiting(session, "one", state=state)
     assert order(session) == []

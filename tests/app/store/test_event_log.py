@@ -15,7 +15,8 @@ from app.domain.events import Event
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
-from app.workflows.notifications import Listening
+from app.workflows.notifications import NotificationListener
+from tests.app.stepped_clock import SteppedClock
 from tests.databases import ON_BOTH, ON_POSTGRESQL
 from tests.waiting import until
 
@@ -79,7 +80,7 @@ def test_who_follows_the_log_misses_nothing_that_several_processes_write(made: s
 @ON_POSTGRESQL
 def test_a_stream_that_waits_is_woken_by_what_another_process_writes(made: str) -> None:
     with process(made) as (here, events), process(made) as (there, events_there):
-        listening = Listening(here, {})
+        listening = NotificationListener(here, {})
         listening.start()
         seen = events.wait(0, PROMPT_S)  # it looks once when it begins to listen
         with there.write() as session:
@@ -90,11 +91,12 @@ def test_a_stream_that_waits_is_woken_by_what_another_process_writes(made: str) 
 
 
 @ON_POSTGRESQL
-def test_listening_goes_on_after_its_connection_was_cut(made: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.workflows.notifications.SETTLED_S", 3600.0)
+def test_listening_goes_on_after_its_connection_was_cut(made: str) -> None:
     with process(made) as (here, _), process(made) as (there, _):
         topics: list[str] = []
-        listening = Listening(here, {"planning": lambda: topics.append("planning")})
+        listening = NotificationListener(
+            here, {"planning": lambda: topics.append("planning")}, clock=SteppedClock()
+        )
         listening.start()
         until(lambda: len(topics) == 1)
         with there.write() as session:

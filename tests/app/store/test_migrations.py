@@ -6,7 +6,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy import text
 
 from app.store import Base, Database
-from app.store.migrate import _config, migrate
+from app.store.migrate import migrate, migration_config
 from tests.databases import ON_BOTH
 
 pytestmark = ON_BOTH
@@ -23,7 +23,7 @@ def test_migrations_make_the_tables_that_the_code_declares(database_url: str) ->
 def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None:
     record = Database(database_url)
     with record.engine.connect() as connection:
-        command.upgrade(_config(connection), "0001")
+        command.upgrade(migration_config(connection), "0001")
         connection.execute(
             text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', 'Lab', '{}', 7)")
         )
@@ -32,4 +32,79 @@ def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None
     with record.engine.connect() as connection:
         rows = connection.execute(text("SELECT id, version, releases FROM worlds")).all()
     assert [tuple(row) for row in rows] == [("lab", 7, 0)]
+    record.close()
+
+
+def test_orders_and_overdue_missions_of_before_are_kept_as_data(database_url: str) -> None:
+    record = Database(database_url)
+    with record.engine.connect() as connection:
+        command.upgrade(migration_config(connection), "0012")
+        for insert in BEFORE_0014:
+            connection.execute(text(insert))
+        connection.commit()
+    migrate(record)
+    with record.engine.connect() as connection:
+        missions = connection.execute(text("SELECT reason, is_overdue FROM missions ORDER BY id")).all()
+        orders = connection.execute(text("SELECT control, control_number FROM scripts ORDER BY id")).all()
+    assert [(reason, bool(overdue)) for reason, overdue in missions] == [
+        ("no answer from fred", True),
+        ("", True),
+        ("so it was; its deadline has passed", False),
+        ("", False),
+    ]
+    assert [tuple(row) for row in orders] == [("pause", 3), (None, None)]
+    record.close()
+
+
+MISSION = (
+    "INSERT INTO missions (id, workflow, goal_id, plan_id, world, state, reason, estimate_s, original_estimate_s, "
+    "margin_s, cancel_requested, created_at) VALUES ('{id}', '{id}', 'g', 'p{id}', 'lab', '{state}', '{reason}', "
+    "1, 1, 1, false, 'now')"
+)
+SCRIPT = (
+    "INSERT INTO scripts (id, mission_id, plan_id, robot, body, delivery, control, orders, stopping, packets, detail, "
+    "perceived) VALUES ('{id}', '1', 'p1', 'fred', '{{}}', 'acknowledged', {control}, 3, false, '{{}}', '', '[]')"
+)
+PLAN = (
+    "INSERT INTO plans (id, goal_id, world, state, reason, body, world_version, created_at) "
+    "VALUES ('p{id}', 'g', 'lab', 'approved', '', '{{}}', 1, 'now')"
+)
+BEFORE_0014 = [
+    "INSERT INTO worlds (id, title, layout, version) VALUES ('lab', 'Lab', '{}', 7)",
+    "INSERT INTO goals (id, world, text, goal, priority, auto_approve, state, reason, attempts, created_by, "
+    "created_at, updated_at) VALUES ('g', 'lab', '', '[]', 0, false, 'committed', '', 1, 'me', 'now', 'now')",
+    *(PLAN.format(id=number) for number in range(1, 5)),
+    MISSION.format(id=1, state="unknown", reason="no answer from fred; its deadline has passed"),
+    MISSION.format(id=2, state="running", reason="its deadline has passed"),
+    MISSION.format(id=3, state="failed", reason="so it was; its deadline has passed"),
+    MISSION.format(id=4, state="running", reason=""),
+    SCRIPT.format(id="a", control="'pause:3'"),
+    SCRIPT.format(id="b", control="NULL"),
+]
+
+
+def test_goals_that_waited_in_submitted_become_waiting_and_back(database_url: str) -> None:
+    record = Database(database_url)
+    goal = (
+        "INSERT INTO goals (id, world, text, goal, priority, auto_approve, state, reason, attempts, created_by, "
+        "created_at, updated_at) VALUES (:id, 'lab', '', '[]', 0, false, 'submitted', :reason, 1, 'me', '', '')"
+    )
+    rows = {"new": "", "waits": "waits for mission m", "again": "the plan was overtaken: in(a, b)"}
+    with record.engine.connect() as connection:
+        command.upgrade(migration_config(connection), "0012")
+        connection.execute(
+            text("INSERT INTO worlds (id, title, layout, version) VALUES ('lab', '', '{}', 1)")
+        )
+        for name, reason in rows.items():
+            connection.execute(text(goal), {"id": name, "reason": reason})
+        connection.commit()
+        command.upgrade(migration_config(connection), "0013")
+        states = connection.execute(text("SELECT id, state FROM goals")).all()
+        assert {one.id: one.state for one in states} == {
+            "new": "submitted",
+            "waits": "waiting",
+            "again": "submitted",
+        }
+        command.downgrade(migration_config(connection), "0012")
+        assert set(connection.execute(text("SELECT state FROM goals")).scalars()) == {"submitted"}
     record.close()

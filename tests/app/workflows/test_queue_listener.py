@@ -1,35 +1,41 @@
-"""How often a queue is looked at for workflows that nobody told of."""
+"""How often a queue is polled for workflows that were not announced."""
 
 import pytest
 
-from app.workflows.queue_listener import ASLEEP_S, AWAKE_S, _Pause
-from robots.clock import ManualClock
+from app.workflows.queue_listener import ACTIVE_S, IDLE_POLLING_S, PollPause
+from tests.app.stepped_clock import SteppedClock
 
 
-@pytest.mark.parametrize(("busy", "looks"), [(True, 20), (False, 2)])
-def test_a_queue_is_looked_at_seldom_once_nothing_was_in_it_for_a_while(
-    busy: bool, looks: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    clock = ManualClock()
-    monkeypatch.setattr("app.workflows.queue_listener.time.monotonic", clock.now_s)
-    pause = _Pause(lambda: True, is_busy=lambda: busy)
-    waited: list[float] = []
+def test_a_queue_is_polled_less_often_once_nothing_has_happened_for_a_while() -> None:
+    clock = SteppedClock()
+    pause = PollPause(lambda: True, clock=clock)
 
-    def wait(timeout: float) -> bool:
-        waited.append(timeout)
-        clock.advance(timeout)
-        return False
+    def pause_s() -> float:
+        began_s = clock.monotonic_s()
+        assert not pause.wait(0.1)
+        return clock.monotonic_s() - began_s
 
-    monkeypatch.setattr(pause._over, "wait", wait)
-    while clock.now_s() < AWAKE_S:
-        pause.wait(0.1)
-    awake = len(waited)
-    assert awake == pytest.approx(AWAKE_S / 0.1, abs=1)
-    while clock.now_s() < AWAKE_S + 2.0 * ASLEEP_S:
-        pause.wait(0.1)
-    assert len(waited) - awake == pytest.approx(looks, abs=1)
-    monkeypatch.setattr(pause._over, "wait", lambda _: True)  # there is something
-    pause.wait(0.1)
-    monkeypatch.setattr(pause._over, "wait", wait)
-    pause.wait(0.1)
-    assert waited[-1] == 0.1
+    active = 0
+    while pause_s() == pytest.approx(0.1):
+        active += 1
+    assert active == pytest.approx(ACTIVE_S / 0.1, abs=1)
+    assert pause_s() == pytest.approx(IDLE_POLLING_S)
+    pause.cut_short()
+    assert pause_s() == 0.0
+    assert pause_s() == pytest.approx(0.1)
+
+
+def test_a_pause_lasts_until_something_may_be_dequeued() -> None:
+    clock = SteppedClock()
+    allowed_s = clock.monotonic_s() + 3.0
+    pause = PollPause(lambda: clock.monotonic_s() >= allowed_s, clock=clock)
+    pause.cut_short()
+    assert not pause.wait(0.5)
+    assert clock.monotonic_s() == pytest.approx(allowed_s)
+
+
+def test_a_pause_ends_for_good_when_it_is_set() -> None:
+    pause = PollPause(lambda: False, clock=SteppedClock())
+    pause.set()
+    assert pause.wait(3600.0)
+    assert pause.is_set()

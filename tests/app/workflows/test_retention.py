@@ -1,6 +1,5 @@
 """What is old goes, what is needed stays."""
 
-import time
 from collections.abc import Iterator
 from queue import Queue
 from typing import Any
@@ -9,6 +8,7 @@ import pytest
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.domain.clock import SYSTEM_CLOCK
 from app.store import (
     Database,
     DurationRow,
@@ -23,13 +23,14 @@ from app.store import (
 )
 from app.store.event_log import EventLog
 from app.workflows import PLANNING, Workflows
-from app.workflows.retention import GOALS, Retention, Swept
+from app.workflows.retention import DAY_S, GOALS, Retention, Swept
+from tests.app.stepped_clock import SteppedClock
 from tests.databases import ON_BOTH
 from tests.waiting import until
 
 pytestmark = ON_BOTH
 WITH_A_GOAL = (GoalRow, PlanRow, MissionRow, ScriptRow)
-LONG_AGO, DAY_S = "2020-01-01T00:00:00.000Z", 86400.0
+LONG_AGO = "2020-01-01T00:00:00.000Z"
 
 
 @pytest.fixture
@@ -200,12 +201,18 @@ def test_goals_that_were_over_long_ago_go_with_all_that_was_made_for_them(
 def test_goals_that_are_not_over_stay_however_old_they_are(database: Database, workflows: Workflows) -> None:
     add_mission(database, "unknown", "unknown", goal="committed", since=LONG_AGO)
     with database.write() as session:
-        for state in ("submitted", "planning", "planned"):
+        for state in ("submitted", "waiting", "planning", "planned"):
             add_goal(session, state, state, since=LONG_AGO)
         for state in ("withdrawn", "unsolvable"):
             add_goal(session, state, state, since=LONG_AGO)
     assert sweeper(database, workflows).sweep().goals == 2
-    assert rows(database)["goals"] == {"goal-unknown", "goal-submitted", "goal-planning", "goal-planned"}
+    assert rows(database)["goals"] == {
+        "goal-unknown",
+        "goal-submitted",
+        "goal-waiting",
+        "goal-planning",
+        "goal-planned",
+    }
 
 
 def test_a_goal_stays_while_a_lost_robot_of_it_is_still_to_be_told_to_stop(
@@ -248,6 +255,6 @@ def test_workflows_that_were_over_long_ago_are_forgotten(
         workflows.start(session, PLANNING, "note", "first", "one")
     assert done.get(timeout=30) == "one"
     assert sweeper(database, workflows, days=1).sweep().workflows == 0
-    later = sweeper(database, workflows, days=1, now=lambda: time.time() + 2 * DAY_S)
+    later = sweeper(database, workflows, days=1, clock=SteppedClock(SYSTEM_CLOCK.epoch_s() + 2 * DAY_S))
     until(lambda: later.sweep().workflows > 0)  # it is over a moment after it has done its work
     assert later.sweep().workflows == 0

@@ -1,14 +1,15 @@
 """Durable workflows: begun when the transaction that starts them commits."""
 
 import threading
-import time
 from collections.abc import Iterator
 from functools import partial
 from queue import Empty, Queue
 
 import pytest
+from dbos import DBOS
 from sqlalchemy import text
 
+from app.domain.clock import SystemClock
 from app.store import Database
 from app.workflows import MISSIONS, PLANNING, Workflows, or_give_up, sleep_until_woken, step
 from app.workflows import Queue as WorkflowQueue
@@ -17,6 +18,20 @@ from tests.waiting import until
 
 pytestmark = ON_BOTH
 HARDLY_EVER_S = 3600.0
+
+
+class StandingClock(SystemClock):
+    """Waits as long as the system's clock does, while its monotonic time stands still."""
+
+    def __init__(self) -> None:
+        self.waits = 0
+
+    def monotonic_s(self) -> float:
+        return 1000.0
+
+    def wait(self, event: threading.Event, timeout_s: float) -> bool:
+        self.waits += 1
+        return super().wait(event, timeout_s)
 
 
 @pytest.fixture
@@ -53,18 +68,20 @@ def test_a_workflow_begins_when_its_transaction_commits_and_not_with_the_next_lo
     assert carried_out.get(timeout=30) == "another"
 
 
-def test_a_process_that_others_take_for_dead_begins_nothing(
+def test_a_process_that_others_take_for_dead_dequeues_nothing(
     database: Database, carried_out: Queue[str]
 ) -> None:
-    workflows = Workflows(database.url, queue_polling_s=0.02)
+    clock = StandingClock()
+    workflows = Workflows(database.url, queue_polling_s=0.02, clock=clock)
     workflows.register("note", carried_out.put)
     workflows.launch()
-    workflows.may_begin(time.monotonic())
+    workflows.dequeue_until(clock.monotonic_s())
     with database.write() as session:
         workflows.start(session, MISSIONS, "note", "first", "one")
-    with pytest.raises(Empty):
-        carried_out.get(timeout=0.5)
-    workflows.may_begin(time.monotonic() + 3600)
+    polled = clock.waits
+    until(lambda: clock.waits > polled + 20)
+    assert carried_out.empty()
+    workflows.dequeue_until(clock.monotonic_s() + HARDLY_EVER_S)
     assert carried_out.get(timeout=30) == "one"
     workflows.close()
 
@@ -104,13 +121,13 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
     with database.write() as session:
         first.start(session, MISSIONS, "nap", "mine", "awake")
     assert carried_out.get(timeout=30) == "asleep"
-    until(first._dbos._sys_db.notifications_map.snapshot, "it never sleeps")
+    until(lambda: "DBOS.sleep" in [one["function_name"] for one in DBOS.list_workflow_steps("mine")])
     first.close()
     until(lambda: not [one for one in threading.enumerate() if one.name.startswith("dbos-executor")])
 
     second = launched()
     if database.shared:
-        assert second.take_over(first.executor) == 1
+        assert second.recover_executor(first.executor) == 1
     with database.write() as session:
         second.wake(session, "mine", "a message")
     assert carried_out.get(timeout=30) == "awake"
@@ -118,7 +135,7 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
     assert carried_out.empty()
 
 
-def test_a_workflow_that_was_lost_between_its_queue_and_the_process_is_taken_up(
+def test_a_workflow_that_was_lost_between_its_queue_and_the_process_is_recovered(
     database: Database, workflows: Workflows, carried_out: Queue[str]
 ) -> None:
     """As when the database dies after it has recorded who has the workflow, and before it has said so."""
@@ -130,10 +147,10 @@ def test_a_workflow_that_was_lost_between_its_queue_and_the_process_is_taken_up(
             "SET status = 'PENDING', executor_id = :me, queue_name = 'missions' WHERE workflow_uuid = 'lost'"
         )
         session.execute(text(f"UPDATE {table} {taken}"), {"me": workflows.executor})
-    assert workflows.take_up() == 0  # it might just be on its way
-    assert workflows.take_up() == 1
+    assert workflows.recover_lost() == 0  # it might just be on its way
+    assert workflows.recover_lost() == 1
     assert carried_out.get(timeout=30) == "something"
-    assert workflows.take_up() == 0
+    assert workflows.recover_lost() == 0
 
 
 def test_a_workflow_whose_step_keeps_failing_gives_up_with_the_reason(

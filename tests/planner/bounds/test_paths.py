@@ -19,7 +19,8 @@ def test_prices_add_up_to_the_cheapest_assignment_and_never_exceed_a_cost() -> N
 
 def test_an_edge_is_not_taken_before_its_release() -> None:
     graph = Graph.of(np.array([0, 1, 0]), np.array([1, 2, 2]), 4)
-    costs, releases = np.array([2, 3, 4]), np.array([0, 10, 20])
+    costs = np.array([2, 3, 4])
+    releases = np.array([0, 10, 20])
     times, edges = shortest(graph, costs, releases, np.array([0]))
     assert times.tolist() == [0, 2, 13, FAR]
     assert edges.tolist() == [-1, 0, 1, -1]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from planner.engines.garbage_collection import collector_at_rest
+from planner.engines.garbage_collection import garbage_collection_paused
 
 
 @pytest.fixture(autouse=True)
@@ -16,19 +16,19 @@ def collecting() -> Iterator[None]:
 
 
 def test_it_rests_and_goes_on() -> None:
-    with collector_at_rest():
+    with garbage_collection_paused():
         assert not gc.isenabled()
     assert gc.isenabled()
 
 
 def test_it_goes_on_after_an_error() -> None:
-    with pytest.raises(ZeroDivisionError), collector_at_rest():
+    with pytest.raises(ZeroDivisionError), garbage_collection_paused():
         1 / 0  # noqa: B018
     assert gc.isenabled()
 
 
 def test_one_that_rested_before_rests_on() -> None:
     gc.disable()
-    with collector_at_rest():
+    with garbage_collection_paused():
         pass
     assert not gc.isenabled()

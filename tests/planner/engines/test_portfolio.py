@@ -31,7 +31,8 @@ class Fake:
         bound_s: float | None = None,
         during: Callable[[Observer], None] = lambda _: None,
     ) -> None:
-        self.name, self._during = name, during
+        self.name = name
+        self._during = during
         self._answer = PlanningResult(
             status=status,
             engine=name,
@@ -85,7 +86,8 @@ NOTHING = [
 
 
 def test_the_first_plan_found_is_the_answer_and_no_further_engine_is_asked() -> None:
-    first, second = Fake("ours", PlanningStatus.SOLVED), Fake("other", PlanningStatus.SOLVED)
+    first = Fake("ours", PlanningStatus.SOLVED)
+    second = Fake("other", PlanningStatus.SOLVED)
     result = Portfolio([first, second]).plan(PROBLEM, PlanningRequest())
     assert (result.status, result.engine, result.plan_net) == (PlanningStatus.SOLVED, "ours", PLAN)
     assert second.requests == []
@@ -93,7 +95,8 @@ def test_the_first_plan_found_is_the_answer_and_no_further_engine_is_asked() -> 
 
 @pytest.mark.parametrize("nothing", NOTHING)
 def test_the_next_engine_is_asked_where_one_found_nothing(nothing: PlanningStatus) -> None:
-    first, second = Fake("ours", nothing, reason="no luck"), Fake("other", PlanningStatus.SOLVED)
+    first = Fake("ours", nothing, reason="no luck")
+    second = Fake("other", PlanningStatus.SOLVED)
     result = Portfolio([first, second]).plan(PROBLEM, PlanningRequest())
     assert (result.status, result.engine) == (PlanningStatus.SOLVED, "other")
     assert "ours" in result.reason

@@ -17,7 +17,7 @@ from planner import (
     PlanningRequest,
 )
 from planner.explanation import Explanation, explain
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 from tests.planner.store import inside, store_problem
 
 REQUEST = PlanningRequest(time_limit_s=60)
@@ -77,13 +77,14 @@ def test_an_action_that_serves_one_goal_is_not_said_to_serve_the_other(
 
 def test_every_ordering_is_explained_to_both_its_actions(plan_net: PlanNet, explanation: Explanation) -> None:
     for ordering in plan_net.orderings:
-        before, after = plan_net.action(ordering.before), plan_net.action(ordering.after)
-        (told,) = [
+        before = plan_net.action(ordering.before)
+        after = plan_net.action(ordering.after)
+        (chain_in_words,) = [
             words
             for words in explanation.of(after.id).order
             if words.startswith(f"after {before.id} {before.tag}: ")
         ]
-        why = told.split(": ", 1)[1]
+        why = chain_in_words.split(": ", 1)[1]
         assert f"before {after.id} {after.tag}: {why}" in explanation.of(before.id).order
         if ordering.reason is OrderingReason.CAUSAL:
             assert "brings about that" in why
@@ -96,7 +97,7 @@ def test_doing_without_a_robot_costs_what_solving_without_it_says(
     plan_net = solved(engine, problem)
     assert plan_net.robots == ("store_2", "yard_1")
     explanation = explain(plan_net, problem, knowledge_base, engine, REQUEST)
-    other = solved(engine, Statics(knowledge_base, problem).without({"yard_1"}))
+    other = solved(engine, StaticFacts(knowledge_base, problem).without({"yard_1"}))
     words = f"yard_2 instead of yard_1: {other.makespan_s - plan_net.makespan_s:+.1f} s"
     assert explanation.robots["yard_1"] == words
     assert explanation.robots["store_2"] == "there is no plan without store_2: then no robot reaches bay_7"

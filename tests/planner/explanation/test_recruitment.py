@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from planner import Fact, KnowledgeBase
-from planner.explanation.recruitment import recruitment_of
+from planner.explanation.recruiting import recruitment_of
 from planner.interchange.foreign import import_problem
-from planner.problem.static_facts import Statics
+from planner.problem.static_facts import StaticFacts
 from tests.planner.large_store import LargeStore
 
 
@@ -15,7 +15,7 @@ def test_a_robot_that_could_do_all_of_anothers_work_would_qualify(knowledge_base
     lame = Fact("can", ("yard_2", "DOCK"))
     problem = replace(problem, facts=problem.facts - {lame})
     work = [action for action in store.sequence(problem, knowledge_base) if "yard_0" in action.agents]
-    why = recruitment_of(work, Statics(knowledge_base, problem))
+    why = recruitment_of(work, StaticFacts(knowledge_base, problem))
     assert list(why) == ["yard_0"]
     assert "yard_1 would qualify too" in why["yard_0"]
     assert "yard_2" not in why["yard_0"]
@@ -25,7 +25,7 @@ def test_a_robot_that_could_do_all_of_anothers_work_would_qualify(knowledge_base
 def test_rivals_are_told_apart_by_whether_they_have_work(knowledge_base: KnowledgeBase) -> None:
     store = LargeStore(aisles=3, samples=2)
     problem = store.problem()
-    why = recruitment_of(store.sequence(problem, knowledge_base), Statics(knowledge_base, problem))
+    why = recruitment_of(store.sequence(problem, knowledge_base), StaticFacts(knowledge_base, problem))
     assert "yard_2 would qualify too, the plan found has no need of it" in why["yard_0"]
     assert why["yard_0"].endswith("; yard_1 would qualify too but has other work")
     assert why["yard_1"].endswith("; yard_0 would qualify too but has other work")
@@ -35,8 +35,8 @@ def test_rivals_are_told_apart_by_whether_they_have_work(knowledge_base: Knowled
 def test_a_robot_kept_from_every_action_is_no_rival(knowledge_base: KnowledgeBase) -> None:
     store = LargeStore(aisles=3, samples=1)
     problem = store.problem()
-    without = Statics(knowledge_base, problem).without({"yard_1", "yard_2"})
-    why = recruitment_of(store.sequence(problem, knowledge_base), Statics(knowledge_base, without))
+    without = StaticFacts(knowledge_base, problem).without({"yard_1", "yard_2"})
+    why = recruitment_of(store.sequence(problem, knowledge_base), StaticFacts(knowledge_base, without))
     assert why["yard_0"].endswith("no other robot qualifies")
 
 
@@ -49,5 +49,5 @@ def test_whatever_acts_is_a_robot_though_its_type_has_another_name() -> None:
     read = import_problem(domain, problem, agents=["truck"])
     arguments = {"t": "t1", "a": "x", "b": "y"}
     drive = read.knowledge_base.ground("DRIVE", arguments, {}, objects=read.problem.objects)
-    why = recruitment_of([drive], Statics(read.knowledge_base, read.problem))
+    why = recruitment_of([drive], StaticFacts(read.knowledge_base, read.problem))
     assert why == {"t1": "can DRIVE; t2 would qualify too, the plan found has no need of it"}

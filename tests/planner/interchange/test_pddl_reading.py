@@ -4,9 +4,9 @@ import pytest
 
 from planner import FastDownwardEngine, KnowledgeBase, PlanningRequest, PlanningStatus, faults_of
 from planner.errors import Unsupported
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
 from planner.interchange.foreign import import_domain, import_problem
 from planner.interchange.pddl import Form, write_domain, write_problem
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.relaxation import is_relaxed_reachable
 from tests.planner.store import inside, store_problem
 
@@ -67,7 +67,8 @@ def test_a_domain_becomes_a_knowledge_base() -> None:
 
 def test_a_problem_is_planned_and_every_check_passes() -> None:
     read = import_problem(DELIVERY, TWO_PARCELS, agents=("carrier",))
-    base, problem = read.knowledge_base, read.problem
+    base = read.knowledge_base
+    problem = read.problem
     assert not read.is_exact  # durative actions could have been planned inside each other
     assert problem.functions["road_length", ("home", "depot")] == 10.0
     assert str(problem.goals[2]) == "not_on(c1, v)"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem
-from planner.interchange.compilation import UNIFIED_PLANNING_LOCK
-from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text, write_domain, write_problem
+from planner import Fact, GroundAction, KnowledgeBase
+from planner.interchange.pddl import Form, PddlTask, Vocabulary, write_domain, write_problem
+from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.plan_nets.extraction import fault_of
 from tests.planner.store import inside, store_problem
 
@@ -19,18 +19,11 @@ STORING = store_problem([inside("sample_1", "bay_7")], samples={"sample_1": "doo
 STEP = re.compile(r"^(?:[\d.]+:\s*)?\(([^)]*)\)\s*(?:\[([\d.]+)\])?", re.MULTILINE)
 
 
-def written(folder: Path, words: Vocabulary, problem: PlanningProblem) -> None:
-    (folder / "domain.pddl").write_text(domain_text(words))
-    (folder / "problem.pddl").write_text(problem_text(words, problem))
-
-
-def steps(plan: str, words: Vocabulary, problem: PlanningProblem) -> list[tuple[GroundAction, float]]:
+def steps(plan: str, task: PddlTask) -> list[tuple[GroundAction, float]]:
     """The ground actions of a plan file with the durations in it."""
     found = []
     for name, *objects, duration in ((*m[1].split(), m[2] or "0") for m in STEP.finditer(plan)):
-        action = words.ground(name, objects, problem)
-        assert action is not None, f"{name} {objects} has no duration"
-        found.append((action, float(duration)))
+        found.append((task.ground(name, objects), float(duration)))
     return found
 
 
@@ -41,12 +34,12 @@ def test_lpg_finds_plans_that_are_plans_of_ours(
     spec = find_spec("up_lpg")
     if spec is None or spec.origin is None:
         pytest.skip("LPG is not installed")
-    words = Vocabulary(knowledge_base, form)
-    written(tmp_path, words, STORING)
+    task = PddlTask(knowledge_base, STORING, form)
+    task.write(tmp_path)
     command = [str(Path(spec.origin).parent / "lpg"), "-o", "domain.pddl", "-f", "problem.pddl"]
     limits = ["-n", "1", "-seed", "1", "-cputime", "60", "-out", "plan"]
     subprocess.run([*command, *limits], cwd=tmp_path, capture_output=True, timeout=100, check=False)
-    found = steps((tmp_path / "plan").read_text(), words, STORING)
+    found = steps((tmp_path / "plan").read_text(), task)
     assert fault_of([action for action, _ in found], STORING.facts, STORING.goals) is None
     if form is Form.TEMPORAL:
         assert all(action.duration_s == pytest.approx(duration, abs=0.01) for action, duration in found)
@@ -84,23 +77,21 @@ def translated(folder: Path) -> str:
 def test_fast_downward_reads_it_and_grounds_no_more_than_ours(
     knowledge_base: KnowledgeBase, tmp_path: Path
 ) -> None:
-    words = Vocabulary(knowledge_base, Form.CLASSICAL)
-    written(tmp_path, words, STORING)
-    task = translated(tmp_path)
-    operators = re.findall(r"begin_operator\n(\S+) ?(.*)\n(?:.*\n)*?(\d+)\nend_operator", task)
+    task = PddlTask(knowledge_base, STORING, Form.CLASSICAL)
+    task.write(tmp_path)
+    operators = re.findall(
+        r"begin_operator\n(\S+) ?(.*)\n(?:.*\n)*?(\d+)\nend_operator", translated(tmp_path)
+    )
     assert len(operators) > 100
     for name, objects, cost in operators:
-        action = words.ground(name, objects.split(), STORING)
-        assert action is not None
-        assert round(action.duration_s * 10) == int(cost)
+        assert round(task.ground(name, objects.split()).duration_s * 10) == int(cost)
 
 
 def test_a_goal_that_only_comes_about_by_the_way_stays_out_of_reach(
     knowledge_base: KnowledgeBase, tmp_path: Path
 ) -> None:
     problem = store_problem([Fact("vacant", ("bay_9",))], samples={"sample_1": "bay_9"})
-    words = Vocabulary(knowledge_base, Form.CLASSICAL)
-    written(tmp_path, words, problem)
+    PddlTask(knowledge_base, problem, Form.CLASSICAL).write(tmp_path)
     assert "begin_operator" not in translated(tmp_path)  # the translator sees that it is unsolvable
 
 
@@ -125,7 +116,8 @@ def test_keywords_and_strange_names_become_names_that_readers_take(knowledge_bas
 
 
 def test_the_duration_of_a_team_is_a_table(knowledge_base: KnowledgeBase) -> None:
-    domain, problem = write_domain(knowledge_base), write_problem(knowledge_base, STORING)
+    domain = write_domain(knowledge_base)
+    problem = write_problem(knowledge_base, STORING)
     assert "(= ?duration (duration_transport_long_object_at ?ref1 ?ref2 ?robots_1 ?robots_2))" in domain
     assert "(= (duration_transport_long_object_at door_1 interchange_1 yard_1 yard_2) " in problem
     assert "(at start (not (idle_robot ?robots_2)))" in domain

@@ -61,7 +61,8 @@ def test_a_way_out_and_back_stays_if_something_is_fetched() -> None:
         act("work", needs=["here", "thing"], intends=["goal"]),
     ]
     assert left(sequence, ["goal"], ["here"]) == ["away", "fetch", "back", "work"]
-    facts, goals = frozenset({Fact("here")}), (Fact("goal"),)
+    facts = frozenset({Fact("here")})
+    goals = (Fact("goal"),)
     assert indispensable(sequence, facts, goals) == {0, 1, 2, 3, 4}
 
 

@@ -13,7 +13,7 @@ from planner.knowledge.literal import Literal
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import GOAL, INITIAL
-from planner.plan_nets.validation import faults_of, replay, unintended
+from planner.plan_nets.validation import faults_of, replay, unjustified
 from tests.planner.store import store_problem
 
 Walk = tuple[PlanningProblem, tuple[GroundAction, ...], PlanNet]
@@ -51,7 +51,8 @@ def walks(draw: st.DrawFn) -> Walk:
     end."""
     problem, actions = store()
     choose = random.Random(draw(st.integers(0, 2**32)))
-    state, sequence = problem.facts, list[GroundAction]()
+    state = problem.facts
+    sequence = list[GroundAction]()
     for _ in range(draw(st.integers(1, 24))):
         able = [action for action in actions if state.issuperset(action.preconditions)]
         handling = [action for action in able if action.tag in ("DOCK", "TRANSPORT", "RELEASE2")]
@@ -101,7 +102,7 @@ def test_a_plan_net_has_no_faults(walk: Walk) -> None:
     """Support, threats, robots, schedule and replay; a random walk may well do things it does not intend."""
     problem, _, plan_net = walk
     base = load_knowledge_base()
-    assert set(faults_of(plan_net, problem.facts, base)) <= set(unintended(plan_net, base))
+    assert set(faults_of(plan_net, problem.facts, base)) <= set(unjustified(plan_net, base))
 
 
 @settings(max_examples=60, deadline=None)
@@ -140,7 +141,7 @@ def test_a_plan_net_that_lost_an_ordering_is_found_faulty(walk: Walk) -> None:
     for ordering in plan_net.orderings:
         if (ordering.before, ordering.after) not in linked:
             without = replace(plan_net, orderings=tuple(o for o in plan_net.orderings if o != ordering))
-            assert set(faults_of(without, problem.facts, base)) - set(unintended(plan_net, base))
+            assert set(faults_of(without, problem.facts, base)) - set(unjustified(plan_net, base))
 
 
 @given(walk=walks())

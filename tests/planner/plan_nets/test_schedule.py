@@ -61,8 +61,10 @@ def test_the_critical_path_is_a_chain_as_long_as_the_makespan(network: Network) 
 def test_a_deadline_binds_the_latest_starts_and_never_the_earliest(network: Network, seed: int) -> None:
     spans, pairs = network
     choose = random.Random(seed)
-    node, by = choose.randrange(len(spans)), choose.uniform(-5.0, 60.0)
-    free, bound = windows(spans, pairs, {}), windows(spans, pairs, {node: by})
+    node = choose.randrange(len(spans))
+    by = choose.uniform(-5.0, 60.0)
+    free = windows(spans, pairs, {})
+    bound = windows(spans, pairs, {node: by})
     assert bound.earliest == free.earliest
     end = bound.latest[node] + spans[node]
     assert end <= max(by, free.earliest[node] + spans[node]) + 0.001

@@ -157,7 +157,8 @@ actions:
     description: "{robot} act on {thing}"
 """
 ANY_BASE = read_knowledge_base(ANY_ACTION, "any.yaml")
-THINGS, ROBOTS = ("one", "two", "three"), ("fred", "ginger", "gene")
+THINGS = ("one", "two", "three")
+ROBOTS = ("fred", "ginger", "gene")
 
 
 def act(
@@ -181,7 +182,8 @@ def random_problem(choose: random.Random) -> tuple[PlanningProblem, list[GroundA
     facts = [Fact(name, (thing,)) for name in ("seen", "hidden") for thing in THINGS[: choose.randint(1, 3)]]
     initial = frozenset(fact for fact in facts if choose.random() < 0.5)
     robots = ROBOTS[: choose.randint(2, 3)]
-    state, sequence = set(initial), list[GroundAction]()
+    state = set(initial)
+    sequence = list[GroundAction]()
     for number in range(choose.randint(2, 7)):
         agents = sorted(choose.sample(robots, 2 if choose.random() < 0.15 else 1))
         needs = choose.sample(sorted(state), min(len(state), choose.randint(0, 2)))
@@ -239,7 +241,8 @@ def story(*actions: GroundAction, facts: Sequence[Fact] = ()) -> tuple[PlanningP
     return problem, kept(problem, actions)
 
 
-SEEN, HIDDEN = Fact("seen", ("one",)), Fact("hidden", ("one",))
+SEEN = Fact("seen", ("one",))
+HIDDEN = Fact("hidden", ("one",))
 
 
 def test_what_a_robot_cannot_sense_is_kept_by_clearance() -> None:
@@ -250,7 +253,8 @@ def test_what_a_robot_cannot_sense_is_kept_by_clearance() -> None:
 
 def test_what_is_seen_before_another_takes_it_away_and_brings_it_back_tells_nothing() -> None:
     take = act(0, ["fred"], [SEEN], [SEEN], [])
-    bring_back, use = act(1, ["fred"], [], [], [SEEN]), act(2, ["ginger"], [SEEN], [SEEN], [])
+    bring_back = act(1, ["fred"], [], [], [SEEN])
+    use = act(2, ["ginger"], [SEEN], [SEEN], [])
     _, plan_net = story(take, bring_back, use, facts=[SEEN])
     assert cleared(plan_net) == [("fred ACT", "ginger ACT")]
 

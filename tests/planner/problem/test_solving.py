@@ -9,7 +9,7 @@ from planner import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.solving import Solving
+from planner.problem.solving import TimeLimitedEngine
 
 PROBLEM = PlanningProblem(objects={}, facts=frozenset(), goals=())
 
@@ -31,9 +31,11 @@ class Noting:
 
 def test_the_time_limit_is_for_all_problems_together() -> None:
     engine = Noting()
-    solving = Solving(engine, PlanningRequest(time_limit_s=60, objective=Objective.ENERGY), UNOBSERVED)
-    assert solving.solve(PROBLEM) is not None
-    assert solving.solve(PROBLEM, Objective.ROBOTS) is not None
+    solving = TimeLimitedEngine(
+        engine, PlanningRequest(time_limit_s=60, objective=Objective.ENERGY), UNOBSERVED
+    )
+    assert solving.plan_if_time(PROBLEM) is not None
+    assert solving.plan_if_time(PROBLEM, Objective.ROBOTS) is not None
     one, other = engine.requests
     assert 60 >= one.time_limit_s > other.time_limit_s > 0
     assert (one.objective, other.objective) == (Objective.ENERGY, Objective.ROBOTS)
@@ -41,7 +43,10 @@ def test_the_time_limit_is_for_all_problems_together() -> None:
 
 def test_without_time_no_problem_is_begun() -> None:
     engine = Noting()
-    assert Solving(engine, PlanningRequest(time_limit_s=0.01), UNOBSERVED).solve(PROBLEM) is None
+    assert (
+        TimeLimitedEngine(engine, PlanningRequest(time_limit_s=0.01), UNOBSERVED).plan_if_time(PROBLEM)
+        is None
+    )
     assert engine.requests == []
 
 
@@ -50,4 +55,4 @@ def test_who_wants_no_more_gets_no_more() -> None:
         def should_stop(self) -> bool:
             return True
 
-    assert Solving(Noting(), PlanningRequest(), Done()).solve(PROBLEM) is None
+    assert TimeLimitedEngine(Noting(), PlanningRequest(), Done()).plan_if_time(PROBLEM) is None

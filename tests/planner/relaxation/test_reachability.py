@@ -13,7 +13,9 @@ from planner.relaxation.reachability import members_of
 from tests.planner.store import inside, store_problem
 
 BASE = load_knowledge_base()
-PLACES, ROBOTS, SAMPLES = ("door", "bay", "bench"), ("ann", "bob"), ("s1", "s2")
+PLACES = ("door", "bay", "bench")
+ROBOTS = ("ann", "bob")
+SAMPLES = ("s1", "s2")
 OBJECTS = (
     dict.fromkeys(PLACES, "location")
     | dict.fromkeys(ROBOTS, "robot")
@@ -33,7 +35,8 @@ def ground_relaxation(base: KnowledgeBase, problem: PlanningProblem) -> tuple[se
                for a, b in op.distinct)
         and (action := op.ground(dict(zip(op.parameters, values, strict=True)), problem.functions)) is not None
     ]  # fmt: skip
-    reached, achieved = set(problem.facts), set(problem.facts)
+    reached = set(problem.facts)
+    achieved = set(problem.facts)
     grown = True
     while grown:
         applicable = [action for action in actions if reached.issuperset(action.preconditions)]

@@ -38,7 +38,8 @@ def outcome(plan_net: PlanNet, facts: frozenset[Fact]) -> frozenset[Fact]:
 
     What is under way has deleted already; each action's conditions hold from its start to its end.
     """
-    state, running = set(facts), list[PlanNetAction]()
+    state = set(facts)
+    running = list[PlanNetAction]()
     starts = [(a.earliest_start_s, 1, a) for a in plan_net.actions]
     ends = [(round(a.earliest_end_s, 3), 0, a) for a in plan_net.actions]
     for _, begins, action in sorted([*starts, *ends], key=lambda event: (*event[:2], not event[2].under_way)):
@@ -55,25 +56,28 @@ def outcome(plan_net: PlanNet, facts: frozenset[Fact]) -> frozenset[Fact]:
     return frozenset(state)
 
 
-def hold_to_account(
+def check_repair(
     repair: Repair,
     old: Iterable[PlanNetAction],
     present: PlanningProblem,
     knowledge_base: KnowledgeBase,
 ) -> PlanNet:
     """The repaired plan-net: valid, carried out from the present facts to the goals, as different as it says."""
-    plan_net, difference = repair.plan_net, repair.difference
+    plan_net = repair.plan_net
+    difference = repair.difference
     assert plan_net is not None, repair.result.reason
     assert difference is not None
     assert faults_of(plan_net, repair.problem.facts, knowledge_base) == []
     assert up_fault(knowledge_base, repair.problem, plan_net) is None
     assert outcome(plan_net, present.facts) >= set(present.goals)
-    left, new = {action.id: action for action in old}, {action.id: action for action in plan_net.actions}
-    gone, come = {*difference.kept, *difference.reassigned, *difference.dropped}, set(left)
+    left = {action.id: action for action in old}
+    new = {action.id: action for action in plan_net.actions}
+    gone = {*difference.kept, *difference.reassigned, *difference.dropped}
+    come = set(left)
     assert gone == come
     assert {*difference.kept.values(), *difference.reassigned.values(), *difference.added} == set(new)
     for one, other in difference.kept.items():
-        assert deed(left[one]) == deed(new[other])
+        assert activity(left[one]) == activity(new[other])
         before_s = max(0.0, left[one].earliest_start_s - difference.elapsed_s)
         later_s = new[other].earliest_start_s - before_s
         assert abs(difference.shifted.get(other, 0.0) - later_s) < (
@@ -90,5 +94,5 @@ def hold_to_account(
     return plan_net
 
 
-def deed(action: PlanNetAction) -> tuple[str, tuple[str, ...], Mapping[str, str]]:
+def activity(action: PlanNetAction) -> tuple[str, tuple[str, ...], Mapping[str, str]]:
     return action.tag, action.agents, action.arguments

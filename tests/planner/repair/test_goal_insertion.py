@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, PlanningRequest, PlanningStatus
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
-from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, as_scheduled, join
+from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, join
 from tests.planner.engines.hierarchical.worlds import Store
-from tests.planner.repair.carrying import GOALS, hold_to_account, moved, problem, with_another
+from tests.planner.repair.carrying import GOALS, check_repair, moved, problem, with_another
 from tests.planner.store import inside
 
 REQUEST = PlanningRequest(time_limit_s=30, effort_s=0)
@@ -26,7 +27,7 @@ def checked(
     made = join(engine, knowledge_base, plan_net, present, progress, goals, REQUEST)
     left = [action for action in plan_net.actions if action.id not in progress.done]
     every = replace(present, goals=(*plan_net.goals, *goals))
-    joined = hold_to_account(made, left, every, knowledge_base)
+    joined = check_repair(made, left, every, knowledge_base)
     assert made.difference is not None
     assert made.course is Course.JOINED
     for action in left:
@@ -51,7 +52,8 @@ def test_a_robot_that_is_free_begins_at_once(
     knowledge_base: KnowledgeBase, planner: HierarchicalEngine
 ) -> None:
     store = Store(yard_robots=3, aisles=3)
-    goals, samples = GOALS, {"s0": "door_0", "s1": "door_1", "s2": "bay_2_3"}
+    goals = GOALS
+    samples = {"s0": "door_0", "s1": "door_1", "s2": "bay_2_3"}
     present = store.problem(goals, samples)
     plan_net = planner.plan(present, REQUEST).plan_net
     assert plan_net is not None

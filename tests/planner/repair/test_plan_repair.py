@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import (
     UNOBSERVED,
     Fact,
@@ -17,10 +18,10 @@ from planner import (
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.errors import UnknownAction
-from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, as_scheduled, repair
+from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, repair
 from tests.planner.repair.carrying import (
     GOALS,
-    hold_to_account,
+    check_repair,
     moved,
     outcome,
     problem,
@@ -38,7 +39,8 @@ class Asked:
     name = "asked"
 
     def __init__(self, engine: HierarchicalEngine) -> None:
-        self.engine, self.times = engine, 0
+        self.engine = engine
+        self.times = 0
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -67,7 +69,7 @@ def checked(
     """The repair, held to account."""
     made = repair(engine, knowledge_base, plan_net, present, progress, REQUEST, stability_s=stability_s)
     left = [action for action in plan_net.actions if action.id not in progress.done]
-    hold_to_account(made, left, present, knowledge_base)
+    check_repair(made, left, present, knowledge_base)
     return made
 
 
@@ -230,7 +232,8 @@ def test_an_action_under_way_whose_needs_are_gone_is_not_counted_on(
 ) -> None:
     present, progress = halfway(plan_net)
     (name,) = [n for n in progress.under_way if plan_net.action(n).tag == "NAVIGATE"]
-    robot, home = plan_net.action(name).agents[0], plan_net.action(name).arguments["ref1"]
+    robot = plan_net.action(name).agents[0]
+    home = plan_net.action(name).arguments["ref1"]
     away = frozenset(f for f in present.facts if f != Fact("robot_attribute", (robot, "gripper", "empty")))
     full = {
         Fact("robot_attribute", (robot, "gripper", "full")),

@@ -8,12 +8,13 @@ from functools import cache
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import PlanNet, PlanningProblem, PlanningRequest, load_knowledge_base
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
-from planner.repair import MissionProgress, as_scheduled, join, repair
+from planner.repair import MissionProgress, join, repair
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.exploring import first_fault
-from tests.planner.repair.carrying import hold_to_account, moved, with_another
+from tests.planner.repair.carrying import check_repair, moved, with_another
 from tests.planner.store import inside
 
 REQUEST = PlanningRequest(time_limit_s=3, effort_s=0)
@@ -91,7 +92,7 @@ MISHAPS: list[Callable[[Case, random.Random], Case]] = [
 ]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32), mishap=st.sampled_from(MISHAPS), share=st.floats(0, 1))
 def test_a_repaired_plan_net_is_valid_and_kept_is_what_is_said_to_be_kept(
     seed: int, mishap: Callable[[Case, random.Random], Case], share: float
@@ -106,7 +107,7 @@ def test_a_repaired_plan_net_is_valid_and_kept_is_what_is_said_to_be_kept(
         assert mishap is not nothing
         return
     left = [action for action in plan_net.actions if action.id not in progress.done]
-    repaired = hold_to_account(made, left, present, load_knowledge_base())
+    repaired = check_repair(made, left, present, load_knowledge_base())
     assert progress.lost.isdisjoint(repaired.robots)
     under_way = {a for a in progress.under_way if progress.lost.isdisjoint(plan_net.action(a).agents)}
     assert made.difference is not None
@@ -115,7 +116,7 @@ def test_a_repaired_plan_net_is_valid_and_kept_is_what_is_said_to_be_kept(
         assert sum(action.under_way for action in repaired.actions) == len(under_way)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32), share=st.floats(0, 1))
 def test_who_joins_disturbs_nobody(seed: int, share: float) -> None:
     choose = random.Random(seed)
@@ -128,9 +129,7 @@ def test_who_joins_disturbs_nobody(seed: int, share: float) -> None:
         assert made.result.reason
         return
     left = [action for action in plan_net.actions if action.id not in progress.done]
-    joined = hold_to_account(
-        made, left, replace(present, goals=(*problem.goals, *goals)), load_knowledge_base()
-    )
+    joined = check_repair(made, left, replace(present, goals=(*problem.goals, *goals)), load_knowledge_base())
     assert made.difference is not None
     assert set(made.difference.kept) == {action.id for action in left}
     for action in left:

@@ -2,7 +2,8 @@
 
 from pydantic import TypeAdapter
 
-from robots.conditions import AnyCondition, Believed, Close, Moving, NarrowPassage
+from robots.conditions.beliefs import Believed, Close, Moving, NarrowPassage
+from robots.conditions.composition import AnyCondition
 from robots.perception.percepts import Percepts
 from tests.robots.sensed import percepts, readings, sees, watch
 

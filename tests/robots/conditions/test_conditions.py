@@ -2,8 +2,11 @@
 
 import pytest
 
-from robots.conditions import AnyOf, Clear, Empty, Holding, InView, LiesAt, Near, Not, Vacant, unmet
+from robots.conditions.composition import AnyOf, Not, unmet
 from robots.conditions.facts import condition_for
+from robots.conditions.own_state import Empty, Holding
+from robots.conditions.position import Near
+from robots.conditions.sight import Clear, InView, LiesAt, Vacant
 from robots.errors import RepertoireError
 from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
 from tests.robots.stories import fact

@@ -165,17 +165,3 @@ def test_track_faces_the_other_robot_at_a_distance_for_a_while() -> None:
     assert fred.report.state is ScriptState.FINISHED
     assert abs(world.bodies["fred"].pose.heading_rad) < 0.2
     assert abs(world.bodies["fred"].at - world.bodies["ginger"].at) > 1.0
-
-
-def test_release1_lets_go_of_what_both_hold() -> None:
-    world = room({"sample": 3 + 1.2j})
-    fred = Service(world, world.add("fred", Pose(x_m=2.66, y_m=1.2, heading_rad=EAST), ["ginger"]), "fred")
-    world.add("ginger", Pose(x_m=3.34, y_m=1.2, heading_rad=WEST), ["fred"])
-    for body in world.bodies.values():
-        body.set_gripper(closed=True)
-    fred.order(script("fred", packet("RELEASE1", object="sample", robot1="fred", robot2="ginger")))
-    assert run(world, [fred], lambda: fred.report is not None, limit_s=5)
-    assert fred.report is not None
-    assert fred.report.state is ScriptState.FINISHED
-    assert world.bodies["fred"].held is None
-    assert fact("in(sample, ginger)") in fred.report.perceived

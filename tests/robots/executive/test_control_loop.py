@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.executive.agent import BehaviouralAgent
-from robots.executive.control_loop import carried
+from robots.executive.control_loop import moved_by_odometry
 from robots.perception.fusion import Perception
 from robots.perception.percepts import Percepts
 from robots.perception.sensing import MutualDataStore
@@ -27,14 +26,7 @@ def manned(
     pose: Pose, architecture: Architecture = Architecture.PARALLEL, samples: dict[str, complex] | None = None
 ) -> tuple[FakeWorld, Service]:
     world = room(samples)
-    service = Service(world, world.add("fred", pose), "fred")
-    agent = world.agents["fred"]
-    profile = replace(agent.profile, architecture=architecture)
-    link = agent._mailbox._link
-    world.agents["fred"] = BehaviouralAgent(
-        profile=profile, body=world.bodies["fred"], link=link, clock=world.clock
-    )
-    return world, service
+    return world, Service(world, world.add("fred", pose, architecture=architecture), "fred")
 
 
 def sensed_on_the_way(world: FakeWorld, service: Service) -> Iterator[tuple[FakeBody, frozenset[Sensor]]]:
@@ -115,12 +107,8 @@ def test_a_sensor_that_dies_on_the_way_is_named_when_the_script_is_given_up() ->
 
 
 def test_a_robot_without_a_sensor_that_a_script_needs_refuses_it() -> None:
-    world, service = manned(START)
-    agent = world.agents["fred"]
-    lame = replace(agent.profile, sensors=frozenset(ABOUT))
-    world.agents["fred"] = BehaviouralAgent(
-        profile=lame, body=world.bodies["fred"], link=agent._mailbox._link, clock=world.clock
-    )
+    world = room()
+    service = Service(world, world.add("fred", START, sensors=frozenset(ABOUT)), "fred")
     service.order(GO)
     run_for(world, [service], 0.2)
     assert any("fred has no ultrasonic" in getattr(m.body, "reason", "") for m in service.heard)
@@ -169,7 +157,7 @@ def seen_from(pose: Pose) -> Percepts:
 @settings(max_examples=40, deadline=None)  # the first call compiles
 @given(poses, poses)
 def test_a_model_carried_along_shows_what_fresh_sensing_would_show(before: Pose, after: Pose) -> None:
-    model = carried(seen_from(before), seen_from(after))
+    model = moved_by_odometry(seen_from(before), seen_from(after))
     for name, fresh in seen_from(after).sightings.items():
         if name in model.sightings:
             kept = model.sightings[name]

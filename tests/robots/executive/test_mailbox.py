@@ -1,9 +1,11 @@
 """Requests are acted on once, reports are kept until their receipt, and no link is needed to go on."""
 
+from collections.abc import Sequence
+
 import pytest
 
-from robots.executive.mailbox import AT_ONCE, KEPT_REPORTS, Mailbox
-from robots.link.channel import InMemoryLink, LinkClosed
+from robots.executive.mailbox import KEPT_REPORTS, RESENT_A_TICK, Mailbox
+from robots.link import InMemoryLink, Link, LinkClosed
 from robots.physical.body import Pose
 from robots.wire import (
     Acknowledgement,
@@ -118,15 +120,15 @@ def test_a_report_is_sent_again_until_its_receipt() -> None:
 
 
 def test_reports_kept_are_bounded_and_how_a_script_ended_stays_longest() -> None:
-    box = Mailbox("fred", InMemoryLink.pair()[0])
+    ours, theirs = InMemoryLink.pair()
+    box = Mailbox("fred", theirs)
     end = ScriptReport(script_id="s", state=ScriptState.FINISHED, at_s=0)
     box.report(Performative.INFORM, end, 0)
     for at_s in range(2 * KEPT_REPORTS):
         step = PacketReport(script_id="s", packet_id="p", state=PacketState.RUNNING, at_s=at_s)
         box.report(Performative.INFORM, step, 0)
     assert box.kept == KEPT_REPORTS
-    ours, theirs = InMemoryLink.pair()
-    box._link = theirs
+    ours.receive()
     box.resend(100)
     assert isinstance(ours.receive()[0].body, ScriptReport)
 
@@ -138,7 +140,7 @@ def _said(box_end: InMemoryLink) -> list[float]:
 def test_once_the_service_is_heard_all_that_is_overdue_is_sent_again_a_few_a_tick() -> None:
     ours, theirs = InMemoryLink.pair()
     box = Mailbox("fred", theirs)
-    for at_s in range(AT_ONCE + 5):
+    for at_s in range(RESENT_A_TICK + 5):
         step = PacketReport(script_id="s", packet_id="p", state=PacketState.RUNNING, at_s=at_s)
         box.report(Performative.INFORM, step, 0.0)
     ours.receive()
@@ -158,9 +160,9 @@ def test_once_the_service_is_heard_all_that_is_overdue_is_sent_again_a_few_a_tic
     )
     box.collect()
     box.resend(60.0)
-    assert _said(ours) == list(range(AT_ONCE))
+    assert _said(ours) == list(range(RESENT_A_TICK))
     box.resend(60.05)
-    assert _said(ours) == list(range(AT_ONCE, AT_ONCE + 5))
+    assert _said(ours) == list(range(RESENT_A_TICK, RESENT_A_TICK + 5))
     box.resend(60.1)
     assert _said(ours) == []
 
@@ -177,28 +179,38 @@ def test_a_far_robot_gives_a_receipt_the_time_it_takes() -> None:
     assert tries == [0, 22, 44]
 
 
-class DeadLink:
-    """A link whose other end is gone."""
+class InterruptedLink:
+    """A link that is closed while `closed`."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self.closed = False
 
     def send(self, message: Message) -> None:
-        raise LinkClosed("gone")
+        if self.closed:
+            raise LinkClosed("closed")
+        self._link.send(message)
 
-    def receive(self, timeout_s: float = 0.0) -> list[Message]:
-        raise LinkClosed("gone")
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        if self.closed:
+            raise LinkClosed("closed")
+        return self._link.receive(timeout_s)
 
     def close(self) -> None: ...
 
 
 def test_loss_of_contact_changes_nothing_for_the_script() -> None:
     world = room({"sample": 1 + 0.4j})
-    service = fred(world, pose=Pose(x_m=1, y_m=1.2, heading_rad=SOUTH))
+    ours, theirs = InMemoryLink.pair()
+    link = InterruptedLink(theirs)
+    world.add("fred", Pose(x_m=1, y_m=1.2, heading_rad=SOUTH), link=link)
+    service = Service(world, ours, "fred")
     service.order(carry("fred", "sample", "door", "yard"))
     run_for(world, [service], 1)
-    mailbox = world.agents["fred"]._mailbox
-    alive, mailbox._link = mailbox._link, DeadLink()
+    link.closed = True
     run_for(world, [], 60)
     assert abs(world.samples["sample"] - (5.4 + 1.2j)) < 0.1
-    mailbox._link = alive
+    link.closed = False
     run_for(world, [service], 35)
     assert service.report is not None
     assert service.report.state is ScriptState.FINISHED

@@ -4,7 +4,7 @@ import pytest
 
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.repertoire import load_repertoire
 from robots.wire import (

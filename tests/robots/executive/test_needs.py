@@ -5,7 +5,10 @@ from typing import Any, get_args
 
 import pytest
 
-from robots.conditions import AllOf, AnyCondition, AnyOf, Empty, InView, Near, Not
+from robots.conditions.composition import AllOf, AnyCondition, AnyOf, Not
+from robots.conditions.own_state import Empty
+from robots.conditions.position import Near
+from robots.conditions.sight import InView
 from robots.errors import SensorOff
 from robots.perception.percepts import NOTHING, Percepts
 from robots.physical.body import ALL_SENSORS, Readings, Sensor

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory, ScriptMemory
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.wire import (
     Acknowledgement,
@@ -81,9 +81,9 @@ def test_in_whatever_order_and_however_often_they_come_the_last_order_holds(
         if place == fails_after:
             power_fails(world, service)
         service.link.send(order(number, VERBS[number - 1]))
-        run_for(world, [service], 2 * STEP_S)
+        run_for(world, [service], 4 * STEP_S)
         told = max(arrivals[: place + 1])
-        paused = world.agents["fred"]._executive.state is ScriptState.PAUSED
+        paused = service.telemetry[-1].script_state is ScriptState.PAUSED
         assert paused == (VERBS[told - 1] is PAUSE), arrivals[: place + 1]
     assert status(world, service).order == len(VERBS)
 
@@ -139,7 +139,7 @@ def test_the_numbers_of_one_script_say_nothing_of_the_next() -> None:
     service.order(script("fred", packet("NAVIGATE", ref2="yard"), name="next"))
     service.send(Control(script_id="next", verb=PAUSE, number=1))
     run_for(world, [service], 4 * STEP_S)
-    assert world.agents["fred"]._executive.state is ScriptState.PAUSED
+    assert service.telemetry[-1].script_state is ScriptState.PAUSED
 
 
 def test_a_memory_from_before_orders_had_numbers_is_read() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from robots.executive.agent import BehaviouralAgent
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.physical.body import RADIUS_M, Pose
 from robots.wire import Message, PacketState, Performative, SetPoint, SetPointRefusal
 from tests.robots.fake_world import STEP_S, FakeBody, FakeWorld

@@ -3,7 +3,8 @@
 import multiprocessing
 from threading import Thread
 
-from robots.link.channel import AT_ONCE, PipeLink
+from robots.link import PipeLink
+from robots.link.channel import MAX_BATCH
 from robots.wire import Message, Performative, Receipt
 
 
@@ -16,7 +17,7 @@ def receipt() -> Message:
 def test_of_a_sender_that_never_pauses_only_so_much_is_read_in_one_go() -> None:
     one, other = multiprocessing.Pipe()
     near, far = PipeLink(one), PipeLink(other)
-    message, count = receipt(), 2 * AT_ONCE + 1
+    message, count = receipt(), 2 * MAX_BATCH + 1
     sender = Thread(target=lambda: [near.send(message) for _ in range(count)])
     sender.start()
     read: list[int] = []
@@ -25,4 +26,4 @@ def test_of_a_sender_that_never_pauses_only_so_much_is_read_in_one_go() -> None:
     sender.join()
     near.close()
     far.close()
-    assert max(read) <= AT_ONCE
+    assert max(read) <= MAX_BATCH

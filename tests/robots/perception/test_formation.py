@@ -5,7 +5,8 @@ from math import pi
 
 import pytest
 
-from robots.conditions import AtHandle, HoldsAlone, JointNear, LinedUp, Over, unmet
+from robots.conditions.composition import unmet
+from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear, LinedUp, Over
 from robots.perception.formation import formation_with
 from robots.perception.percepts import Percepts
 from robots.physical.body import GRIPPER_REACH_M, RADIUS_M, Readings

@@ -73,7 +73,7 @@ def test_every_pattern_stays_normalised_whatever_is_sensed() -> None:
     instant = percepts(
         sees("bay", 0.1, 3), sees("other", 0.3), whiskers=dict.fromkeys(range(16), 0.0), head=(9, -9)
     )
-    for name in ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"):
+    for name in ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1 (long)", "RELEASE2", "TRACK"):
         spec = load_repertoire().specs[name]
         bound = spec.bind({"object": "sample", "ref1": "bay", "ref2": "bay", "robot2": "other"})
         for one in (*bound.patterns, *bound.waiting):

@@ -8,7 +8,7 @@ from robots.physical.body import RADIUS_M, Pose
 from robots.world import WorldFile
 from robots.world.walls import Panel
 from sim.bodies import FloorMap
-from sim.world.placement import Rock
+from sim.physics.scene import Rock
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 TO_JAWS_M = 0.31
@@ -31,22 +31,22 @@ def avatar(world: WorldFile) -> WorldFile:
     ids=["jaws to the wall", "back to the wall", "into the wall", "jaws to its end"],
 )
 def test_room_is_from_hull_or_jaws_to_the_surface_of_a_wall(pose: Pose, room_m: float) -> None:
-    assert FloorMap([WALL]).room_m(pose) == pytest.approx(room_m, abs=0.025)
+    assert FloorMap([WALL]).clearance_m(pose) == pytest.approx(room_m, abs=0.025)
 
 
 def test_room_is_from_the_jaws_flank_to_the_end_of_a_wall() -> None:
     pose = Pose(x_m=2.25, y_m=2.11, heading_rad=radians(180))
-    assert FloorMap([WALL]).room_m(pose) == pytest.approx(0.11 - 0.06 - 0.04)
+    assert FloorMap([WALL]).clearance_m(pose) == pytest.approx(0.11 - 0.06 - 0.04)
 
 
 def test_room_is_from_hull_or_jaws_to_a_rock() -> None:
     floor = FloorMap([], [Rock((2.0, 1.0), 0.3)])
-    assert floor.room_m(Pose(x_m=1.0, y_m=1.0, heading_rad=0.0)) == pytest.approx(0.7 - TO_JAWS_M)
-    assert floor.room_m(Pose(x_m=1.0, y_m=1.0, heading_rad=2.0)) == pytest.approx(0.7 - RADIUS_M)
+    assert floor.clearance_m(Pose(x_m=1.0, y_m=1.0, heading_rad=0.0)) == pytest.approx(0.7 - TO_JAWS_M)
+    assert floor.clearance_m(Pose(x_m=1.0, y_m=1.0, heading_rad=2.0)) == pytest.approx(0.7 - RADIUS_M)
 
 
 def test_an_empty_floor_has_room_without_end() -> None:
-    assert FloorMap([]).room_m(Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)) == np.inf
+    assert FloorMap([]).clearance_m(Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)) == np.inf
 
 
 @pytest.mark.parametrize("speed_m_s", [0.5, -0.5])

@@ -4,7 +4,8 @@ import pytest
 
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.axle import STILL, Axle, Velocity
-from sim.physics.scene import ROVER_MASS_KG, TICK_S
+from sim.clock import TICK_S
+from sim.physics.scene import ROVER_MASS_KG
 
 NO_SLIP = (0.0, 0.0)
 

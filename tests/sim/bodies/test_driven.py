@@ -7,15 +7,16 @@ from robots.wire import Message, Performative, SetPoint, Telemetry
 from robots.world import load_world
 from sim.world.agents import behavioural_agent
 from sim.world.simulation import Simulation
+from tests.sim.rig import with_only
 
 ROBOT = "yard_1"
 
 
 class Driver:
-    """An operator with a robot of a sample store at his hands."""
+    """An operator of the only robot in a sample store."""
 
     def __init__(self, body: object, store: str = "sample_store") -> None:
-        world = embodied(load_world(store), body)
+        world = embodied(with_only(load_world(store), ROBOT), body)
         self.simulation = Simulation(world, make_agent=behavioural_agent, seed=2, jitter_m=0.0)
         self.number = 0
         self.told: list[Telemetry] = []

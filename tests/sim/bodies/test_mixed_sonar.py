@@ -10,7 +10,7 @@ from benchmarks.bodies import embodied
 from benchmarks.trial import Trial, packet, room
 from robots.physical.body import RADIUS_M
 from robots.world import WorldFile
-from sim.world.simulation import Fitting, Simulation
+from sim.world.simulation import AgentSetup, Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 
@@ -57,8 +57,8 @@ def test_each_hears_only_by_what_it_is_fitted_with() -> None:
 class Careful:
     """Knows what it hears, and nothing else: drives ahead, stands while something is near ahead."""
 
-    def __init__(self, fitting: Fitting) -> None:
-        self._body, self._drives = fitting.body, fitting.spec.name == "fred"
+    def __init__(self, setup: AgentSetup) -> None:
+        self._body, self._drives = setup.body, setup.spec.name == "fred"
 
     def tick(self) -> None:
         heard_m = self._body.sense().ranges_m

@@ -5,7 +5,7 @@ from math import pi, remainder, tau
 
 import pytest
 
-from sim.physics.beam import SLIP_N_M, STIFFNESS_N_M, TRAVEL_M, Beam, JawsPose, Press
+from sim.physics.beam import MAX_TORQUE_N_M, STIFFNESS_N_M, TRAVEL_M, Beam, Contact, JawsPose
 
 STEP_S = 1 / 60
 LENGTH_M = 0.9
@@ -22,7 +22,7 @@ def beam_of(*, left: bool = True, right: bool = True) -> Beam:
     return beam
 
 
-def run(beam: Beam, seconds: float, presses: tuple[Press, ...] = (), **jaws: JawsPose) -> list[str]:
+def run(beam: Beam, seconds: float, presses: tuple[Contact, ...] = (), **jaws: JawsPose) -> list[str]:
     """Hold the jaws where they are for a while; who has lost its handle by the end."""
     lost: list[str] = []
     for _ in range(round(seconds * 60)):
@@ -44,7 +44,7 @@ def test_an_object_at_rest_on_both_heads_stays_there() -> None:
 def test_a_force_deflects_the_heads_by_its_size_over_their_stiffness() -> None:
     beam = beam_of()
     force_n = 2.0
-    press = Press(0j, 1 + 0j, force_n / 5000.0)
+    press = Contact(0j, 1 + 0j, force_n / 5000.0)
     run(beam, 3, (press,), fred=LEFT, ginger=RIGHT)
     for rover in ("fred", "ginger"):
         assert beam.deflection(rover) == pytest.approx(force_n / 2 / STIFFNESS_N_M, rel=0.02)
@@ -87,7 +87,7 @@ def test_jaws_slip_round_on_the_handle_when_the_torque_is_too_high() -> None:
         turned = 0.2 * tick * STEP_S
         jaws = {"fred": JawsPose(LEFT.middle, turned), "ginger": JawsPose(RIGHT.middle, turned)}
         beam.advance(jaws, (), STEP_S)
-    most_m = 2 * SLIP_N_M / LENGTH_M / STIFFNESS_N_M
+    most_m = 2 * MAX_TORQUE_N_M / LENGTH_M / STIFFNESS_N_M
     assert abs(beam.deflection("fred")) == pytest.approx(most_m, rel=0.05)
 
 

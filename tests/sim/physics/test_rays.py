@@ -8,7 +8,7 @@ import pytest
 
 from robots.world import load_world
 from sim.physics.rays import Cut, free_shares, in_sight
-from sim.physics.scene import AUDIBLE, WALLS
+from sim.physics.scene import SONAR_GROUPS, WALLS
 from sim.world.simulation import Simulation
 
 NOTHING = Cut(np.empty((0, 6)), np.empty((0, 3)))
@@ -52,7 +52,7 @@ def test_a_ray_that_begins_within_something_is_not_free_at_all() -> None:
     assert share(NOTHING._replace(discs=DISC), (2, 0), (5, 0)) == 0.0
 
 
-@pytest.mark.parametrize(("height_m", "groups"), [(0.1, AUDIBLE), (0.5, WALLS)])
+@pytest.mark.parametrize(("height_m", "groups"), [(0.1, SONAR_GROUPS), (0.5, WALLS)])
 @pytest.mark.parametrize("world", ["sample_store", "relocation_lab"])
 def test_rays_agree_with_the_physics_engine(world: str, height_m: float, groups: int) -> None:
     """But for a few that graze a round body, where the engine is a centimetre off, and those that begin in one."""
@@ -67,7 +67,7 @@ def test_rays_agree_with_the_physics_engine(world: str, height_m: float, groups:
         np.hstack([starts, high]),
         np.hstack([ends, high]),
         collisionFilterMask=groups,
-        physicsClientId=simulation.scene._client,
+        physicsClientId=simulation.scene.client,
     )
     off_m = 2.5 * np.abs(ours - [hit[2] for hit in hits])[ours > 0]
     assert np.count_nonzero(ours < 1) > 200

@@ -165,7 +165,7 @@ def test_a_seed_puts_rocks_within_their_jitter_and_rovers_clear_of_them(seed: in
 
 def test_a_scene_that_is_dropped_without_being_closed_gives_its_world_back() -> None:
     scene = Scene([], {}, {})
-    client = scene._client
+    client = scene.client
     assert pybullet.isConnected(client)
     del scene
     assert not pybullet.isConnected(client)

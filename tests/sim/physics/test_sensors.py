@@ -112,7 +112,7 @@ def test_bearings_are_noisy_but_unbiased() -> None:
 
 def test_odometry_starts_where_the_rover_was_told_and_drifts() -> None:
     simulation, puppets = simulate(two_rooms((0.5, 1, 0)), seed=3)
-    told = puppets["fred"].fitting.told
+    told = puppets["fred"].setup.told
     assert simulation.bodies["fred"].get_position() == told
     assert 0 < hypot(told.x_m - 0.5, told.y_m - 1) < 0.15
     puppets["fred"].velocity = (0.3, 0.0)

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from benchmarks.errands import Leg, script
-from robots.link.channel import InMemoryLink, LinkClosed
+from robots.clock import ManualClock
+from robots.link import InMemoryLink, LinkClosed
 from robots.wire import Acknowledgement, Message, Performative, ScriptRequest, Telemetry
 from robots.world import WorldFile, load_world
-from sim import Keep, LastingWorld, SimulationError
+from sim import SimulationError, SnapshotSettings, SupervisedWorld
 from sim.error import NotResumable
-from sim.process.output_commit import EVERY_S, OutputCommit
+from sim.process.persistence import MAX_INTERVAL_S, OutputCommit, StartedWorld, resume_or_start
 from sim.process.process import SimulationProcess
-from sim.process.snapshot_file import SnapshotFile
-from sim.process.world_start import Begun, begin
+from sim.process.snapshot_file import LOCK_TIMEOUT_S, SnapshotFile
 from sim.snapshot import WorldSnapshot
 from sim.world.agents import behavioural_agent
 from sim.world.hub import Hub
@@ -33,15 +33,15 @@ def hub(world: WorldFile = WORLD) -> Hub:
     return Hub(InMemoryLink.pair()[1], [spec.name for spec in world.robots])
 
 
-def begun(folder: Path, *, world: WorldFile = WORLD, **keep: object) -> Begun:
-    kept = Keep(folder=folder, **keep)  # type: ignore[arg-type]
-    with SnapshotFile(kept.file_of(world)) as file:
-        return begin(world, kept, file, hub(world), seed=1, jitter_m=0.4)
+def started(folder: Path, *, world: WorldFile = WORLD, **settings: object) -> StartedWorld:
+    snapshots = SnapshotSettings(folder=folder, **settings)  # type: ignore[arg-type]
+    with SnapshotFile(snapshots.path_of(world)) as file:
+        return resume_or_start(world, snapshots, file, hub(world), seed=1, jitter_m=0.4)
 
 
 def kept(folder: Path, *, after_s: float = 0.5) -> Simulation:
     """A world that ran for a while and is kept."""
-    simulation = begun(folder).simulation
+    simulation = started(folder).simulation
     run_s(simulation, after_s)
     with SnapshotFile(folder / "two_rooms.json") as file:
         file.write(simulation.snapshot())
@@ -49,13 +49,13 @@ def kept(folder: Path, *, after_s: float = 0.5) -> Simulation:
 
 
 def test_the_first_world_of_a_folder_begins_without_a_word(tmp_path: Path) -> None:
-    assert begun(tmp_path).why_afresh == ""
+    assert started(tmp_path).not_resumed_because == ""
 
 
 def test_a_kept_world_goes_on_where_it_stood(tmp_path: Path) -> None:
     before = kept(tmp_path)
-    after = begun(tmp_path, run=before.run)
-    assert after.why_afresh == ""
+    after = started(tmp_path, run=before.run)
+    assert after.not_resumed_because == ""
     assert after.simulation.run == before.run
     assert after.simulation.truth().robots == before.truth().robots
     assert after.simulation.clock.ticks == before.clock.ticks
@@ -64,41 +64,41 @@ def test_a_kept_world_goes_on_where_it_stood(tmp_path: Path) -> None:
 
 def test_who_keeps_no_record_goes_on_with_whatever_run_is_there(tmp_path: Path) -> None:
     before = kept(tmp_path)
-    assert begun(tmp_path, any_run=True).simulation.run == before.run
+    assert started(tmp_path, any_run=True).simulation.run == before.run
 
 
 def test_the_clock_goes_on_from_where_it_was_last_shown(tmp_path: Path) -> None:
     before = kept(tmp_path)
     with SnapshotFile(tmp_path / "two_rooms.json") as file:
-        file.show_time(before.clock.now_s() + 0.75)
-    after = begun(tmp_path, run=before.run).simulation
+        file.write_clock(before.clock.now_s() + 0.75)
+    after = started(tmp_path, run=before.run).simulation
     assert after.clock.now_s() == pytest.approx(before.clock.now_s() + 0.75, abs=1 / 120)
     assert after.truth().robots == before.truth().robots
 
 
-def other_world(folder: Path) -> Begun:
+def other_world(folder: Path) -> StartedWorld:
     run = kept(folder).run
-    return begun(folder, run=run, world=two_rooms((0.7, 1, 0)))
+    return started(folder, run=run, world=two_rooms((0.7, 1, 0)))
 
 
-def torn(folder: Path) -> Begun:
+def torn(folder: Path) -> StartedWorld:
     run, path = kept(folder).run, folder / "two_rooms.json"
     path.write_bytes(path.read_bytes()[:-200])
-    return begun(folder, run=run)
+    return started(folder, run=run)
 
 
-def other_format(folder: Path) -> Begun:
+def other_format(folder: Path) -> StartedWorld:
     run, path = kept(folder).run, folder / "two_rooms.json"
     path.write_text(json.dumps({"format": 0, "run": run}))
-    return begun(folder, run=run)
+    return started(folder, run=run)
 
 
-def other_software(folder: Path) -> Begun:
+def other_software(folder: Path) -> StartedWorld:
     run, path = kept(folder).run, folder / "two_rooms.json"
     data = json.loads(path.read_text())
     del data["bodies"]["fred"]
     path.write_text(json.dumps(data, separators=(",", ":")))
-    return begun(folder, run=run)
+    return started(folder, run=run)
 
 
 @pytest.mark.parametrize(
@@ -108,30 +108,36 @@ def other_software(folder: Path) -> Begun:
         (torn, "its snapshot cannot be read: .*EOF"),
         (other_format, "its snapshot is not of format 1"),
         (other_software, "its snapshot does not fit: KeyError: 'fred'"),
-        (lambda f: begun(f, run=kept(f).run, afresh=True), "an operator wished it so"),
-        (lambda f: begun(f, run="another" + kept(f).run), "of a run that the record does not tell of"),
-        (lambda f: begun(f, run="gone"), "there is no snapshot of it"),
+        (lambda f: started(f, run=kept(f).run, start_new=True), "an operator wished it so"),
+        (lambda f: started(f, run="another" + kept(f).run), "of a run that the record does not tell of"),
+        (lambda f: started(f, run="gone"), "there is no snapshot of it"),
     ],
 )
 def test_what_cannot_be_gone_on_with_begins_afresh_and_says_why(
-    tmp_path: Path, case: Callable[[Path], Begun], why: str
+    tmp_path: Path, case: Callable[[Path], StartedWorld], why: str
 ) -> None:
     found = case(tmp_path)
-    assert re.search(why, found.why_afresh)
+    assert re.search(why, found.not_resumed_because)
     assert found.simulation.clock.ticks == 0
 
 
 def test_a_world_that_must_go_on_does_not_begin_afresh(tmp_path: Path) -> None:
     with pytest.raises(NotResumable, match="there is no snapshot"):
-        begun(tmp_path, run="gone", resume_only=True)
+        started(tmp_path, run="gone", resume_only=True)
 
 
-def test_two_processes_cannot_keep_their_world_in_one_place(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sim.process.snapshot_file.PATIENCE_S", 0.1)
+class SteppedClock(ManualClock):
+    """Sleeping advances it."""
+
+    def sleep(self, seconds: float) -> None:
+        self.advance(seconds)
+
+
+def test_two_processes_cannot_store_their_world_in_one_place(tmp_path: Path) -> None:
+    clock = SteppedClock()
     with SnapshotFile(tmp_path / "w.json"), pytest.raises(SimulationError, match="another process keeps"):
-        SnapshotFile(tmp_path / "w.json")
+        SnapshotFile(tmp_path / "w.json", clock)
+    assert clock.now_s() == pytest.approx(LOCK_TIMEOUT_S, abs=0.1)
     SnapshotFile(tmp_path / "w.json").close()
 
 
@@ -140,7 +146,7 @@ class Kept:
 
     def __init__(self, folder: Path) -> None:
         world = load_world("sample_store")
-        self.wall_s = 0.0
+        self.clock = ManualClock()
         self.service, robots_end = InMemoryLink.pair()
         self.file = SnapshotFile(folder / "store.json")
         self.simulation = Simulation(
@@ -150,7 +156,7 @@ class Kept:
             jitter_m=0.0,
             hub=Hub(robots_end, [spec.name for spec in world.robots], holds=True),
         )
-        self.commit = OutputCommit(self.simulation, self.file, lambda: self.wall_s)
+        self.commit = OutputCommit(self.simulation, self.file, self.clock)
         self.path = folder / "store.json"
 
     def order(self) -> None:
@@ -187,10 +193,10 @@ def test_nothing_leaves_before_the_snapshot_that_contains_it(tmp_path: Path) -> 
     left = []
     for _ in range(600):
         world.simulation.step()
-        world.wall_s += 1 / 60
+        world.clock.advance(1 / 60)
         before = world.said()
         assert {message.id for message in before} <= world.remembered()
-        world.commit.consider()
+        world.commit.take_if_due()
         left += [*before, *world.said()]
     assert len({message.id for message in left}) >= 4
 
@@ -208,13 +214,13 @@ def test_what_is_said_waits_while_the_disk_refuses(
     world.order()
     for _ in range(90):
         world.simulation.step()
-        world.wall_s += 1 / 60
-        world.commit.consider()
+        world.clock.advance(1 / 60)
+        world.commit.take_if_due()
     assert world.said() == []
-    assert caplog.text.count("No space left on device; its robots' letters wait") == 1
+    assert caplog.text.count("No space left on device; its robots' messages wait") == 1
     monkeypatch.undo()
-    world.wall_s += EVERY_S
-    world.commit.consider()
+    world.clock.advance(MAX_INTERVAL_S)
+    world.commit.take_if_due()
     assert world.said()
 
 
@@ -223,12 +229,12 @@ def test_snapshots_take_no_more_than_their_share_of_the_time(tmp_path: Path) -> 
     taken = []
 
     def slow(snapshot: WorldSnapshot) -> None:
-        taken.append(world.wall_s)
-        world.wall_s += 0.05
+        taken.append(world.clock.now_s())
+        world.clock.advance(0.05)
 
     world.file.write = slow  # type: ignore[method-assign]
-    while world.wall_s < 10:
-        world.simulation.hub.end_of("yard_1").send(
+    while world.clock.now_s() < 10:
+        world.simulation.hub.link_of("yard_1").send(
             Message(
                 performative=Performative.INFORM,
                 sender="yard_1",
@@ -237,16 +243,16 @@ def test_snapshots_take_no_more_than_their_share_of_the_time(tmp_path: Path) -> 
                 body=Acknowledgement(script_id="s"),
             )
         )
-        world.commit.consider()
-        world.wall_s += 0.01
+        world.commit.take_if_due()
+        world.clock.advance(0.01)
     assert 0.4 < 10 / 0.5 / len(taken) < 1.1
 
 
 def test_a_world_whose_process_is_killed_goes_on_from_its_snapshot(tmp_path: Path) -> None:
-    def start(keep: Keep) -> SimulationProcess:
-        return SimulationProcess.start(WORLD, seed=1, speed=20.0, keep=keep)
+    def start(settings: SnapshotSettings) -> SimulationProcess:
+        return SimulationProcess.start(WORLD, seed=1, speed=20.0, snapshots=settings)
 
-    with LastingWorld(start, Keep(folder=tmp_path)) as world:
+    with SupervisedWorld(start, SnapshotSettings(folder=tmp_path)) as world:
         until(lambda: world.now_s() > 5)
         pid, run = world.pid, world.run
         assert pid is not None
@@ -264,15 +270,15 @@ def test_a_world_whose_process_is_killed_goes_on_from_its_snapshot(tmp_path: Pat
         assert heard[0].sent_at_s >= died_at_s
     with pytest.raises(LinkClosed):
         world.receive()
-    with LastingWorld(start, Keep(folder=tmp_path, run=run)) as again:
-        assert (again.run, again.why_afresh) == (run, "")
+    with SupervisedWorld(start, SnapshotSettings(folder=tmp_path, run=run)) as again:
+        assert (again.run, again.not_resumed_because) == (run, "")
         assert again.now_s() >= seen_s[-1]
 
 
 def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
     class Dying:
         run = "r"
-        why_afresh = ""
+        not_resumed_because = ""
         pid = 1
 
         def __init__(self) -> None:
@@ -285,15 +291,15 @@ def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
 
         def pause(self, paused: bool) -> None: ...
 
-    started: list[Keep] = []
+    orders: list[SnapshotSettings] = []
 
-    def start(keep: Keep) -> Dying:
-        started.append(keep)
+    def start(settings: SnapshotSettings) -> Dying:
+        orders.append(settings)
         return Dying()
 
-    world = LastingWorld(start, Keep(folder=tmp_path), wall_s=lambda: 0.0)  # type: ignore[arg-type]
+    world = SupervisedWorld(start, SnapshotSettings(folder=tmp_path), wall_clock=ManualClock())  # type: ignore[arg-type]
     for _ in range(5):
         assert world.receive() == ()
     with pytest.raises(LinkClosed, match="died 6 times"):
         world.receive()
-    assert [(keep.run, keep.resume_only) for keep in started] == [(None, False)] + [("r", True)] * 5
+    assert [(order.run, order.resume_only) for order in orders] == [(None, False)] + [("r", True)] * 5

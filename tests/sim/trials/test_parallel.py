@@ -7,7 +7,7 @@ from multiprocessing.connection import Connection
 from threading import Event
 from typing import Any
 
-from sim.trials.parallel import side_by_side
+from sim.trials.parallel import run_parallel
 
 
 def doubled(number: int) -> int:
@@ -20,16 +20,16 @@ def ends_if_even(number: int) -> int:
 
 
 def test_results_come_in_the_jobs_order_however_many_processes() -> None:
-    assert list(side_by_side(doubled, range(5), workers=2)) == [0, 2, 4, 6, 8]
+    assert list(run_parallel(doubled, range(5), workers=2)) == [0, 2, 4, 6, 8]
 
 
 def test_without_jobs_there_are_no_results() -> None:
-    assert list(side_by_side(doubled, [], workers=2)) == []
+    assert list(run_parallel(doubled, [], workers=2)) == []
 
 
 def test_breaking_off_ends_the_runs_under_way() -> None:
     before = set(active_children())
-    runs = side_by_side(ends_if_even, [0, 1, 3, 5], workers=2)
+    runs = run_parallel(ends_if_even, [0, 1, 3, 5], workers=2)
     assert next(runs) == 0
     runs.close()
     assert set(active_children()) <= before
@@ -41,7 +41,7 @@ def own_pid(_: int) -> int:
 
 def tell_and_stay(pipe: "Connection[Any, Any]") -> None:
     """Owns a process that has done its work, tells its number, and goes on for ever."""
-    runs = side_by_side(own_pid, [0], workers=1)
+    runs = run_parallel(own_pid, [0], workers=1)
     pipe.send(next(runs))
     Event().wait()
 

@@ -1,6 +1,7 @@
-from robots.link.channel import InMemoryLink
+from robots.clock import ManualClock
+from robots.link import InMemoryLink
 from robots.wire import Message, PacketReport, PacketState, Performative, Receipt, Telemetry
-from sim.world.hub import WAITING_AT_MOST, Hub
+from sim.world.hub import MAX_WAITING, Hub
 
 
 def telemetry(robot: str, at_s: float) -> Message:
@@ -27,13 +28,14 @@ class Channel:
     """A hub of two robots whose wall clock and room in the pipe are set by hand."""
 
     def __init__(self, *, gap_s: float = 0.05) -> None:
-        self.wall_s, self.room = 0.0, True
+        self.clock = ManualClock()
+        self.room = True
         self.service, robots_end = InMemoryLink.pair()
         self.hub = Hub(
             robots_end,
             ["fred", "ginger"],
             telemetry_gap_s=gap_s,
-            wall_s=lambda: self.wall_s,
+            wall_clock=self.clock,
             has_room=lambda: self.room,
         )
 
@@ -46,44 +48,44 @@ def test_a_message_reaches_its_receiver_alone() -> None:
     channel = Channel()
     channel.service.send(receipt("ginger"))
     channel.service.send(receipt("nobody"))
-    channel.hub.fetch(0.0)
-    assert channel.hub.end_of("fred").receive() == ()
-    assert [m.receiver for m in channel.hub.end_of("ginger").receive()] == ["ginger"]
-    assert channel.hub.end_of("ginger").receive() == ()
+    channel.hub.receive(0.0)
+    assert channel.hub.link_of("fred").receive() == ()
+    assert [m.receiver for m in channel.hub.link_of("ginger").receive()] == ["ginger"]
+    assert channel.hub.link_of("ginger").receive() == ()
 
 
 def test_of_telemetry_the_newest_is_sent_once_in_the_gap() -> None:
     channel = Channel()
-    fred = channel.hub.end_of("fred")
+    fred = channel.hub.link_of("fred")
     fred.send(telemetry("fred", 1))
     assert channel.arrived() == [("telemetry", "fred", 1)]
     for at_s in (2, 3, 4):
         fred.send(telemetry("fred", at_s))
         assert channel.arrived() == []
-    channel.wall_s = 0.06
+    channel.clock.advance(0.06)
     assert channel.arrived() == [("telemetry", "fred", 4)]
     assert channel.arrived() == []
 
 
 def test_one_robots_telemetry_does_not_hold_back_anothers() -> None:
     channel = Channel()
-    channel.hub.end_of("fred").send(telemetry("fred", 1))
+    channel.hub.link_of("fred").send(telemetry("fred", 1))
     channel.arrived()
-    channel.hub.end_of("ginger").send(telemetry("ginger", 1))
+    channel.hub.link_of("ginger").send(telemetry("ginger", 1))
     assert channel.arrived() == [("telemetry", "ginger", 1)]
 
 
 def test_reports_are_never_thinned() -> None:
     channel = Channel()
     for at_s in range(5):
-        channel.hub.end_of("fred").send(report("fred", at_s))
+        channel.hub.link_of("fred").send(report("fred", at_s))
     assert [sent for _, _, sent in channel.arrived()] == [0, 1, 2, 3, 4]
 
 
 def test_reports_wait_in_order_while_the_pipe_is_full_and_go_before_telemetry() -> None:
     channel = Channel()
     channel.room = False
-    fred = channel.hub.end_of("fred")
+    fred = channel.hub.link_of("fred")
     fred.send(report("fred", 1))
     fred.send(telemetry("fred", 2))
     fred.send(report("fred", 3))
@@ -95,25 +97,25 @@ def test_reports_wait_in_order_while_the_pipe_is_full_and_go_before_telemetry() 
 def test_what_robots_say_waits_for_its_release_and_telemetry_does_not() -> None:
     service, robots_end = InMemoryLink.pair()
     hub = Hub(robots_end, ["fred"], holds=True)
-    fred = hub.end_of("fred")
+    fred = hub.link_of("fred")
     fred.send(report("fred", 1))
     fred.send(telemetry("fred", 2))
     hub.flush(2.0)
-    assert hub.holding
+    assert hub.is_holding
     assert [m.body.kind for m in service.receive()] == ["telemetry"]
     hub.release()
     fred.send(report("fred", 3))
     hub.flush(2.0)
     assert [m.sent_at_s for m in service.receive()] == [1]
-    assert hub.holding
+    assert hub.is_holding
 
 
-def test_while_the_disk_takes_no_snapshot_only_so_many_letters_wait_for_it() -> None:
+def test_a_limited_number_of_messages_waits_for_a_snapshot() -> None:
     service, robots_end = InMemoryLink.pair()
     hub = Hub(robots_end, ["fred"], holds=True)
-    for number in range(WAITING_AT_MOST + 5):
-        hub.end_of("fred").send(report("fred", number))
+    for number in range(MAX_WAITING + 5):
+        hub.link_of("fred").send(report("fred", number))
     hub.release()
     hub.flush(0.0)
     waited = [message.sent_at_s for message in service.receive()]
-    assert waited == list(range(WAITING_AT_MOST))
+    assert waited == list(range(MAX_WAITING))

@@ -5,11 +5,11 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.link.channel import InMemoryLink
+from robots.link import InMemoryLink
 from robots.wire import Message, Performative, Receipt
 from robots.world import Contact, LinkSpec, Outage, load_world
 from sim.world.hub import Hub
-from sim.world.radio import AIR_HOLDS, Radio, Way, radios_of
+from sim.world.radio import MAX_UNDER_WAY, Direction, Radio, radios_of
 from tests.sim.world.test_hub import report, telemetry
 
 LINKS = st.builds(
@@ -31,8 +31,8 @@ def said(link: LinkSpec, instants: list[float], *, seed: int = 0, robot: str = "
     for now_s in times:
         for index, at_s in enumerate(instants):
             if at_s == now_s:
-                radio.send(Way.UP, report(f"r{index}", at_s), now_s)
-        came += [(now_s, message.sender) for message in radio.arrived(Way.UP, now_s)]
+                radio.send(Direction.UP, report(f"r{index}", at_s), now_s)
+        came += [(now_s, message.sender) for message in radio.arrived(Direction.UP, now_s)]
     return came
 
 
@@ -67,8 +67,8 @@ def test_robots_and_seeds_have_fates_of_their_own() -> None:
 def test_as_much_is_lost_and_repeated_as_the_link_says() -> None:
     radio, arrived = Radio(LinkSpec(loss=0.3, duplication=0.2)), 0
     for step in range(10_000):
-        radio.send(Way.DOWN, report("fred", step), step / 20)
-        arrived += len(radio.arrived(Way.DOWN, step / 20))
+        radio.send(Direction.DOWN, report("fred", step), step / 20)
+        arrived += len(radio.arrived(Direction.DOWN, step / 20))
     assert abs(arrived / 10_000 - 0.7 * 1.2) < 0.03  # 4.5 standard deviations
 
 
@@ -91,19 +91,19 @@ def test_telemetry_changes_no_letters_fate() -> None:
         radio = Radio(link, seed=4)
         for second in range(50):
             for _ in range(chatter):
-                radio.send(Way.UP, telemetry("fred", second), second)
-            radio.send(Way.UP, report("fred", second), second)
-        fates.append([m.sent_at_s for m in radio.arrived(Way.UP, 100) if m.body.kind != "telemetry"])
+                radio.send(Direction.UP, telemetry("fred", second), second)
+            radio.send(Direction.UP, report("fred", second), second)
+        fates.append([m.sent_at_s for m in radio.arrived(Direction.UP, 100) if m.body.kind != "telemetry"])
     assert fates[0] == fates[1]
 
 
 def test_the_air_holds_only_so_much_telemetry() -> None:
     radio = Radio(LinkSpec(light_time_s=1000))
-    for step in range(AIR_HOLDS + 50):
-        radio.send(Way.UP, telemetry("fred", step), step / 20)
-    radio.send(Way.UP, report("fred", 1), 60.0)
-    arrived = radio.arrived(Way.UP, 5000)
-    assert (len(arrived), arrived[-1].body.kind) == (AIR_HOLDS + 1, "packet_report")
+    for step in range(MAX_UNDER_WAY + 50):
+        radio.send(Direction.UP, telemetry("fred", step), step / 20)
+    radio.send(Direction.UP, report("fred", 1), 60.0)
+    arrived = radio.arrived(Direction.UP, 5000)
+    assert (len(arrived), arrived[-1].body.kind) == (MAX_UNDER_WAY + 1, "packet_report")
 
 
 def test_the_hub_sends_through_the_radio_both_ways() -> None:
@@ -113,11 +113,11 @@ def test_the_hub_sends_through_the_radio_both_ways() -> None:
         performative=Performative.CONFIRM, sender="service", receiver="fred", sent_at_s=0, body=Receipt()
     )
     service.send(letter)
-    hub.end_of("fred").send(report("fred", 0))
+    hub.link_of("fred").send(report("fred", 0))
     for now_s, there in ((0.0, 0), (2.9, 0), (3.0, 1), (3.1, 0)):
-        hub.fetch(now_s)
+        hub.receive(now_s)
         hub.flush(now_s)
-        assert (len(hub.end_of("fred").receive()), len(service.receive())) == (there, there), now_s
+        assert (len(hub.link_of("fred").receive()), len(service.receive())) == (there, there), now_s
 
 
 def test_every_robot_has_the_radio_that_its_world_file_says() -> None:

@@ -81,7 +81,7 @@ def test_a_low_battery_is_charged_at_home_until_it_is_nearly_full() -> None:
 
     def rest(hours: float, *, at_home: bool) -> None:
         for _ in range(int(hours * 360)):
-            battery.pass_time(10.0, running=frozenset(), driven=(0.0, 0.0), at_home=at_home)
+            battery.advance(10.0, running=frozenset(), driven=(0.0, 0.0), at_home=at_home)
 
     rest(1.0, at_home=True)
     assert not battery.charging, "nearly full"
@@ -97,5 +97,5 @@ def test_a_low_battery_is_charged_at_home_until_it_is_nearly_full() -> None:
 
 def test_an_empty_battery_holds_nothing_less_than_nothing() -> None:
     battery = Battery(load_powers())
-    battery.pass_time(1e9, running=ALL_SENSORS, driven=(0.5, 0.0), at_home=False)
+    battery.advance(1e9, running=ALL_SENSORS, driven=(0.5, 0.0), at_home=False)
     assert battery.level == 0.0

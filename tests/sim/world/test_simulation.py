@@ -6,15 +6,15 @@ import pytest
 from robots.physical.body import RADIUS_M
 from robots.world import load_world
 from robots.world.walls import clearance_m, panels_of
-from sim.world.simulation import Fitting, Simulation
+from sim.world.simulation import AgentSetup, Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 
 class Wanderer:
     """Drives ahead, turns where whiskers are short, and snaps at what comes between its jaws."""
 
-    def __init__(self, fitting: Fitting) -> None:
-        self._body = fitting.body
+    def __init__(self, setup: AgentSetup) -> None:
+        self._body = setup.body
 
     def tick(self) -> None:
         readings = self._body.sense()
@@ -63,11 +63,11 @@ def test_start_poses_are_clear_of_everything_and_in_the_robots_area(seed: int) -
 
 def test_a_robot_is_told_its_start_only_approximately() -> None:
     world = load_world("sample_store")
-    told: dict[str, Fitting] = {}
+    told: dict[str, AgentSetup] = {}
 
-    def keep(fitting: Fitting) -> Wanderer:
-        told[fitting.spec.name] = fitting
-        return Wanderer(fitting)
+    def keep(setup: AgentSetup) -> Wanderer:
+        told[setup.spec.name] = setup
+        return Wanderer(setup)
 
     simulation = Simulation(world, make_agent=keep, seed=4)
     for name, true in simulation.truth().robots.items():

@@ -11,10 +11,10 @@ from robots.physical.body import Pose
 from robots.wire import PacketState, ScriptState
 from robots.world import WorldFile, load_world
 from sim.snapshot import WorldSnapshot, digest_of
-from sim.trials.script_runner import Crew
+from sim.trials.script_runner import ScriptRunner
 from sim.truth import Truth
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import Fitting, Simulation
+from sim.world.simulation import AgentSetup, Simulation
 from tests.sim.rig import run_s, two_rooms
 
 STILL_M = 1e-9
@@ -23,8 +23,8 @@ STILL_M = 1e-9
 class Wanderer:
     """Drives ahead, turns where whiskers are short, and snaps at what comes between its jaws."""
 
-    def __init__(self, fitting: Fitting) -> None:
-        self._body = fitting.body
+    def __init__(self, setup: AgentSetup) -> None:
+        self._body = setup.body
 
     def tick(self) -> None:
         readings = self._body.sense()
@@ -127,37 +127,37 @@ def test_a_held_sample_is_still_held_and_out_of_the_way() -> None:
     assert resumed.truth().samples["rock"].holders == ()
 
 
-def begun(crew: Crew) -> list[tuple[str, str]]:
+def begun(runner: ScriptRunner) -> list[tuple[str, str]]:
     return [
-        (r.script_id, r.packet_id) for r in crew.reports if r.state is PacketState.RUNNING and not r.detail
+        (r.script_id, r.packet_id) for r in runner.reports if r.state is PacketState.RUNNING and not r.detail
     ]
 
 
-def work(crew: Crew, *, restarts_s: list[float], until_s: float) -> None:
-    """Let the crew work on, the world restarted at these instants, until all scripts have ended."""
-    while len(crew.ended) < len(crew.scripts) and crew.simulation.clock.now_s() < until_s:
-        crew.hear()
+def work(runner: ScriptRunner, *, restarts_s: list[float], until_s: float) -> None:
+    """Let the runner work on, the world restarted at these instants, until all scripts have ended."""
+    while len(runner.ended) < len(runner.scripts) and runner.simulation.clock.now_s() < until_s:
+        runner.receive()
         for _ in range(3):
-            crew.simulation.step()
-        if restarts_s and crew.simulation.clock.now_s() >= restarts_s[0]:
+            runner.simulation.step()
+        if restarts_s and runner.simulation.clock.now_s() >= restarts_s[0]:
             restarts_s.pop(0)
-            before, held = crew.simulation.truth(), crew.simulation
-            crew.restart()
-            assert off_m(before, crew.simulation.truth()) < STILL_M
-            assert before.deflections_m == pytest.approx(crew.simulation.truth().deflections_m, abs=STILL_M)
-            assert held is not crew.simulation
+            before, held = runner.simulation.truth(), runner.simulation
+            runner.restart()
+            assert off_m(before, runner.simulation.truth()) < STILL_M
+            assert before.deflections_m == pytest.approx(runner.simulation.truth().deflections_m, abs=STILL_M)
+            assert held is not runner.simulation
 
 
 def test_two_rovers_carry_a_long_sample_on_through_restarts() -> None:
-    with Crew(load_world("relocation_lab"), seed=1) as crew:
-        crew.send(scripts())
-        work(crew, restarts_s=[6.0, 25.0, 35.0, 36.0, 44.0], until_s=200.0)
-        truth = crew.simulation.truth()
-    assert [end.state for end in crew.ended.values()] == [ScriptState.FINISHED] * 2, crew.ended
+    with ScriptRunner(load_world("relocation_lab"), seed=1) as runner:
+        runner.send(scripts())
+        work(runner, restarts_s=[6.0, 25.0, 35.0, 36.0, 44.0], until_s=200.0)
+        truth = runner.simulation.truth()
+    assert [end.state for end in runner.ended.values()] == [ScriptState.FINISHED] * 2, runner.ended
     assert truth.samples[THING].ref == TO
     assert truth.slipped == 0
     packets = [(each.id, packet.id) for each in scripts() for packet in each.packets]
-    assert sorted(begun(crew)) == sorted(packets)
+    assert sorted(begun(runner)) == sorted(packets)
 
 
 def test_a_robots_memory_is_part_of_the_worlds() -> None:

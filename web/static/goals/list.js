@@ -1,86 +1,74 @@
-// The left pane's lists: goals and missions, the newest first, a page at a time.
+// The left pane's lists: goals and missions, newest first, a page at a time.
 
-import { el } from "../page/dom.js";
-import { facts, standing, tone, words } from "../page/format.js";
+import { byId, closest, el } from "../page/dom.js";
+import { displayState, facts, newestFirst, tone, words } from "../page/format.js";
 
-export function mountLists(store, { select, older }) {
-  const lists = { goals: mountList("goals", goalItem), missions: mountList("missions", missionItem) };
-  for (const [name, { node }] of Object.entries(lists)) {
-    node.addEventListener("click", (event) => {
-      const item = event.target.closest("[data-goal]");
-      if (item) select(item.dataset.goal);
-      else if (event.target.closest("[data-older]")) older(name);
-    });
-  }
+/** @typedef {{id: string, goal: string, text: string, state: string, reason?: string | null, isSelected?: boolean}} Item */
+
+/** @param {Store} store @param {{select: (goalId: string) => void, loadOlder: (name: "goals" | "missions") => void}} actions */
+export function mountLists(store, { select, loadOlder }) {
+  const goalList = mountList("goals", "goal-item", select, loadOlder);
+  const missionList = mountList("missions", "mission-item", select, loadOlder);
+  /** @type {unknown[]} */
   let drawn = [];
-  store.subscribe((state) => {
-    const now = [state.goals, state.missions, state.selected, state.more.goals, state.more.missions];
-    if (now.every((one, at) => one === drawn[at])) return; // the clock ticks each second
-    drawn = now;
-    const texts = new Map(state.goals.map((goal) => [goal.id, goal.text]));
-    const goals = newestFirst(state.goals).map((goal) => ({ id: goal.id, text: goal.text || facts(goal.goal), standing: standing(goal), reason: goal.reason, isChosen: goal.id === state.selected }));
-    const missions = newestFirst(state.missions).map((mission) => ({ id: mission.id, goal: mission.goal_id, text: texts.get(mission.goal_id) || mission.id, standing: mission.state }));
-    lists.goals.show(goals, state.more.goals);
-    lists.missions.show(missions, state.more.missions);
+  store.subscribe(({ goals, missions, selected, hasOlder }) => {
+    const shown = [goals, missions, selected, hasOlder.goals, hasOlder.missions];
+    if (shown.every((one, index) => one === drawn[index])) return; // the clock updates the state each second
+    drawn = shown;
+    const texts = new Map(goals.map((goal) => [goal.id, goal.text]));
+    goalList(newestFirst(goals).map((goal) => ({ id: goal.id, goal: goal.id, text: goal.text || facts(goal.goal), state: displayState(goal), reason: goal.reason, isSelected: goal.id === selected })), hasOlder.goals);
+    missionList(newestFirst(missions).map((mission) => ({ id: mission.id, goal: mission.goal_id, text: texts.get(mission.goal_id) || mission.id, state: mission.state })), hasOlder.missions);
   });
 }
 
-// A list in which an item keeps its node as long as it looks the same: a thousand are not built anew for one.
-function mountList(name, draw) {
-  const node = document.getElementById(name);
-  const more = el("li", {}, el("button", { type: "button", class: "older", "data-older": true }, "Show older"));
+/**
+ * A list in which an item keeps its node as long as it looks the same, so that one change does not rebuild a thousand nodes.
+ * @param {"goals" | "missions"} name @param {string} testId
+ * @param {(goalId: string) => void} select @param {(name: "goals" | "missions") => void} loadOlder
+ */
+function mountList(name, testId, select, loadOlder) {
+  const list = byId(name, HTMLElement);
+  const older = el("li", {}, el("button", { type: "button", class: "older", onclick: () => loadOlder(name) }, "Show older"));
+  /** @type {Map<string, {looks: string, node: HTMLElement}>} */
   let known = new Map();
+  list.addEventListener("click", (event) => {
+    const goal = closest(event, "[data-goal]")?.dataset.goal;
+    if (goal) select(goal);
+  });
 
-  function drawnOf(item) {
+  /** @param {Item} item @returns {[string, {looks: string, node: HTMLElement}]} */
+  function drawn(item) {
     const looks = JSON.stringify(item);
-    const was = known.get(item.id);
-    return was?.looks === looks ? was : { looks, item: draw(item) };
+    const last = known.get(item.id);
+    return [item.id, last?.looks === looks ? last : { looks, node: drawItem(item, testId) }];
   }
 
-  return {
-    node,
-    show(items, hasMore) {
-      known = new Map(items.map((item) => [item.id, drawnOf(item)]));
-      const wanted = [...known.values()].map((drawn) => drawn.item);
-      if (hasMore) wanted.push(more);
-      const staying = new Set(wanted);
-      for (const child of [...node.children]) if (!staying.has(child)) child.remove();
-      let at = node.firstChild;
-      for (const child of wanted) {
-        if (child === at) at = at.nextSibling;
-        else node.insertBefore(child, at);
-      }
-    },
+  /** @param {Item[]} items @param {boolean} hasOlder */
+  return (items, hasOlder) => {
+    known = new Map(items.map(drawn));
+    const wanted = [...known.values()].map(({ node }) => node);
+    if (hasOlder) wanted.push(older);
+    const staying = new Set(wanted);
+    for (const child of [...list.children]) if (!(child instanceof HTMLElement && staying.has(child))) child.remove();
+    let next = list.firstChild;
+    for (const child of wanted) {
+      if (child === next) next = next.nextSibling;
+      else list.insertBefore(child, next);
+    }
   };
 }
 
-function goalItem({ id, text, standing, reason, isChosen }) {
+/** @param {Item} item @param {string} testId @returns {HTMLElement} */
+function drawItem({ goal, text, state, reason, isSelected }, testId) {
   return el(
     "li",
     {},
     el(
       "button",
-      { type: "button", class: isChosen ? "item chosen" : "item", "data-testid": "goal-item", "data-goal": id, "aria-pressed": isChosen ? "true" : "false" },
+      { type: "button", class: isSelected ? "item chosen" : "item", "data-testid": testId, "data-goal": goal, "aria-pressed": isSelected === undefined ? null : String(isSelected) },
       el("span", { class: "item-text" }, text),
-      el("span", { class: `badge ${tone(standing)}` }, words(standing)),
+      el("span", { class: `badge ${tone(state)}` }, words(state)),
       reason ? el("span", { class: "quiet small whole" }, reason) : null,
     ),
   );
-}
-
-function missionItem({ goal, text, standing }) {
-  return el(
-    "li",
-    {},
-    el(
-      "button",
-      { type: "button", class: "item", "data-goal": goal, "data-testid": "mission-item" },
-      el("span", { class: "item-text" }, text),
-      el("span", { class: `badge ${tone(standing)}` }, words(standing)),
-    ),
-  );
-}
-
-export function newestFirst(list) {
-  return [...list].sort((one, other) => String(other.created_at ?? "").localeCompare(String(one.created_at ?? "")));
 }

@@ -1,4 +1,4 @@
-// What was tried to recover a mission, what it waits for, and what is to become of its next failure.
+// A mission's recovery attempts, what it waits for, and what happens at its next failure.
 
 import { id, put } from "../page/api.js";
 import { el, show } from "../page/dom.js";
@@ -11,6 +11,7 @@ const POLICIES = {
   never: "end the mission",
 };
 
+/** @type {Record<string, string>} */
 const STEPS = {
   planning: "a repair is being planned",
   deciding: "the repaired plan below waits for your decision",
@@ -18,33 +19,35 @@ const STEPS = {
   stuck: "no repair was found: correct what is believed and try again, or cancel",
 };
 
-export function recovery(mission) {
-  const attempts = mission.recovery?.attempts ?? [];
-  if (!attempts.length && !mission.recovery?.step) return null;
-  const step = STEPS[mission.recovery.step];
+/** @param {Mission} mission */
+export function recovery({ recovery: state }) {
+  if (!state || (!state.attempts.length && !state.step)) return null;
+  const step = state.step && STEPS[state.step];
   return el(
     "div",
     { class: "note", "data-testid": "recovery" },
     step ? el("p", {}, step) : null,
-    el("ol", { class: "links" }, attempts.map((attempt) => el("li", {}, line(attempt)))),
+    el("ol", { class: "links" }, state.attempts.map((attempt) => el("li", {}, attemptText(attempt)))),
   );
 }
 
-function line({ number, failure, reason, measure, without, outcome, detail }) {
-  const others = without?.length ? ` without ${without.join(", ")}` : "";
-  return `${number}. ${words(failure)}: ${reason}. ${measure ? `${words(measure)}${others}, ` : ""}${words(outcome)}${detail ? ` (${detail})` : ""}`;
+/** @param {RecoveryAttempt} attempt */
+function attemptText({ number, failure, reason, measure, without, outcome, detail }) {
+  const excluded = without?.length ? ` without ${without.join(", ")}` : "";
+  return `${number}. ${words(failure)}: ${reason}. ${measure ? `${words(measure)}${excluded}, ` : ""}${words(outcome)}${detail ? ` (${detail})` : ""}`;
 }
 
-export function policy(mission, problem, refresh) {
-  const set = async (event) => {
+/** @param {Mission} mission @param {Element} problem @param {() => void} refresh */
+export function policyChoice(mission, problem, refresh) {
+  const set = async () => {
     try {
-      await put(`/v1/missions/${id(mission.id)}/recovery`, { policy: event.target.value });
+      await put(`/v1/missions/${id(mission.id)}/recovery`, { policy: choice.value });
     } catch (error) {
       show(problem, problemBox(error));
     }
     refresh();
   };
-  const chosen = mission.recovery?.policy;
-  const options = Object.entries(POLICIES).map(([value, text]) => el("option", { value, selected: value === chosen }, text));
-  return el("label", { class: "policy small" }, "If it fails: ", el("select", { "data-testid": "mission-policy", onchange: set }, options));
+  const options = Object.entries(POLICIES).map(([value, text]) => el("option", { value, selected: value === mission.recovery?.policy }, text));
+  const choice = el("select", { "data-testid": "mission-policy", onchange: set }, options);
+  return el("label", { class: "policy small" }, "If it fails: ", choice);
 }

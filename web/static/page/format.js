@@ -1,39 +1,46 @@
-// Words for what the service says.
+// Formats the service's values as text.
 
+/** @param {Fact} fact */
 export function fact({ predicate, args }) {
   return `${predicate}(${(args ?? []).join(", ")})`;
 }
 
-export function facts(list) {
-  return (list ?? []).map(fact).join(", ");
+/** @param {Fact[]} [list] */
+export function facts(list = []) {
+  return list.map(fact).join(", ");
 }
 
+/** @param {number | null | undefined} value */
 export function seconds(value) {
   if (typeof value !== "number" || !Number.isFinite(value)) return "–";
-  const rounded = Math.max(0, value);
-  if (rounded < 60) return `${rounded.toFixed(1)} s`;
-  const whole = Math.round(rounded);
+  const positive = Math.max(0, value);
+  if (positive < 60) return `${positive.toFixed(1)} s`;
+  const whole = Math.round(positive);
   return `${Math.floor(whole / 60)} min ${String(whole % 60).padStart(2, "0")} s`;
 }
 
-// A span that need not be told exactly: 43 s, 2 min, 3 h.
-export function roughly(span) {
-  if (span < 59.5) return `${Math.round(span)} s`;
-  return span < 5400 ? `${Math.round(span / 60)} min` : `${Math.round(span / 3600)} h`;
+/** A duration to one unit: 43 s, 2 min, 3 h. @param {number} span_s */
+export function roughly(span_s) {
+  if (span_s < 59.5) return `${Math.round(span_s)} s`;
+  return span_s < 5400 ? `${Math.round(span_s / 60)} min` : `${Math.round(span_s / 3600)} h`;
 }
 
-// How far a makespan may be from the best there is, by the bound that no plan can beat; nothing without one.
-export function gap(makespan, bound) {
-  if (typeof bound !== "number" || bound <= 0) return "";
-  if (makespan <= bound + 0.05) return "no plan is quicker";
-  return `at most ${Math.ceil((100 * (makespan - bound)) / bound)} % over the quickest possible (${seconds(bound)})`;
+/**
+ * How far a makespan may be from the optimum, by its lower bound; empty without one.
+ * @param {number} makespan_s @param {number | null | undefined} bound_s
+ */
+export function gap(makespan_s, bound_s) {
+  if (typeof bound_s !== "number" || bound_s <= 0) return "";
+  if (makespan_s <= bound_s + 0.05) return "no plan is quicker";
+  return `at most ${Math.ceil((100 * (makespan_s - bound_s)) / bound_s)} % over the quickest possible (${seconds(bound_s)})`;
 }
 
+/** @param {unknown} identifier */
 export function words(identifier) {
   return String(identifier ?? "").replaceAll("_", " ");
 }
 
-// One of these, or idle: the colour of a badge, and its shape where nothing is known.
+/** The tone of a badge is its colour, and its shape where nothing is known. @type {Record<string, string[]>} */
 const TONES = {
   good: ["completed", "finished", "approved", "online"],
   bad: ["failed", "unsolvable", "no_plan_found", "rejected", "cancelled", "expired", "partially_completed", "connection_broken"],
@@ -42,21 +49,29 @@ const TONES = {
   warn: ["paused", "planned", "proposed", "offline", "hibernating"],
 };
 
+/** @param {string | undefined} state */
 export function tone(state) {
-  return Object.keys(TONES).find((name) => TONES[name].includes(state)) ?? "idle";
+  return Object.keys(TONES).find((name) => TONES[name].includes(state ?? "")) ?? "idle";
 }
 
-// The word of a goal's badge, which is also what its colour goes by: a finished goal is as good as what came of it,
-// and none is called unsolvable unless that is proven.
-export function standing(goal) {
+/**
+ * The state on a goal's badge: a finished goal shows its outcome, and only a proven one is called unsolvable.
+ * @param {Goal} goal
+ */
+export function displayState(goal) {
   if (goal.state === "unsolvable" && goal.outcome && goal.outcome !== "unsolvable") return "no_plan_found";
   return goal.state === "finished" && goal.outcome ? goal.outcome : goal.state;
 }
 
-// When something was, by the clock on the wall; with the day if that is another.
+/** A wall-clock time, with the date unless that is today. @param {string} iso */
 export function instant(iso) {
   const when = new Date(iso);
-  if (Number.isNaN(when.getTime())) return String(iso ?? "");
+  if (Number.isNaN(when.getTime())) return iso;
   const day = when.toDateString() === new Date().toDateString() ? "" : `${when.toLocaleDateString()} `;
   return `${day}${when.toLocaleTimeString()}`;
+}
+
+/** @template {{created_at: string}} T @param {T[]} list */
+export function newestFirst(list) {
+  return [...list].sort((one, other) => other.created_at.localeCompare(one.created_at));
 }

@@ -1,64 +1,72 @@
-// The page's three panes: the outer two can be resized, by pointer or arrow keys, and put away.
+// The page's three panes: the outer two can be resized, by pointer or arrow keys, and hidden.
 
-import { recall, remember } from "./remembered.js";
+import { byId } from "./dom.js";
+import { loadPreference, savePreference } from "./preferences.js";
 
 const STEP_PX = 24;
-const NARROWEST_PX = { left: 200, right: 260 };
+const MIN_WIDTH_PX = { left: 200, right: 260 };
 const MIDDLE_PX = 360;
+/** @typedef {"left" | "right"} Side @typedef {{left?: number, right?: number, leftAway?: boolean, rightAway?: boolean}} Widths */
 
 export function mountPanes() {
-  const panes = document.getElementById("panes");
-  const widths = recall("panes", {});
-  const sides = ["left", "right"].map((side) => mountSide(side, panes, widths));
+  const panes = byId("panes", HTMLElement);
+  /** @type {Widths} */
+  const widths = loadPreference("panes", {});
+  const sides = [mountSide("left", panes, widths), mountSide("right", panes, widths)];
   const fitAll = () => sides.forEach((fit) => fit());
   addEventListener("resize", fitAll);
   fitAll();
 }
 
+/** @param {Side} side @param {HTMLElement} panes @param {Widths} widths */
 function mountSide(side, panes, widths) {
-  const pane = document.getElementById(side);
-  const divider = document.getElementById(`${side}-divider`);
-  const button = document.getElementById(`${side}-toggle`);
-  const most = () => {
-    const other = document.getElementById(side === "left" ? "right" : "left");
-    return Math.max(NARROWEST_PX[side], panes.clientWidth - MIDDLE_PX - other.offsetWidth);
-  };
-  const set = (width) => {
-    widths[side] = Math.round(Math.min(most(), Math.max(NARROWEST_PX[side], width)));
-    remember("panes", widths);
+  const pane = byId(side, HTMLElement);
+  const divider = byId(`${side}-divider`, HTMLElement);
+  const button = byId(`${side}-toggle`, HTMLButtonElement);
+  const otherPane = byId(side === "left" ? "right" : "left", HTMLElement);
+  const outwards = side === "left" ? 1 : -1;
+  const away = /** @type {const} */ (`${side}Away`);
+  const maxWidth = () => Math.max(MIN_WIDTH_PX[side], panes.clientWidth - MIDDLE_PX - otherPane.offsetWidth);
+  /** @param {number} width */
+  const setWidth = (width) => {
+    widths[side] = Math.round(Math.min(maxWidth(), Math.max(MIN_WIDTH_PX[side], width)));
+    savePreference("panes", widths);
     fit();
   };
   const fit = () => {
-    const away = Boolean(widths[`${side}Away`]);
-    pane.hidden = divider.hidden = away;
-    button.setAttribute("aria-pressed", String(!away));
-    const width = away ? "0px" : widths[side] ? `${Math.min(widths[side], most())}px` : "";
+    const isAway = Boolean(widths[away]);
+    const chosen = widths[side];
+    pane.hidden = isAway;
+    divider.hidden = isAway;
+    button.setAttribute("aria-pressed", String(!isAway));
+    const width = isAway ? "0px" : chosen ? `${Math.min(chosen, maxWidth())}px` : "";
     if (width) panes.style.setProperty(`--${side}`, width);
     else panes.style.removeProperty(`--${side}`);
-    panes.style.setProperty(`--${side}-divider`, away ? "0px" : "7px");
-    divider.setAttribute("aria-valuemin", NARROWEST_PX[side]);
-    divider.setAttribute("aria-valuemax", most());
-    divider.setAttribute("aria-valuenow", pane.offsetWidth || NARROWEST_PX[side]);
+    panes.style.setProperty(`--${side}-divider`, isAway ? "0px" : "7px");
+    divider.setAttribute("aria-valuemin", String(MIN_WIDTH_PX[side]));
+    divider.setAttribute("aria-valuemax", String(maxWidth()));
+    divider.setAttribute("aria-valuenow", String(pane.offsetWidth || MIN_WIDTH_PX[side]));
   };
-  const outwards = side === "left" ? 1 : -1;
   divider.addEventListener("pointerdown", (event) => {
     divider.setPointerCapture(event.pointerId);
-    const [from, width] = [event.clientX, pane.offsetWidth];
-    const drag = (moved) => set(width + outwards * (moved.clientX - from));
+    const start = event.clientX;
+    const width = pane.offsetWidth;
+    /** @param {PointerEvent} moved */
+    const drag = (moved) => setWidth(width + outwards * (moved.clientX - start));
     divider.addEventListener("pointermove", drag);
     divider.addEventListener("lostpointercapture", () => divider.removeEventListener("pointermove", drag), { once: true });
   });
   divider.addEventListener("keydown", (event) => {
-    const steps = { ArrowRight: outwards, ArrowLeft: -outwards }[event.key];
-    if (steps) set(pane.offsetWidth + steps * STEP_PX);
-    else if (event.key === "Home") set(0);
-    else if (event.key === "End") set(most());
+    if (event.key === "ArrowRight") setWidth(pane.offsetWidth + outwards * STEP_PX);
+    else if (event.key === "ArrowLeft") setWidth(pane.offsetWidth - outwards * STEP_PX);
+    else if (event.key === "Home") setWidth(0);
+    else if (event.key === "End") setWidth(maxWidth());
     else return;
     event.preventDefault();
   });
   button.addEventListener("click", () => {
-    widths[`${side}Away`] = !widths[`${side}Away`];
-    remember("panes", widths);
+    widths[away] = !widths[away];
+    savePreference("panes", widths);
     dispatchEvent(new Event("resize"));
   });
   return fit;

@@ -1,30 +1,33 @@
-// An error of the service, with the choices it offers.
+// Shows an error of the service, with the choices it offers.
 
+import { problemOf } from "./api.js";
 import { el, show } from "./dom.js";
 
-// Asks the service for something while the buttons are out of reach. What stands against it is told in `box`, and they
-// can be pressed again; otherwise what has changed draws them anew.
-export async function asking(buttons, box, question) {
+/**
+ * Send a request with its buttons disabled. After an error it is shown in `box` and they are enabled again; after success
+ * the refreshed state draws them anew.
+ * @param {(HTMLButtonElement | HTMLInputElement)[]} buttons @param {Element} box @param {() => Promise<unknown>} request
+ */
+export async function attempt(buttons, box, request) {
   for (const button of buttons) button.disabled = true;
   show(box);
   try {
-    await question();
-  } catch (problem) {
-    show(box, problemBox(problem));
+    await request();
+  } catch (error) {
+    show(box, problemBox(error));
     for (const button of buttons) button.disabled = false;
   }
 }
 
-export function problemBox(problem) {
-  const choices = (problem.choices ?? []).map((choice) => {
-    const label = typeof choice === "string" ? choice : JSON.stringify(choice);
-    return el("span", { class: "choice" }, label);
-  });
+/** @param {unknown} error */
+export function problemBox(error) {
+  const { title, message, choices } = problemOf(error);
+  const offers = choices.map((choice) => el("span", { class: "choice" }, typeof choice === "string" ? choice : JSON.stringify(choice)));
   return el(
     "div",
     { class: "problem" },
-    problem.title && problem.title !== problem.message ? el("strong", {}, problem.title) : null,
-    el("p", {}, problem.message),
-    choices.length ? el("div", { class: "choices" }, choices) : null,
+    title && title !== message ? el("strong", {}, title) : null,
+    el("p", {}, message),
+    offers.length ? el("div", { class: "choices" }, offers) : null,
   );
 }

@@ -1,23 +1,28 @@
-// What robots tell of themselves ten times a second, followed only while somebody looks and the page is seen.
+// The robots' telemetry stream, open only while something listens and the page is visible.
 
 import { id } from "./api.js";
 
+/** @returns {Telemetry} */
 export function createTelemetry() {
+  /** @type {Set<(message: TelemetryMessage) => void>} */
   const listeners = new Set();
+  /** @type {{path: string, stream: EventSource} | null} */
   let source = null;
+  /** @type {string | null} */
   let world = null;
-  let replayed = null; // what robots told at the instant of a recording that is shown
-  const tell = (told) => listeners.forEach((listener) => listener(told));
+  /** @type {Record<string, RobotTelemetry> | null} */
+  let replayed = null; // the telemetry at the shown instant of a recording
+  /** @param {TelemetryMessage} message */
+  const publish = (message) => listeners.forEach((listener) => listener(message));
 
   function adjust() {
-    const wanted = listeners.size > 0 && !document.hidden && world !== null;
-    const path = wanted ? `/v1/telemetry?world=${id(world)}` : null;
+    const path = listeners.size > 0 && !document.hidden && world !== null ? `/v1/telemetry?world=${id(world)}` : null;
     if (source && source.path === path) return;
     source?.stream.close();
-    source = path && { path, stream: new EventSource(path) };
+    source = path === null ? null : { path, stream: new EventSource(path) };
     if (source) {
       source.stream.onmessage = (message) => {
-        if (!replayed) tell(JSON.parse(message.data));
+        if (!replayed) publish(JSON.parse(message.data));
       };
     }
   }
@@ -25,20 +30,20 @@ export function createTelemetry() {
   document.addEventListener("visibilitychange", adjust);
   addEventListener("pagehide", () => source?.stream.close());
   return {
-    of(name) {
+    setWorld(name) {
       world = name;
       adjust();
     },
-    // Tells what robots told once, instead of what they tell; null ends that.
+    // Publishes recorded telemetry in place of the live one; null ends that.
     replay(robots) {
       replayed = robots;
-      if (replayed) tell({ robots });
+      if (replayed) publish({ robots: replayed });
     },
-    // Calls `listener` with all robots' telemetry until the function that it answers is called.
+    // Calls `listener` with all robots' telemetry until the function that it returns is called.
     follow(listener) {
       listeners.add(listener);
       adjust();
-      if (replayed) listener({ robots: replayed }); // nothing more comes while the recording stands still
+      if (replayed) listener({ robots: replayed }); // nothing more comes while the recording is paused
       return () => {
         listeners.delete(listener);
         adjust();

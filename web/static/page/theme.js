@@ -1,30 +1,34 @@
 // Light, dark, or as the system has it.
 
-import { recall, remember } from "./remembered.js";
+import { byId } from "./dom.js";
+import { loadPreference, savePreference } from "./preferences.js";
 
+const systemIsDark = matchMedia("(prefers-color-scheme: dark)");
+/** @type {(() => void)[]} */
 const listeners = [];
 
 export function isDark() {
   const chosen = document.documentElement.dataset.theme;
-  return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+  return chosen ? chosen === "dark" : systemIsDark.matches;
 }
 
+/** @param {() => void} listener */
 export function onTheme(listener) {
   listeners.push(listener);
 }
 
 export function mountTheme() {
-  const choice = document.getElementById("theme");
-  const apply = (theme) => {
-    if (theme) document.documentElement.dataset.theme = theme;
+  const choice = byId("theme", HTMLSelectElement);
+  const apply = () => {
+    if (choice.value) document.documentElement.dataset.theme = choice.value;
     else delete document.documentElement.dataset.theme;
     for (const listener of listeners) listener();
   };
-  choice.value = recall("theme", "");
-  apply(choice.value);
+  choice.value = loadPreference("theme", "");
+  apply();
   choice.addEventListener("change", () => {
-    remember("theme", choice.value);
-    apply(choice.value);
+    savePreference("theme", choice.value);
+    apply();
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => apply(choice.value));
+  systemIsDark.addEventListener("change", apply);
 }

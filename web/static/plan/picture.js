@@ -1,146 +1,178 @@
-// The picture of a plan, graph and Gantt chart in one: drawn to the pane's width, walked through by pointer or arrow
-// keys, and filled from beneath by what truly happens once its mission runs.
+// The interactive picture of a plan, graph and Gantt chart in one: pointer and arrow keys select actions, and the mission's
+// progress is drawn beneath them.
 
-import { begun, elapsed } from "../mission/elapsed.js";
-import { el, replace, show, svg } from "../page/dom.js";
-import { LANE_PX, TOP_PX, actual, backdrop, bar, definitions, ghost, layout, links, unheard } from "./drawing.js";
+import { elapsed, planStart } from "../mission/timing.js";
+import { closest, el, replace, show, svg } from "../page/dom.js";
+import { LANE_PX, TOP_PX, actionBar, actualTimes, background, byNumber, causalLinks, definitions, pictureScale, previousAction, silentLanes } from "./drawing.js";
 
-const NARROWEST_PX = 260;
+const MIN_WIDTH_PX = 260;
 const ZOOM = 1.5;
-const NOTHING = { of: new Map(), ghosts: [] };
+const MAX_ZOOM = 16;
+/** @type {PlanChanges} */
+const NO_CHANGES = { byAction: new Map(), previous: [] };
 
-// `onChoose` hears of the action that is looked at, or of null.
-export function createPicture({ onChoose }) {
+/** @param {(action: PlannedAction | null) => void} onSelect @returns {Picture} */
+export function createPicture(onSelect) {
   const names = el("ul", { class: "lane-names", "aria-hidden": "true" });
   const scroller = el("div", { class: "picture-scroller" });
-  const zoom = el("div", { class: "zoom" }, [["−", "Narrower", 1 / ZOOM], ["+", "Wider", ZOOM]].map(([sign, label, factor]) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => zoomBy(factor) }, sign)));
-  const node = el("div", { class: "picture", "data-testid": "picture" }, names, scroller, zoom);
-  const still = { plan: null, changes: null, mission: null, elapsed: null, silent: [], zoom: 1, chosen: null, focused: null };
-  let at = null;
-  let drawnDue = null;
-  let parts = {};
+  /** @param {string} sign @param {string} label @param {number} factor */
+  const zoomButton = (sign, label, factor) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => zoomBy(factor) }, sign);
+  const node = el("div", { class: "picture", "data-testid": "picture" }, names, scroller, el("div", { class: "zoom" }, zoomButton("−", "Narrower", 1 / ZOOM), zoomButton("+", "Wider", ZOOM)));
+  const layers = { silent: svg("g"), links: svg("g", { class: "links" }), previous: svg("g"), bars: svg("g"), actual: svg("g"), selectedLinks: svg("g", { class: "links chosen" }) };
+  /** @type {Plan | null} */
+  let plan = null;
+  let changes = NO_CHANGES;
+  /** @type {Mission | null} */
+  let mission = null;
+  /** @type {number | null} */
+  let spent = null; // seconds since the plan's start
+  /** @type {Silence[]} */
+  let silences = [];
+  let zoom = 1;
+  /** @type {string | null} */
+  let selected = null;
+  /** @type {PictureScale | null} */
+  let scale = null;
+  /** @type {number | null} */
+  let drawnDeadline = null;
 
   function draw() {
-    if (!still.plan || !scroller.clientWidth) return;
-    drawnDue = due();
-    const width = Math.max(NARROWEST_PX, (scroller.clientWidth - 1) * still.zoom);
-    at = layout(still.plan, width, still.elapsed, still.changes.ghosts, due());
-    parts = { links: svg("g", { class: "links" }, links(still.plan, at)), bars: svg("g", {}, inOrder().map((action) => bar(action, at, still.changes.of.get(action.id)))), chosen: svg("g", { class: "links chosen" }), actual: svg("g"), unheard: svg("g"), ghosts: svg("g", {}, still.changes.ghosts.map((one) => ghost(one, at))) };
-    const drawing = svg(
+    if (!plan || !scroller.clientWidth) return;
+    drawnDeadline = deadline();
+    const drawn = pictureScale(plan, Math.max(MIN_WIDTH_PX, (scroller.clientWidth - 1) * zoom), spent, changes.previous, drawnDeadline);
+    scale = drawn;
+    replace(layers.links, causalLinks(plan, drawn));
+    replace(layers.previous, changes.previous.map((one) => previousAction(one, drawn)));
+    replace(layers.bars, inOrder().map((action) => actionBar(action, drawn, changes.byAction.get(action.id))));
+    replace(scroller, svg(
       "svg",
-      { width, height: at.height, class: "lanes", role: "group", "aria-label": "The plan's actions over time, a lane a robot; arrow keys go from one to the next" },
+      { width: drawn.width, height: drawn.height, class: "lanes", role: "group", "aria-label": "The plan's actions over time, a lane a robot; arrow keys go from one to the next" },
       definitions(),
-      backdrop(at),
-      parts.unheard,
-      parts.links,
-      parts.ghosts,
-      parts.bars,
-      parts.actual,
-      parts.chosen,
-    );
-    replace(scroller, drawing);
-    replace(names, at.robots.map((robot) => el("li", { title: robot })));
+      background(drawn),
+      Object.values(layers),
+    ));
+    replace(names, drawn.robots.map((robot) => {
+      const name = el("li", { title: robot });
+      name.style.height = `${LANE_PX}px`;
+      return name;
+    }));
     names.style.paddingTop = `${TOP_PX}px`;
-    for (const name of names.children) name.style.height = `${LANE_PX}px`;
-    reachable(still.chosen ?? inOrder()[0]?.id);
-    mark(still.chosen);
-    fill();
+    setTabStop(selected ?? inOrder()[0]?.id);
+    highlight(selected);
+    drawProgress(drawn);
   }
 
-  const due = () => (typeof still.mission?.deadline_s === "number" && still.elapsed !== null ? still.mission.deadline_s - begun(still.mission) : null);
-  const inOrder = () => [...still.plan.actions].sort((one, other) => one.earliest_start_s - other.earliest_start_s || one.id.localeCompare(other.id, undefined, { numeric: true }));
-  const barOf = (action) => parts.bars?.querySelector(`[data-action="${CSS.escape(action ?? "")}"]`);
+  const deadline = () => (mission && typeof mission.deadline_s === "number" && spent !== null ? mission.deadline_s - planStart(mission) : null);
+  const inOrder = () => [...(plan?.actions ?? [])].sort((one, other) => one.earliest_start_s - other.earliest_start_s || byNumber(one.id, other.id));
+  const bars = () => [...layers.bars.children].filter((bar) => bar instanceof SVGElement);
 
-  function fill() {
-    const silences = unheard(still.silent, at, still.elapsed);
-    replace(parts.actual, still.mission ? actual(still.mission, at, still.elapsed, still.silent) : [], silences.map(({ words }) => words));
-    replace(parts.unheard, silences.map(({ hatch }) => hatch));
-    at.robots.forEach((robot, lane) => {
-      const silence = still.silent.find((one) => one.robot === robot);
+  /** @param {PictureScale} drawn */
+  function drawProgress(drawn) {
+    const lanes = silentLanes(silences, drawn, spent ?? 0);
+    replace(layers.actual, mission ? actualTimes(mission, drawn, spent, silences) : [], lanes.map(({ words }) => words));
+    replace(layers.silent, lanes.map(({ hatch }) => hatch));
+    drawn.robots.forEach((robot, lane) => {
+      const silence = silences.find((one) => one.robot === robot);
       show(names.children[lane], el("span", {}, robot), silence ? el("span", { class: `badge ${silence.tone}` }, silence.word) : null);
     });
   }
 
-  function mark(action) {
-    for (const bar of parts.bars.children) {
-      bar.setAttribute("aria-pressed", String(bar.dataset.action === still.chosen));
+  /** @param {string | null} action */
+  function highlight(action) {
+    for (const bar of bars()) {
+      bar.setAttribute("aria-pressed", String(bar.dataset.action === selected));
       bar.classList.toggle("looked-at", bar.dataset.action === action);
     }
-    parts.links.classList.toggle("faint", Boolean(action));
-    parts.chosen.replaceChildren(...(action ? links(still.plan, at, action) : []));
+    layers.links.classList.toggle("faint", Boolean(action));
+    replace(layers.selectedLinks, action && plan && scale ? causalLinks(plan, scale, action) : []);
   }
 
-  function look(action) {
-    mark(action);
-    onChoose(at.actions.get(action) ?? null);
+  /** @param {string | null} action */
+  function view(action) {
+    highlight(action);
+    onSelect(scale?.actions.get(action ?? "") ?? null);
   }
 
-  function choose(action) {
-    still.chosen = still.chosen === action ? null : action;
-    look(still.chosen);
+  /** @param {string | null} action */
+  function toggle(action) {
+    selected = selected === action ? null : action;
+    view(selected);
   }
 
-  // One stop on the way of the tab key; the arrow keys go on from there.
-  function reachable(action) {
-    still.focused = action;
-    for (const bar of parts.bars.children) bar.setAttribute("tabindex", bar.dataset.action === action ? "0" : "-1");
+  /** One bar is reached by the tab key; the arrow keys go on from there. @param {string | undefined} action */
+  function setTabStop(action) {
+    for (const bar of bars()) bar.setAttribute("tabindex", bar.dataset.action === action ? "0" : "-1");
   }
 
-  function neighbour(action, move) {
-    const here = at.actions.get(action);
-    const lane = at.robots.indexOf(here.agents[0]);
-    const [along, across] = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] }[move];
-    const row = (robot) => inOrder().filter((other) => other.agents.includes(robot));
-    if (along) return row(at.robots[lane])[row(at.robots[lane]).findIndex((other) => other.id === action) + along];
-    const there = row(at.robots[lane + across] ?? "");
-    const far = (other) => Math.abs(other.earliest_start_s - here.earliest_start_s);
-    return there.sort((one, other) => far(one) - far(other))[0];
+  /** @param {string} name @param {string} key */
+  function neighbour(name, key) {
+    const from = scale?.actions.get(name);
+    if (!scale || !from) return undefined;
+    const lane = scale.robots.indexOf(from.agents[0]);
+    /** @param {string | undefined} robot */
+    const inLane = (robot) => inOrder().filter((other) => other.agents.includes(robot ?? ""));
+    if (key === "ArrowRight" || key === "ArrowLeft") {
+      const row = inLane(scale.robots[lane]);
+      return row[row.indexOf(from) + (key === "ArrowRight" ? 1 : -1)];
+    }
+    /** @param {PlannedAction} other */
+    const distance = (other) => Math.abs(other.earliest_start_s - from.earliest_start_s);
+    return inLane(scale.robots[lane + (key === "ArrowDown" ? 1 : -1)]).sort((one, other) => distance(one) - distance(other))[0];
   }
 
-  scroller.addEventListener("click", (event) => choose(event.target.closest("[data-action]")?.dataset.action ?? null));
+  /** @param {Event} event */
+  const actionOf = (event) => closest(event, "[data-action]")?.dataset.action ?? null;
+  scroller.addEventListener("click", (event) => toggle(actionOf(event)));
   scroller.addEventListener("pointerover", (event) => {
-    const over = event.target.closest("[data-action]")?.dataset.action;
-    if (over) look(over);
+    const action = actionOf(event);
+    if (action) view(action);
   });
-  scroller.addEventListener("pointerleave", () => parts.bars && look(still.chosen));
+  scroller.addEventListener("pointerleave", () => scale && view(selected));
   scroller.addEventListener("focusin", (event) => {
-    const action = event.target.closest("[data-action]")?.dataset.action;
+    const action = actionOf(event);
     if (!action) return;
-    reachable(action);
-    look(action);
+    setTabStop(action);
+    view(action);
   });
   scroller.addEventListener("keydown", (event) => {
-    const action = event.target.closest("[data-action]")?.dataset.action;
+    const action = actionOf(event);
     if (!action) return;
-    if (event.key === "Enter" || event.key === " ") choose(action);
-    else if (event.key === "Escape") choose(null);
-    else if (event.key.startsWith("Arrow")) barOf(neighbour(action, event.key)?.id)?.focus();
-    else return;
+    if (event.key === "Enter" || event.key === " ") toggle(action);
+    else if (event.key === "Escape") toggle(null);
+    else if (event.key.startsWith("Arrow")) {
+      const next = neighbour(action, event.key);
+      bars().find((bar) => bar.dataset.action === next?.id)?.focus();
+    } else return;
     event.preventDefault();
   });
   new ResizeObserver(() => requestAnimationFrame(draw)).observe(scroller);
 
+  /** @param {number} factor */
   function zoomBy(factor) {
-    still.zoom = Math.min(16, Math.max(1, still.zoom * factor));
+    zoom = Math.min(MAX_ZOOM, Math.max(1, zoom * factor));
     draw();
   }
 
   return {
     node,
-    // `changes`: what it differs in from the plan before it.
-    show(plan, changes = NOTHING) {
-      if (still.plan?.id !== plan.id) Object.assign(still, { chosen: null, zoom: 1 });
-      Object.assign(still, { plan, changes });
+    show(shownPlan, shownChanges = NO_CHANGES) {
+      if (plan?.id !== shownPlan.id) {
+        selected = null;
+        zoom = 1;
+      }
+      plan = shownPlan;
+      changes = shownChanges;
       draw();
     },
-    // How the mission stands at `time`, world's clock; null without one. `silent`: which robots are not heard, and
-    // since when.
-    happens(mission, time, silent = []) {
-      const spent = mission && elapsed(mission, time, begun(mission));
-      Object.assign(still, { mission, elapsed: spent, silent });
-      if (!at || !still.plan || !parts.actual) return;
-      if ((spent > at.end * 1.001 && mission.ended_at_s === null) || due() !== drawnDue) draw();
-      else fill();
+    // Draw the mission as it was at `time` of the world's clock; null without one.
+    showProgress(shownMission, time, shownSilences = []) {
+      mission = shownMission;
+      spent = mission && elapsed(mission, time, planStart(mission));
+      silences = shownSilences;
+      if (!scale || !plan) return;
+      const isBeyond = spent !== null && spent > scale.end * 1.001 && mission?.ended_at_s === null;
+      if (isBeyond || deadline() !== drawnDeadline) draw();
+      else drawProgress(scale);
     },
   };
 }

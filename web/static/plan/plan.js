@@ -1,57 +1,66 @@
-// The middle pane's plan: what would happen, when, how good that is, why by these robots; and the decision on it.
+// The middle pane's plan: its actions and their times, how good it is, why these robots; and the decision on it.
 
-import { el, replace } from "../page/dom.js";
+import { planStart, silences } from "../mission/timing.js";
+import { byId, el, replace } from "../page/dom.js";
 import { fact, gap, instant, seconds, tone, words } from "../page/format.js";
-import { recall, remember } from "../page/remembered.js";
-import { begun } from "../mission/elapsed.js";
-import { unheardOn } from "../robots/contact.js";
-import { choices } from "./choices.js";
+import { loadPreference, savePreference } from "../page/preferences.js";
+import { createActionDetail } from "./action_detail.js";
+import { alternatives } from "./alternatives.js";
 import { decision, mountDecisionKeys } from "./decision.js";
-import { createDetail } from "./detail.js";
+import { byNumber } from "./drawing.js";
+import { explanation } from "./explanation.js";
 import { createPicture } from "./picture.js";
-import { changes, repair } from "./repair.js";
-import { actionTable } from "./table.js";
-import { why } from "./why.js";
+import { planChanges, repairNote } from "./repair.js";
 
-export function mountPlan(store, { look, refresh }) {
-  const body = document.getElementById("plan");
-  const detail = createDetail();
-  let changed = null;
-  const picture = createPicture({
-    onChoose(action) {
-      if (store.get().plan) detail.look(store.get().plan, action, changed.of.get(action?.id));
-      if (store.get().action !== (action?.id ?? null)) store.update({ action: action?.id ?? null });
-    },
+/** @typedef {{viewPlan: (planId: string) => void, refresh: () => void}} Actions */
+
+/** @param {Store} store @param {Actions} actions */
+export function mountPlan(store, actions) {
+  const body = byId("plan", HTMLElement);
+  const detail = createActionDetail();
+  /** @type {PlanChanges | null} */
+  let changes = null;
+  const picture = createPicture((action) => {
+    const { plan, action: selected } = store.get();
+    if (plan) detail.show(plan, action, changes?.byAction.get(action?.id ?? ""));
+    if (selected !== (action?.id ?? null)) store.update({ action: action?.id ?? null });
   });
   const views = { picture: el("div", {}, picture.node, detail.node), table: el("div") };
-  let drawn = null;
+  let drawn = "";
   mountDecisionKeys();
+
+  /** @param {State} state @param {Plan | null} plan */
+  function draw(state, plan) {
+    const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.keep : undefined;
+    replace(body, plan ? card(plan, state, views, actions) : null);
+    if (!plan) return;
+    changes = planChanges(plan, state.previousPlan);
+    replace(views.table, actionTable(plan, changes));
+    picture.show(plan, changes);
+    detail.show(plan, null);
+    // A comment that is being written keeps the focus and its cursor.
+    const again = focused && body.querySelector(`[data-keep="${CSS.escape(focused)}"]`);
+    if (again instanceof HTMLElement) again.focus({ preventScroll: true });
+    if (again instanceof HTMLInputElement) again.setSelectionRange(again.value.length, again.value.length);
+  }
+
   store.subscribe((state) => {
-    const { goal, plan, before, mission } = state;
-    const key = JSON.stringify([goal?.state, goal?.alternatives, plan, before?.id, state.choices]);
-    // A comment being written survives other news.
+    const { goal, plan, previousPlan, mission, replaying, worldTimes } = state;
+    const key = JSON.stringify([goal?.state, goal?.alternatives, plan, previousPlan?.id, state.alternatives]);
     if (key !== drawn) {
       drawn = key;
-      const held = document.activeElement?.dataset.keep;
-      replace(body, plan ? card(plan, before, views, refresh, choices(goal, plan, state.choices, { look, refresh })) : null);
-      if (plan) {
-        changed = changes(plan, before);
-        replace(views.table, actionTable(plan, changed));
-        picture.show(plan, changed);
-        detail.look(plan, null);
-        const again = held && body.querySelector(`[data-keep="${CSS.escape(held)}"]`);
-        again?.focus({ preventScroll: true });
-        again?.setSelectionRange?.(again.value.length, again.value.length);
-      }
+      draw(state, plan);
     }
-    if (state.replaying) return; // the player says what happens then
-    const runs = plan && mission?.plan_id === plan.id ? mission : null;
-    picture.happens(runs, runs && state.worldTimes[runs.world], runs ? notHeard(runs, state) : []);
+    if (replaying) return; // the player draws the recorded progress
+    const isExecuted = plan && mission?.plan_id === plan.id;
+    if (isExecuted) picture.showProgress(mission, worldTimes[mission.world], planSilences(mission, state));
+    else picture.showProgress(null, null);
   });
   return picture;
 }
 
-function card(plan, before, views, refresh, alternatives) {
+/** @param {Plan} plan @param {State} state @param {Record<string, HTMLElement>} views @param {Actions} actions */
+function card(plan, state, views, actions) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -63,89 +72,88 @@ function card(plan, before, views, refresh, alternatives) {
     ),
     el("p", { class: "quiet small" }, provenance(plan)),
     figures(plan),
-    late(plan),
-    repair(plan, before),
+    lateGoals(plan),
+    repairNote(plan, state.previousPlan),
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
-    plan.state === "proposed" ? decision(plan, refresh) : decided(plan),
-    alternatives,
-    switched(views),
+    plan.state === "proposed" ? decision(plan, actions.refresh) : decisionTaken(plan),
+    alternatives(state.goal, plan, state.alternatives, actions),
+    viewChoice(views),
     legend(plan),
-    why(plan),
+    explanation(plan),
     recruitment(plan),
     linkList(plan),
   );
 }
 
-// The robots at work that are not heard, with the seconds of their plan since when.
-function notHeard(mission, state) {
-  const start = begun(mission);
-  return typeof start !== "number" ? [] : unheardOn(mission, state.robots, state.worldTimes[mission.world]).map((one) => ({ ...one, since: one.since - start }));
+/** The mission's silent robots, with the seconds since the plan's start. @param {Mission} mission @param {State} state */
+function planSilences(mission, { robots, worldTimes }) {
+  const start = planStart(mission);
+  if (typeof start !== "number") return [];
+  return silences(mission, robots, worldTimes[mission.world]).map((one) => ({ ...one, since: one.since - start }));
 }
 
-// The picture or the table, as the operator likes it.
-function switched(views) {
-  const buttons = {};
-  const turn = (name) => {
-    remember("plan-view", name);
-    for (const [other, view] of Object.entries(views)) {
-      view.hidden = other !== name;
-      buttons[other].setAttribute("aria-pressed", String(other === name));
-    }
-  };
-  for (const name of Object.keys(views)) buttons[name] = el("button", { type: "button", "data-testid": `plan-as-${name}`, onclick: () => turn(name) }, name === "picture" ? "Picture" : "Table");
-  turn(recall("plan-view", "picture") === "table" ? "table" : "picture");
-  return [el("div", { class: "switch", role: "group", "aria-label": "Show the plan as" }, Object.values(buttons)), Object.values(views)];
+/** Picture or table, as the operator prefers. @param {Record<string, HTMLElement>} views */
+function viewChoice(views) {
+  const buttons = Object.keys(views).map((name) => el("button", { type: "button", "data-testid": `plan-as-${name}`, onclick: () => choose(name) }, name === "picture" ? "Picture" : "Table"));
+  /** @param {string} chosen */
+  function choose(chosen) {
+    savePreference("plan-view", chosen);
+    Object.entries(views).forEach(([name, view], index) => {
+      view.hidden = name !== chosen;
+      buttons[index].setAttribute("aria-pressed", String(name === chosen));
+    });
+  }
+  choose(loadPreference("plan-view", "picture") === "table" ? "table" : "picture");
+  return [el("div", { class: "switch", role: "group", "aria-label": "Show the plan as" }, buttons), Object.values(views)];
 }
 
+/** @param {Plan} plan */
 function legend(plan) {
-  const told = [["bar-key", "planned"], ["window-key", "may start as late as this"], ["critical-key", "critical"], ["link-key", "causal link between robots"]];
-  if (plan.repairs) told.push(["new-key", "new"]);
-  if (plan.repairs && plan.state !== "approved") told.push(["dropped-key", "dropped"], ["window-key", "as it was before"]);
-  if (plan.state === "approved") told.push(["actual-key", "what happened"], ["overrun-key", "longer than planned"]);
-  return el("ul", { class: "legend", "aria-label": "Legend" }, told.map(([key, text]) => el("li", {}, el("span", { class: key }), text)));
+  const isApproved = plan.state === "approved";
+  const keys = [["bar-key", "planned"], ["window-key", "may start as late as this"], ["critical-key", "critical"], ["link-key", "causal link between robots"]];
+  if (plan.repairs) keys.push(["new-key", "new"]);
+  if (plan.repairs && !isApproved) keys.push(["dropped-key", "dropped"], ["window-key", "as it was before"]);
+  if (isApproved) keys.push(["actual-key", "what happened"], ["overrun-key", "longer than planned"]);
+  return el("ul", { class: "legend", "aria-label": "Legend" }, keys.map(([key, text]) => el("li", {}, el("span", { class: key }), text)));
 }
 
-function provenance(plan) {
-  return [plan.engine && `by ${plan.engine}`, typeof plan.planning_s === "number" && `in ${plan.planning_s.toFixed(2)} s`, plan.robots?.length && `with ${plan.robots.join(", ")}`]
-    .filter(Boolean)
-    .join(" ");
+/** @param {Plan} plan */
+function provenance({ engine, planning_s: duration, robots }) {
+  return [engine && `by ${engine}`, typeof duration === "number" && `in ${duration.toFixed(2)} s`, robots?.length && `with ${robots.join(", ")}`].filter(Boolean).join(" ");
 }
 
+/** @param {Plan} plan */
 function figures(plan) {
-  const told = [
+  const texts = [
     gap(plan.makespan_s, plan.lower_bound_s),
     plan.distance_m ? `${plan.distance_m.toFixed(1)} m to drive` : "",
     plan.energy_j ? `${Math.round(plan.energy_j)} J` : "",
     plan.clearances ? `${plan.clearances} ${plan.clearances === 1 ? "wait" : "waits"} to be cleared` : "",
   ].filter(Boolean);
-  return told.length ? el("p", { class: "small", "data-testid": "figures" }, told.join(" · ")) : null;
+  return texts.length ? el("p", { class: "small", "data-testid": "figures" }, texts.join(" · ")) : null;
 }
 
-function late(plan) {
-  if (!plan.late?.length) return null;
-  return el("ul", { class: "problem", "data-testid": "late" }, plan.late.map(({ goal, late_s }) => el("li", {}, `${fact(goal)} comes ${seconds(late_s)} after its deadline`)));
+/** @param {Plan} plan */
+function lateGoals({ late }) {
+  return late?.length ? el("ul", { class: "problem", "data-testid": "late" }, late.map(({ goal, late_s }) => el("li", {}, `${fact(goal)} comes ${seconds(late_s)} after its deadline`))) : null;
 }
 
-// Who decided what, when and why; of a plan that nobody may decide on any more, what has become of it.
-function decided(plan) {
+/** Who decided what, when and why; for a plan that can no longer be decided on, the reason. @param {Plan} plan */
+function decisionTaken(plan) {
   const by = plan.decided_by ? `${words(plan.state)} by ${plan.decided_by}${plan.decided_at ? `, ${instant(plan.decided_at)}` : ""}` : "";
-  const told = [by, plan.comment ? `“${plan.comment}”` : "", plan.reason ?? ""].filter(Boolean);
-  return told.length ? el("p", { class: "note", "data-testid": "plan-decided" }, told.join(": ")) : null;
+  const texts = [by, plan.comment ? `“${plan.comment}”` : "", plan.reason ?? ""].filter(Boolean);
+  return texts.length ? el("p", { class: "note", "data-testid": "plan-decided" }, texts.join(": ")) : null;
 }
 
+/** @param {Plan} plan */
 function recruitment(plan) {
   const reasons = Object.entries(plan.recruitment ?? {});
   if (!reasons.length) return null;
-  return el(
-    "details",
-    {},
-    el("summary", {}, "Why these robots"),
-    el("dl", {}, reasons.map(([robot, reason]) => [el("dt", {}, robot), el("dd", {}, String(reason))])),
-  );
+  return el("details", {}, el("summary", {}, "Why these robots"), el("dl", {}, reasons.map(([robot, reason]) => [el("dt", {}, robot), el("dd", {}, reason)])));
 }
 
-function linkList(plan) {
-  const links = plan.causal_links ?? [];
+/** @param {Plan} plan */
+function linkList({ causal_links: links = [] }) {
   if (!links.length) return null;
   return el(
     "details",
@@ -159,6 +167,26 @@ function linkList(plan) {
       el("code", {}, fact(link.fact)),
       " → ",
       el("span", { class: "quiet" }, link.consumer),
+    ))),
+  );
+}
+
+const COLUMNS = ["id", "robot", "action", "starts", "at latest", "takes", "slack"];
+
+/** @param {Plan} plan @param {PlanChanges} changes */
+function actionTable(plan, changes) {
+  const actions = [...plan.actions].sort((one, other) => one.earliest_start_s - other.earliest_start_s || byNumber(one.id, other.id));
+  return el(
+    "table",
+    { class: "actions", "data-testid": "action-table" },
+    el("thead", {}, el("tr", {}, COLUMNS.map((name) => el("th", { scope: "col" }, name)))),
+    el("tbody", {}, actions.map((action) => el(
+      "tr",
+      { class: action.critical ? "critical" : null, title: action.critical ? "on the critical path: a delay here delays the plan's end" : null },
+      el("td", { class: "quiet" }, action.id),
+      el("td", {}, action.agents.join(", ")),
+      el("td", {}, el("b", {}, action.tag), el("div", { class: "quiet small" }, [action.description, changes.byAction.get(action.id)?.words].filter(Boolean).join(": "))),
+      [action.earliest_start_s, action.latest_start_s, action.duration_s, action.slack_s].map((value) => el("td", { class: "number" }, seconds(value))),
     ))),
   );
 }

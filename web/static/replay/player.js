@@ -1,37 +1,53 @@
-// Opens a past mission's recording on the page, in the place of what is. What plays it is fetched at the first time.
+// Replays a past mission's recording on the page in place of the live state. The player's modules are fetched when first needed.
 
 import { get, id } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { byId, el, replace, show } from "../page/dom.js";
 import { problemBox } from "../page/problem.js";
 
+/**
+ * @param {Store} store @param {Telemetry} telemetry
+ * @param {{picture: Picture, world: ReturnType<typeof import("../world/world.js").mountWorld>}} parts
+ */
 export function mountPlayer(store, telemetry, { picture, world }) {
-  const panel = document.getElementById("player");
+  const panel = byId("player", HTMLElement);
+  /** @type {ReturnType<typeof import("./controls.js").createControls> | null} */
   let controls = null;
-  const shown = (robots, time) => (telemetry.replay(robots), world.replayTo(time));
+
+  /** @param {Record<string, RobotTelemetry>} robots @param {number} time */
+  function onSeek(robots, time) {
+    telemetry.replay(robots);
+    world.replayTo(time);
+  }
 
   function close() {
     panel.hidden = true;
-    controls?.pause();
     if (controls === null) return;
+    controls.pause();
     controls = null;
     telemetry.replay(null);
     world.showLive();
     store.update({ replaying: null });
   }
 
+  /** @param {Mission} mission */
   async function open(mission) {
     close();
     panel.hidden = false;
     show(panel, el("p", { class: "quiet" }, "Fetching the recording …"));
     const path = `/v1/missions/${id(mission.id)}`;
     try {
-      const [said, { createControls }, { createRecording }] = await Promise.all([get(`${path}/replay`), import("./controls.js"), import("./recording.js")]);
-      const recording = createRecording(said);
+      const [replay, { createControls }, { createRecording }] = await Promise.all([get(`${path}/replay`), import("./controls.js"), import("./recording.js")]);
+      const recording = createRecording(replay);
       store.update({ replaying: mission.id });
       const drawing = await world.showReplay(recording.layout, mission.id);
-      controls = createControls({ recording, picture, onRobots: shown, drawing, more: [file(`${path}/recording`, "MCAP file"), file(`${path}/replay.html`, "HTML file"), el("button", { type: "button", "data-testid": "replay-close", onclick: close }, "Back to live")] });
-    } catch (problem) {
-      replace(panel, problemBox(problem), el("button", { type: "button", onclick: close }, "Close"));
+      const more = [
+        el("a", { href: `${path}/recording`, download: "" }, "MCAP file"),
+        el("a", { href: `${path}/replay.html`, download: "" }, "HTML file"),
+        el("button", { type: "button", "data-testid": "replay-close", onclick: close }, "Back to live"),
+      ];
+      controls = createControls({ recording, picture, drawing, more, onSeek });
+    } catch (error) {
+      replace(panel, problemBox(error), el("button", { type: "button", onclick: close }, "Close"));
       return;
     }
     replace(panel, controls.nodes);
@@ -43,8 +59,4 @@ export function mountPlayer(store, telemetry, { picture, world }) {
     if (state.replaying && state.mission && state.mission.id !== state.replaying) close();
   });
   return { open };
-}
-
-function file(address, name) {
-  return el("a", { href: address, download: "" }, name);
 }

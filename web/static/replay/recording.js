@@ -1,42 +1,52 @@
-// A recording, asked for any instant: where robots were and what they told, where samples lay, how the mission stood.
+// A recording, queried at any instant: robots' poses and telemetry, samples' places, the mission's state.
 
+const EARLY_S = 0.5; // a robot is drawn so long before its first row, for rows are not simultaneous
+
+/** @param {Replay} replay @returns {Recording} */
 export function createRecording(replay) {
   const times = [...Object.values(replay.robots).flatMap((rows) => [rows[0]?.[0], rows.at(-1)?.[0]]), ...replay.missions.map((one) => one.at_s)].filter((time) => typeof time === "number");
-  const [from, to] = [Math.min(...times), Math.max(...times)];
-  const known = (rows, time) => rows[Math.max(0, latest(rows, time))];
   return {
-    from,
-    to,
+    from: Math.min(...times),
+    to: Math.max(...times),
     layout: replay.world.layout,
     events: replay.events,
-    robots: (time) => Object.fromEntries(Object.entries(replay.robots).filter(([, rows]) => rows.length && rows[0][0] <= time + 0.5).map(([name, rows]) => [name, { ...known(replay.telemetry?.[name] ?? [], time), ...pose(rows, time) }])),
-    samples: (time) => new Map(Object.entries(known(replay.samples, time)?.lying ?? {})),
-    mission: (time) => known(replay.missions, time)?.mission ?? null,
-    // The place in `events` of the last one until then; -1 before the first.
-    event: (time) => latest(replay.events, time),
+    robots(time) {
+      const started = Object.entries(replay.robots).filter(([, rows]) => rows.length && rows[0][0] <= time + EARLY_S);
+      return Object.fromEntries(started.map(([name, rows]) => [name, { ...lastRow(replay.telemetry?.[name] ?? [], time), ...pose(rows, time), at_s: time }]));
+    },
+    samples: (time) => new Map(Object.entries(lastRow(replay.samples, time)?.lying ?? {})),
+    mission: (time) => lastRow(replay.missions, time)?.mission ?? null,
+    // The index in `events` of the last one until then; -1 before the first.
+    event: (time) => lastIndex(replay.events, (row) => row.at_s, time),
   };
 }
 
-const instant = (row) => row.at_s ?? row[0];
+/** The last row until then, or the first. @template {{at_s: number}} T @param {T[]} rows @param {number} time @returns {T | undefined} */
+function lastRow(rows, time) {
+  return rows[Math.max(0, lastIndex(rows, (row) => row.at_s, time))];
+}
 
-// The place of the last row that is not later, -1 if all are; rows are in order.
-function latest(rows, time) {
-  let [low, high] = [0, rows.length];
+/**
+ * The index of the last row, in order of time, that is not later than `time`; -1 if all are.
+ * @template T @param {T[]} rows @param {(row: T) => number} timeOf @param {number} time
+ */
+function lastIndex(rows, timeOf, time) {
+  let low = 0;
+  let high = rows.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (instant(rows[middle]) <= time) low = middle + 1;
+    if (timeOf(rows[middle]) <= time) low = middle + 1;
     else high = middle;
   }
   return low - 1;
 }
 
-// Between two rows a robot is where a straight line between them says.
+/** The pose at an instant, interpolated between two rows. @param {RecordedPose[]} rows @param {number} time */
 function pose(rows, time) {
-  const here = latest(rows, time);
-  const before = rows[Math.max(0, here)];
-  const after = rows[here + 1] ?? before;
-  const share = after[0] > before[0] ? (time - before[0]) / (after[0] - before[0]) : 0;
-  const between = (column) => before[column] + share * (after[column] - before[column]);
-  const turn = Math.atan2(Math.sin(after[3] - before[3]), Math.cos(after[3] - before[3]));
-  return { x_m: between(1), y_m: between(2), heading_rad: before[3] + share * turn, holding: before[4], packet_tag: before[5] };
+  const index = Math.max(0, lastIndex(rows, ([at]) => at, time));
+  const [fromTime, fromX, fromY, fromHeading, holding, packet_tag] = rows[index];
+  const [toTime, toX, toY, toHeading] = rows[index + 1] ?? rows[index];
+  const share = toTime > fromTime ? Math.max(0, (time - fromTime) / (toTime - fromTime)) : 0;
+  const turn = Math.atan2(Math.sin(toHeading - fromHeading), Math.cos(toHeading - fromHeading));
+  return { x_m: fromX + share * (toX - fromX), y_m: fromY + share * (toY - fromY), heading_rad: fromHeading + share * turn, holding, packet_tag };
 }

@@ -1,34 +1,32 @@
-// How a robot's link stands: its tone (colour and shape), the word for it, and when it was and will be heard.
+// The state of a robot's link: its tone (colour and shape), the word for it, and when the robot was and will be heard.
 
 import { roughly, words } from "../page/format.js";
 
-// `now` by the world's clock. Silence is nothing but silence: a robot out of contact goes on by itself.
+/**
+ * Silence alone means no failure: a robot out of contact carries on.
+ * @param {Robot} robot @param {number} now the time of the robot's world
+ */
 export function contact(robot, now) {
-  if (robot.lost) return { tone: "bad", word: "lost", note: ago(robot, now) };
-  if (robot.silent) return { tone: "unknown", word: "silent", note: notes(robot, now) };
+  if (robot.lost) return { tone: "bad", word: "lost", note: lastHeard(robot, now) };
+  if (robot.silent) return { tone: "unknown", word: "silent", note: contactTimes(robot, now) };
   if (robot.connection === "online") return { tone: "good", word: "online", note: "" };
-  if (robot.connection === "connection_broken") return { tone: "bad", word: "link broken", note: ago(robot, now) };
-  return { tone: "warn", word: robot.connection === "offline" ? "out of contact" : words(robot.connection), note: notes(robot, now) };
+  if (robot.connection === "connection_broken") return { tone: "bad", word: "link broken", note: lastHeard(robot, now) };
+  return { tone: "warn", word: robot.connection === "offline" ? "out of contact" : words(robot.connection), note: contactTimes(robot, now) };
 }
 
-// The robots at work on a mission of which nothing is known since an instant, by the world's clock.
-export function unheardOn(mission, robots, now) {
-  const isOpen = ({ state }) => !["finished", "failed", "cancelled"].includes(state);
-  const atWork = typeof mission.ended_at_s === "number" ? [] : (mission.progress ?? []).filter(isOpen).map(({ robot }) => robot);
-  return robots.filter((robot) => atWork.includes(robot.name) && !isHeard(robot) && typeof robot.heard_at_s === "number").map((robot) => ({ robot: robot.name, since: robot.heard_at_s, ...contact(robot, now) }));
-}
-
-function isHeard(robot) {
+/** @param {Robot} robot */
+export function isHeard(robot) {
   return robot.connection === "online" && !robot.silent && !robot.lost;
 }
 
-function notes(robot, now) {
+/** @param {Robot} robot @param {number} now */
+function contactTimes(robot, now) {
   const next = robot.next_contact_s > 0 ? `next contact in ${roughly(robot.next_contact_s)}` : "";
-  return [ago(robot, now), next].filter(Boolean).join(", ");
+  return [lastHeard(robot, now), next].filter(Boolean).join(", ");
 }
 
-// By the clock that says more: a world may run fast, and it may stand.
-function ago(robot, now) {
-  const spans = [robot.last_heard_s, now - robot.heard_at_s].filter(Number.isFinite);
+/** By the wall clock or the world's, whichever gives the longer time: a world may run fast or stand still. @param {Robot} robot @param {number} now */
+function lastHeard({ last_heard_s: byWallClock, heard_at_s: heardAt }, now) {
+  const spans = [byWallClock, typeof heardAt === "number" ? now - heardAt : null].filter((span) => typeof span === "number");
   return spans.length ? `last heard ${roughly(Math.max(...spans))} ago` : "never heard";
 }

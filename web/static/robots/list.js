@@ -1,50 +1,57 @@
-// The robots, a line each: link, what it is at, battery; one of them can be looked at more closely.
+// The robots, a line each: link, current packet, battery; a click selects one.
 
-import { el, replace, show } from "../page/dom.js";
-import { contact } from "./contact.js";
+import { byId, closest, el, replace, show } from "../page/dom.js";
+import { contact, isHeard } from "./contact.js";
 
-const LOW = 0.2;
+const LOW_BATTERY = 0.2;
 
+/** @param {Store} store */
 export function mountRobots(store) {
-  const list = document.getElementById("robots");
+  const list = byId("robots", HTMLElement);
+  /** @type {Map<string, HTMLButtonElement>} */
   const lines = new Map();
   list.addEventListener("click", (event) => {
-    const name = event.target.closest("[data-robot]")?.dataset.robot;
+    const name = closest(event, "[data-robot]")?.dataset.robot;
     if (name) store.update({ robot: store.get().robot === name ? null : name });
   });
-  // A line stays what it is while what stands in it changes: it may be under the pointer, or hold the focus.
+  // A robot keeps its button, which may be under the pointer or hold the focus.
+  /** @param {string} name */
   const lineOf = (name) => {
-    if (!lines.has(name)) lines.set(name, el("button", { type: "button", "data-testid": "robot", "data-robot": name }));
-    return lines.get(name);
+    const line = lines.get(name) ?? el("button", { type: "button", "data-testid": "robot", "data-robot": name });
+    lines.set(name, line);
+    return line;
   };
   store.subscribe((state) => {
-    const mine = state.robots.filter((robot) => !robot.world || robot.world === state.world);
-    const nodes = mine.map((robot) => lineOf(robot.name));
-    if (nodes.length !== list.children.length || nodes.some((node, at) => node !== list.children[at])) replace(list, nodes);
-    mine.forEach((robot, at) => {
+    const robots = state.robots.filter((robot) => !robot.world || robot.world === state.world);
+    const nodes = robots.map((robot) => lineOf(robot.name));
+    if (nodes.length !== list.children.length || nodes.some((node, index) => node !== list.children[index])) replace(list, nodes);
+    robots.forEach((robot, index) => {
       const link = contact(robot, state.worldTimes[robot.world]);
-      nodes[at].className = `robot ${link.tone}`;
-      nodes[at].setAttribute("aria-pressed", String(robot.name === state.robot));
-      show(nodes[at], parts(robot, link));
+      nodes[index].className = `robot ${link.tone}`;
+      nodes[index].setAttribute("aria-pressed", String(robot.name === state.robot));
+      show(nodes[index], parts(robot, link));
     });
   });
 }
 
+/** @param {Robot} robot @param {ReturnType<typeof contact>} link */
 function parts(robot, link) {
-  const doing = [robot.packet, robot.holding && `holds ${robot.holding}`].filter(Boolean).join(", ") || "idle";
-  const is = link.word === "online" ? el("span", { class: "quiet doing" }, doing) : el("span", { class: "doing link-word" }, link.word);
+  const activity = [robot.packet, robot.holding && `holds ${robot.holding}`].filter(Boolean).join(", ") || "idle";
+  const isOnline = isHeard(robot);
   return [
     el("span", { class: `dot ${link.tone}`, title: link.word }),
     el("b", {}, robot.name),
-    is,
+    el("span", { class: isOnline ? "quiet doing" : "doing link-word" }, isOnline ? activity : link.word),
     battery(robot.battery),
     link.note ? el("span", { class: "quiet whole link-note" }, link.note) : null,
   ];
 }
 
+/** @param {number | null | undefined} level */
 function battery(level) {
   if (typeof level !== "number") return null;
-  const told = `${Math.round(level * 100)} %`;
-  const low = level < LOW;
-  return el("span", { class: low ? "battery low" : "quiet battery", title: `battery ${told}` }, el("meter", { min: 0, max: 1, low: LOW, value: level.toFixed(2), "aria-hidden": "true" }), low ? `low ${told}` : told);
+  const text = `${Math.round(level * 100)} %`;
+  const isLow = level < LOW_BATTERY;
+  const meter = el("meter", { min: 0, max: 1, low: LOW_BATTERY, value: level.toFixed(2), "aria-hidden": "true" });
+  return el("span", { class: isLow ? "battery low" : "quiet battery", title: `battery ${text}` }, meter, isLow ? `low ${text}` : text);
 }

@@ -1,40 +1,45 @@
-// One robot closely: its link, battery and packet, what its whiskers feel, and the behaviour synthesis made visible.
+// The selected robot: its link, battery and packet, its range readings and its behaviour synthesis.
 
 import { id, post } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { byId, el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
-import { asking } from "../page/problem.js";
+import { attempt } from "../page/problem.js";
 
-export function mountRobotPanel(store, telemetry, { refresh, bench }) {
-  const panel = document.getElementById("robot");
-  const parts = { head: el("div"), synthesis: el("div", { class: "synthesis" }), rose: el("div"), told: el("div", { class: "told" }), problem: el("div", { role: "alert" }) };
+/** @param {Store} store @param {Telemetry} telemetry @param {{refresh: () => void, workbench: Workbench}} actions */
+export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
+  const panel = byId("robot", HTMLElement);
+  const parts = { head: el("div"), synthesis: el("div", { class: "synthesis" }), rose: el("div"), state: el("div", { class: "told" }), problem: el("div", { role: "alert" }) };
+  /** @type {string | null} */
   let shown = null;
-  let leave = null;
-  let drawnHead = null;
+  /** @type {(() => void) | null} */
+  let unfollow = null;
+  let drawnHead = "";
 
+  /** @param {string | null} name */
   async function open(name) {
-    leave?.();
-    leave = null;
+    unfollow?.();
+    unfollow = null;
     shown = name;
     panel.hidden = name === null;
-    drawnHead = null;
+    drawnHead = "";
     if (name === null) return;
     for (const part of Object.values(parts)) show(part);
-    replace(panel, parts.head, parts.problem, el("div", { class: "robot-parts" }, el("div", { class: "grow" }, parts.synthesis, parts.told), parts.rose));
-    const drawn = await import("./inside.js"); // wanted only once a robot is looked at
+    replace(panel, parts.head, parts.problem, el("div", { class: "robot-parts" }, el("div", { class: "grow" }, parts.synthesis, parts.state), parts.rose));
+    const { rangeRose, robotState, synthesis } = await import("./telemetry_drawing.js"); // fetched when first needed
     if (shown !== name) return;
-    leave ??= telemetry.follow(({ robots }) => {
-      const told = robots[name];
-      if (!told) return;
-      show(parts.synthesis, drawn.synthesis(told));
-      show(parts.told, drawn.tellings(told));
-      replace(parts.rose, drawn.rose(told));
+    unfollow ??= telemetry.follow(({ robots }) => {
+      const robot = robots[name];
+      if (!robot) return;
+      show(parts.synthesis, synthesis(robot));
+      show(parts.state, robotState(robot));
+      replace(parts.rose, rangeRose(robot));
     });
   }
 
-  function head(robot) {
-    // Seconds since it was heard change all the time: told roughly, so that the buttons stay under the pointer.
-    const key = JSON.stringify([robot.connection, robot.lost, robot.mission_id, heard(robot)]);
+  /** @param {Robot} robot */
+  function drawHead(robot) {
+    // The time since it was heard is rounded, so that the buttons stay under the pointer.
+    const key = JSON.stringify([robot.connection, robot.lost, robot.mission_id, lastHeard(robot)]);
     if (key === drawnHead) return;
     drawnHead = key;
     replace(
@@ -44,33 +49,36 @@ export function mountRobotPanel(store, telemetry, { refresh, bench }) {
         { class: "head" },
         el("h3", {}, robot.name),
         el("span", { class: `badge ${robot.lost ? "bad" : tone(robot.connection)}`, "data-testid": "robot-connection" }, robot.lost ? "lost" : words(robot.connection)),
-        el("span", { class: "quiet small" }, heard(robot)),
+        el("span", { class: "quiet small" }, lastHeard(robot)),
         el("span", { class: "spring" }),
-        robot.lost ? order(robot, "declare_found", "Declare found") : robot.connection === "online" ? null : order(robot, "declare_lost", "Declare lost"),
-        el("button", { type: "button", "data-testid": "robot-bench", onclick: () => bench.open("drive") }, "Drive"),
+        robot.lost ? declare(robot, "declare_found", "Declare found") : robot.connection === "online" ? null : declare(robot, "declare_lost", "Declare lost"),
+        el("button", { type: "button", "data-testid": "robot-bench", onclick: () => workbench.open("drive") }, "Drive"),
         el("button", { type: "button", "aria-label": "Close", onclick: () => store.update({ robot: null }) }, "×"),
       ),
     );
   }
 
-  function order(robot, verb, label) {
-    return el("button", { type: "button", class: "danger", "data-testid": `robot-${verb}`, onclick: async (event) => {
-      await asking([event.currentTarget], parts.problem, () => post(`/v1/robots/${id(robot.name)}:${verb}`));
-      drawnHead = null;
+  /** @param {Robot} robot @param {string} verb @param {string} label */
+  function declare(robot, verb, label) {
+    const send = async () => {
+      await attempt([button], parts.problem, () => post(`/v1/robots/${id(robot.name)}:${verb}`));
+      drawnHead = "";
       refresh();
-    } }, label);
+    };
+    const button = el("button", { type: "button", class: "danger", "data-testid": `robot-${verb}`, onclick: send }, label);
+    return button;
   }
 
   store.subscribe((state) => {
     if (state.robot !== shown) open(state.robot);
     const robot = state.robots.find((one) => one.name === shown);
-    if (robot) head(robot);
+    if (robot) drawHead(robot);
   });
 }
 
-function heard(robot) {
-  const ago = robot.last_heard_s;
+/** @param {Robot} robot */
+function lastHeard({ connection, last_heard_s: ago }) {
   if (typeof ago !== "number") return "never heard";
-  if (robot.connection === "online" && ago < 10) return "heard just now";
+  if (connection === "online" && ago < 10) return "heard just now";
   return ago < 120 ? `last heard ${Math.round(ago / 5) * 5} s ago` : `last heard ${Math.round(ago / 60)} min ago`;
 }

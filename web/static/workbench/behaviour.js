@@ -1,82 +1,105 @@
-// The behaviour of one robot, for whoever wants to know why it does what it does: where it is in its script, whether the
-// packet's conditions hold, what each pattern wants and what comes of it, what happened; and the patterns' parameters.
+// The behaviour of one robot: its script, whether the packet's conditions hold, the patterns' responses and their
+// resultants, the robot's events, and the patterns' parameters.
 
-import { get, id } from "../page/api.js";
+import { get, id, problemOf } from "../page/api.js";
 import { el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
+import { stripChart } from "./charts.js";
 import { mountTuning } from "./tuning.js";
-import { strip } from "./strip.js";
 
 const EVERY_MS = 1000;
-const SECONDS = 10;
-const EVENTS = 12;
-const HOLDS = { true: "✓", false: "✗", null: "?" };
+const WINDOW_S = 10;
+const MAX_EVENTS = 12;
 
-export function mountBehaviour(root, store) {
-  const events = [];
-  const parts = Object.fromEntries(["script", "conditions", "patterns", "events", "tuning"].map((name) => [name, el("div", { "data-testid": `behaviour-${name}` })]));
-  let [robot, packet, asking] = [null, null, false];
+/** @param {Element} root @returns {WorkbenchPart} */
+export function mountBehaviour(root) {
+  /** @param {string} name */
+  const section = (name) => el("div", { "data-testid": `behaviour-${name}` });
+  const parts = { script: section("script"), conditions: section("conditions"), patterns: section("patterns"), events: section("events"), tuning: section("tuning") };
   const tuning = mountTuning(parts.tuning);
+  /** @type {string[]} */
+  const events = [];
+  /** @type {Robot | null} */
+  let robot = null;
+  let isLoading = false;
   replace(root, Object.entries(parts).map(([name, part]) => el("section", {}, el("h3", {}, words(name)), part)));
 
-  async function look() {
-    const name = robot?.name;
-    if (!name || document.hidden || asking) return;
-    asking = true;
+  async function load() {
+    if (!robot || document.hidden || isLoading) return;
+    const { name, mission_id: mission } = robot;
+    isLoading = true;
     try {
-      const mission = robot.mission_id;
-      const [trace, { progress }] = await Promise.all([get(`/v1/robots/${id(name)}/trace?seconds=${SECONDS}`), mission ? get(`/v1/missions/${id(mission)}`) : { progress: [] }]);
-      if (robot?.name === name) draw(trace, progress.find((one) => one.robot === name)?.packets ?? []);
-    } catch (problem) {
-      show(parts.patterns, el("p", { class: "quiet" }, problem.message));
+      /** @type {[Trace, Mission | null]} */
+      const [trace, answer] = await Promise.all([get(`/v1/robots/${id(name)}/trace?seconds=${WINDOW_S}`), mission ? get(`/v1/missions/${id(mission)}`) : null]);
+      if (robot?.name === name) draw(robot, trace, answer?.progress?.find((one) => one.robot === name)?.packets ?? []);
+    } catch (error) {
+      show(parts.patterns, el("p", { class: "quiet" }, problemOf(error).message));
     }
-    asking = false;
+    isLoading = false;
   }
 
-  function draw({ at_s: now, stretches, conditions }, packets) {
-    listed(parts.script, packets.map((one) => [el("span", { class: `badge ${tone(one.state)}` }, words(one.state)), ` ${one.description || one.tag} `, el("span", { class: "quiet" }, one.detail)]), robot.packet ? `${robot.packet}, of its own` : "No script.");
-    listed(parts.conditions, (conditions ?? []).map((one) => [el("b", {}, HOLDS[one.holds]), ` ${one.when}: the robot ${one.words}`]), "No packet is under way.");
-    const last = stretches.at(-1);
-    show(parts.patterns, last ? [
-      el("p", { class: "quiet small" }, `The last ${SECONDS} s: response −1 to 1 as a line, utility dashed.`),
-      last.patterns.map(({ name, level }) => chart(name, level, over(stretches, "patterns", (one) => one.patterns.findIndex((pattern) => pattern.name === name)), now)),
-      last.dofs.map((dof) => chart(dof, "resultant", over(stretches, "resultants", (one) => one.dofs.indexOf(dof)), now)),
-    ] : el("p", { class: "quiet" }, "No pattern was active."));
+  /** @param {Robot} current @param {Trace} trace @param {PacketProgress[]} packets */
+  function draw(current, { at_s: now, stretches, conditions = [] }, packets) {
+    const lines = packets.map((packet) => [el("span", { class: `badge ${tone(packet.state)}` }, words(packet.state)), ` ${packet.description || packet.tag} `, el("span", { class: "quiet" }, packet.detail)]);
+    showList(parts.script, lines, current.packet ? `${current.packet}, of its own` : "No script.");
+    showList(parts.conditions, conditions.map((one) => [el("b", {}, one.holds === null ? "?" : one.holds ? "✓" : "✗"), ` ${one.when}: the robot ${one.words}`]), "No packet is under way.");
+    show(parts.patterns, patternCharts(stretches, now));
   }
 
-  const timer = setInterval(look, EVERY_MS);
+  const timer = setInterval(load, EVERY_MS);
   return {
     update(state) {
-      const now = state.robots.find((one) => one.name === state.robot) ?? null;
-      const other = now?.name !== robot?.name;
-      if (other) events.length = 0;
-      if (other || now?.packet !== packet) tuning.of(now?.name, now?.packet);
-      [robot, packet] = [now, now?.packet];
-      if (other) look();
-      listed(parts.events, events, "Nothing since this was opened.");
+      const current = state.robots.find((one) => one.name === state.robot) ?? null;
+      const isOther = current?.name !== robot?.name;
+      if (isOther) events.length = 0;
+      if (isOther || current?.packet !== robot?.packet) tuning.setRobot(current?.name ?? null, current?.packet ?? null);
+      robot = current;
+      if (isOther) load();
+      showList(parts.events, events, "Nothing since this was opened.");
     },
-    heard({ type, subject, data }) {
-      if (!robot || (subject !== robot.name && data?.robot !== robot.name)) return;
-      const said = [data.packet, ...(data.events ?? []), data.detail || data.reason].filter(Boolean).join(", ");
-      events.unshift(`${data.at_s ? `${data.at_s.toFixed(1)} s ` : ""}${words(type)}: ${said}`);
-      events.length = Math.min(events.length, EVENTS);
+    onEvent({ type, subject, data = {} }) {
+      if (!robot || (subject !== robot.name && data.robot !== robot.name)) return;
+      const details = [data.packet, ...(data.events ?? []), data.detail || data.reason].filter(Boolean).join(", ");
+      events.unshift(`${data.at_s ? `${data.at_s.toFixed(1)} s ` : ""}${words(type)}: ${details}`);
+      events.length = Math.min(events.length, MAX_EVENTS);
     },
     close: () => clearInterval(timer),
   };
 }
 
-function listed(part, lines, none) {
-  show(part, lines.length ? el("ol", { class: "small" }, lines.map((line) => el("li", {}, line))) : el("p", { class: "quiet" }, none));
+/** @param {Element} part @param {Child[]} lines @param {string} fallback */
+function showList(part, lines, fallback) {
+  show(part, lines.length ? el("ol", { class: "small" }, lines.map((line) => el("li", {}, line))) : el("p", { class: "quiet" }, fallback));
 }
 
-// One pattern's or resultant's (r, u) over all stretches that have it.
-function over(stretches, what, indexIn) {
-  return stretches.flatMap((one) => (indexIn(one) < 0 ? [] : one.ticks.map((tick) => [tick.at_s, ...tick[what][indexIn(one)]])));
+/** A chart for each pattern and resultant of the last stretch. @param {TraceStretch[]} stretches @param {number} now */
+function patternCharts(stretches, now) {
+  const last = stretches.at(-1);
+  if (!last) return el("p", { class: "quiet" }, "No pattern was active.");
+  return [
+    el("p", { class: "quiet small" }, `The last ${WINDOW_S} s: response −1 to 1 as a line, utility dashed.`),
+    last.patterns.map(({ name, level }) => chart(name, level, samples(stretches, "patterns", (one) => one.patterns.findIndex((pattern) => pattern.name === name)), now)),
+    last.dofs.map((dof) => chart(dof, "resultant", samples(stretches, "resultants", (one) => one.dofs.indexOf(dof)), now)),
+  ];
 }
 
+/**
+ * One pattern's or resultant's utilitors over all stretches that contain it.
+ * @param {TraceStretch[]} stretches @param {"patterns" | "resultants"} field @param {(stretch: TraceStretch) => number} indexIn
+ * @returns {[time: number, response: number, utility: number][]}
+ */
+function samples(stretches, field, indexIn) {
+  return stretches.flatMap((stretch) => {
+    const index = indexIn(stretch);
+    return index < 0 ? [] : stretch.ticks.map((tick) => /** @type {[number, number, number]} */ ([tick.at_s, ...tick[field][index]]));
+  });
+}
+
+/** @param {string} name @param {string} level @param {[time: number, response: number, utility: number][]} points @param {number} now */
 function chart(name, level, points, now) {
-  const [, r, u] = points.at(-1);
-  const label = `${words(name)}, ${level}: response ${r.toFixed(2)}, utility ${u.toFixed(2)}`;
-  const of = (index) => points.map((point) => [point[0], point[index]]);
-  return el("figure", { class: level === "resultant" ? "resultant" : null }, el("figcaption", { class: "small" }, label), strip(label, [of(1), of(2)], [now - SECONDS, now], [-1, 1]));
+  const [, response, utility] = points[points.length - 1];
+  const label = `${words(name)}, ${level}: response ${response.toFixed(2)}, utility ${utility.toFixed(2)}`;
+  /** @type {[number, number][][]} */
+  const series = [points.map(([time, value]) => [time, value]), points.map(([time, , value]) => [time, value])];
+  return el("figure", { class: level === "resultant" ? "resultant" : null }, el("figcaption", { class: "small" }, label), stripChart(label, series, [now - WINDOW_S, now], [-1, 1]));
 }

@@ -1,77 +1,102 @@
-// All robots of all worlds, found by any word that is said of them, and everything that is known of one.
+// A searchable table of all robots of all worlds, and everything that is known of the selected one.
 
 import { get, id } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { closest, el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
 import { contact } from "../robots/contact.js";
-import { grid, row } from "./strip.js";
+import { table, tableRow } from "./charts.js";
 
 const COLUMNS = ["robot", "world", "link", "does", "battery", "mission", "body", "can, and reaches"];
-const NEWS = 4;
+const MAX_CHANGES = 4;
 
+/** @param {Element} root @param {Store} store @returns {WorkbenchPart} */
 export function mountTable(root, store) {
-  const files = {}; // by world, its robots as its file has them
+  /** @type {Record<string, {layout?: WorldLayout}>} */
+  const worlds = {};
+  /** @type {Record<string, Partial<Tuning>>} */
   const tunings = {};
-  const links = {}; // each robot's link as last seen
-  const news = []; // robots that appeared or vanished since this was opened
+  /** Each robot's link when last drawn. @type {Record<string, string>} */
+  const links = {};
+  /** @type {string[]} */
+  const changes = [];
   const search = el("input", { type: "search", placeholder: "Find by world, state, place…", "aria-label": "Find robots", "data-testid": "bench-search", oninput: () => draw(store.get()) });
   const count = el("span", { class: "quiet small", role: "status" });
-  const changes = el("p", { class: "small", role: "status", "data-testid": "bench-changes" });
-  const rows = el("tbody", { onclick: ({ target }) => target.dataset.robot && choose(target.dataset.robot) });
-  const about = el("dl", { class: "slots small", "data-testid": "bench-properties" });
-  replace(root, el("div", { class: "head" }, search, count), changes, grid("Robots found", COLUMNS, rows), about);
+  const changeNote = el("p", { class: "small", role: "status", "data-testid": "bench-changes" });
+  const rows = el("tbody", { onclick: (event) => select(closest(event, "[data-robot]")?.dataset.robot) });
+  const properties = el("dl", { class: "slots small", "data-testid": "bench-properties" });
+  replace(root, el("div", { class: "head" }, search, count), changeNote, table("Robots found", COLUMNS, rows), properties);
 
-  function choose(name) {
-    store.update({ robot: name, world: store.get().robots.find((robot) => robot.name === name).world });
+  /** @param {string | undefined} name */
+  function select(name) {
+    const robot = store.get().robots.find((one) => one.name === name);
+    if (robot) store.update({ robot: robot.name, world: robot.world });
   }
 
-  // Asked for once, whatever comes of it.
-  async function fetched(into, key, path) {
-    if (key in into) return;
-    into[key] = {};
-    into[key] = await get(path).catch(() => ({}));
+  /** Request once, whether it succeeds or not. @template T @param {Record<string, T | {}>} cache @param {string} key @param {string} path */
+  async function load(cache, key, path) {
+    if (key in cache) return;
+    cache[key] = {};
+    cache[key] = await get(path).catch(() => ({}));
     draw(store.get());
   }
 
-  function draw(state) {
-    const lines = state.robots.map((robot) => line(robot, files[robot.world]?.layout?.robots.find((one) => one.name === robot.name), contact(robot, state.worldTimes[robot.world])));
-    for (const { robot: { name }, cells: [, , link] } of lines) {
-      const word = link.split(",")[0];
-      if (word !== (links[name] ??= word)) news.unshift(`${name} is ${word}`);
-      links[name] = word;
+  /** @param {State} state */
+  function draw({ robots, robot: selected, worldTimes }) {
+    for (const robot of robots) {
+      const { word } = contact(robot, worldTimes[robot.world]);
+      if (word !== (links[robot.name] ??= word)) changes.unshift(`${robot.name} is ${word}`);
+      links[robot.name] = word;
     }
-    news.length = Math.min(news.length, NEWS);
-    show(changes, news.join("; "));
+    changes.length = Math.min(changes.length, MAX_CHANGES);
+    show(changeNote, changes.join("; "));
     const wanted = search.value.toLowerCase().split(/\s+/);
-    const found = lines.filter(({ cells }) => wanted.every((word) => cells.join(" ").toLowerCase().includes(word)));
+    const lines = robots.map((robot) => cellTexts(robot, fileEntry(robot), worldTimes[robot.world]));
+    const found = lines.filter((cells) => wanted.every((word) => cells.join(" ").toLowerCase().includes(word)));
     show(count, `${found.length} of ${lines.length}`);
-    show(rows, found.map(({ cells: [name, ...rest] }) => row([el("button", { type: "button", "data-robot": name, "aria-pressed": String(name === state.robot) }, name), ...rest])));
-    const mine = lines.find(({ cells }) => cells[0] === state.robot);
-    const { packets, ...tuning } = tunings[state.robot] ?? {};
-    const known = Object.entries({ ...mine?.file, radio: files[mine?.robot.world]?.layout?.link, ...mine?.robot, tuning });
-    show(about, known.map(([name, value]) => [name, inWords(value)]).filter(([, text]) => text).map(([name, text]) => [el("dt", {}, words(name)), el("dd", {}, text)]));
+    show(rows, found.map(([name, ...rest]) => tableRow([el("button", { type: "button", "data-robot": name, "aria-pressed": String(name === selected) }, name), ...rest])));
+    const robot = robots.find((one) => one.name === selected);
+    const tuning = { ...tunings[selected ?? ""], packets: undefined };
+    const known = { ...(robot && fileEntry(robot)), radio: worlds[robot?.world ?? ""]?.layout?.link, ...robot, tuning };
+    const texts = Object.entries(known).map(([name, value]) => [words(name), format(value)]);
+    show(properties, texts.filter(([, text]) => text).map(([name, text]) => [el("dt", {}, name), el("dd", {}, text)]));
+  }
+
+  /** The robot's entry in its world's file. @param {Robot} robot */
+  function fileEntry({ name, world }) {
+    return worlds[world]?.layout?.robots.find((one) => one.name === name);
   }
 
   return {
     update(state) {
-      for (const { world } of state.robots) fetched(files, world, `/v1/worlds/${id(world)}`);
-      if (state.robot) fetched(tunings, state.robot, `/v1/robots/${id(state.robot)}/tuning`);
+      for (const { world } of state.robots) load(worlds, world, `/v1/worlds/${id(world)}`);
+      if (state.robot) load(tunings, state.robot, `/v1/robots/${id(state.robot)}/tuning`);
       draw(state);
     },
     close() {},
   };
 }
 
-function line(robot, file, link) {
-  const does = robot.driven_by ? `driven by ${robot.driven_by}` : robot.packet ?? "idle";
-  const level = typeof robot.battery === "number" ? `${Math.round(robot.battery * 100)} %` : "–";
-  const can = [...(robot.repertoire ?? []), ...(robot.reach ?? [])].join(" ");
-  return { robot, file, cells: [robot.name, robot.world, [link.word, link.note].filter(Boolean).join(", "), does, level, robot.mission_id ?? "–", file?.body.kind ?? "–", can] };
+/** @param {Robot} robot @param {WorldLayout["robots"][number] | undefined} file @param {number} now */
+function cellTexts(robot, file, now) {
+  const link = contact(robot, now);
+  return [
+    robot.name,
+    robot.world,
+    [link.word, link.note].filter(Boolean).join(", "),
+    robot.driven_by ? `driven by ${robot.driven_by}` : (robot.packet ?? "idle"),
+    typeof robot.battery === "number" ? `${Math.round(robot.battery * 100)} %` : "–",
+    robot.mission_id ?? "–",
+    file?.body.kind ?? "–",
+    [...(robot.repertoire ?? []), ...(robot.reach ?? [])].join(" "),
+  ];
 }
 
-function inWords(value) {
-  if (Array.isArray(value)) return value.map(inWords).join(", ");
+/** @param {unknown} value @returns {string} */
+function format(value) {
+  if (value === null || value === undefined || value === false) return "";
+  if (Array.isArray(value)) return value.map(format).join(", ");
   if (typeof value === "number") return String(Math.round(value * 100) / 100);
-  if (value === null || typeof value !== "object") return value === null || value === false ? "" : String(value ?? "");
-  return Object.entries(value).map(([name, one]) => [words(name), inWords(one)]).filter(([, text]) => text).map((pair) => pair.join(" ")).join("; ");
+  if (typeof value !== "object") return String(value);
+  const pairs = Object.entries(value).map(([name, one]) => [words(name), format(one)]);
+  return pairs.filter(([, text]) => text).map((pair) => pair.join(" ")).join("; ");
 }

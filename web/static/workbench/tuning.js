@@ -1,64 +1,90 @@
-// The parameters of one packet's patterns, and what an operator makes of them; made from the newest version or not at all.
+// The parameters of one packet's patterns, which an operator may change; a change based on an old version is refused.
 
 import { get, id, put } from "../page/api.js";
 import { el, replace } from "../page/dom.js";
 import { words } from "../page/format.js";
-import { asking } from "../page/problem.js";
+import { attempt } from "../page/problem.js";
 
+/** @param {Element} root */
 export function mountTuning(root) {
-  let [robot, told] = [null, null];
+  /** @type {string | null} */
+  let robot = null;
+  /** @type {Tuning | null} */
+  let tuning = null;
   const packet = el("select", { "aria-label": "Packet", "data-testid": "tuning-packet", onchange: draw });
   const state = el("span", { class: "quiet small", role: "status" });
   const problem = el("div", { role: "alert" });
   const rows = el("div", { class: "tuning" });
-  const again = el("button", { type: "button", onclick: () => read() }, "Read again");
-  replace(root, el("div", { class: "head" }, packet, state, again), problem, rows);
+  replace(root, el("div", { class: "head" }, packet, state, el("button", { type: "button", onclick: load }, "Read again")), problem, rows);
 
-  async function read() {
-    const [name, before] = [robot, packet.value];
-    await asking([], problem, async () => {
-      const tuning = await get(`/v1/robots/${id(name)}/tuning`);
+  async function load() {
+    const name = robot;
+    const before = packet.value;
+    if (name === null) return;
+    await attempt([], problem, async () => {
+      /** @type {Tuning} */
+      const answer = await get(`/v1/robots/${id(name)}/tuning`);
       if (robot !== name) return;
-      told = tuning;
-      replace(packet, Object.keys(told.packets).map((tag) => el("option", {}, tag)));
-      if (before in told.packets) packet.value = before;
+      tuning = answer;
+      replace(packet, Object.keys(answer.packets).map((tag) => el("option", {}, tag)));
+      if (before in answer.packets) packet.value = before;
       draw();
     });
   }
 
-  // `value` undefined: as the robot was set out.
+  /**
+   * @param {string} pattern @param {string} parameter @param {number | undefined} value undefined: the original one
+   * @param {HTMLButtonElement | HTMLInputElement} input
+   */
   function set(pattern, parameter, value, input) {
     const tag = packet.value;
-    const { [parameter]: _, ...others } = told.tuning[tag]?.[pattern] ?? {};
-    const tuning = { ...told.tuning, [tag]: { ...told.tuning[tag], [pattern]: value === undefined ? others : { ...others, [parameter]: value } } };
-    return asking([input], problem, async () => {
-      told = await put(`/v1/robots/${id(robot)}/tuning`, { tuning }, { "if-match": `"${told.version}"` });
+    return attempt([input], problem, async () => {
+      if (tuning === null || robot === null) return;
+      const changed = structuredClone(tuning.tuning);
+      const values = ((changed[tag] ??= {})[pattern] ??= {});
+      if (value === undefined) delete values[parameter];
+      else values[parameter] = value;
+      tuning = await put(`/v1/robots/${id(robot)}/tuning`, { tuning: changed }, { "if-match": `"${tuning.version}"` });
       draw();
     });
   }
 
   function draw() {
-    const tag = packet.value;
-    const ours = told.tuning[tag] ?? {};
-    replace(state, `version ${told.version}, ${words(told.delivery)}${told.detail ? `: ${told.detail}` : ""}; counts from the next packet on`);
-    replace(rows, Object.entries(told.packets[tag] ?? {}).map(([pattern, parameters]) => el("fieldset", {}, el("legend", { class: "small" }, words(pattern)), Object.entries(parameters).map(([name, value]) => el("label", { class: "small" }, `${words(name)} `,
-      el("input", { type: "number", step: "any", value, "data-testid": `tune-${pattern}-${name}`, onchange: ({ target }) => Number.isFinite(target.valueAsNumber) && set(pattern, name, target.valueAsNumber, target) }),
-      ours[pattern]?.[name] === undefined ? null : el("button", { type: "button", title: "As it was set out", "aria-label": `${words(name)} as it was set out`, onclick: ({ target }) => set(pattern, name, undefined, target) }, "↺"))))));
+    if (tuning === null) return;
+    const { version, delivery, detail, packets } = tuning;
+    replace(state, `version ${version}, ${words(delivery)}${detail ? `: ${detail}` : ""}; counts from the next packet on`);
+    replace(rows, Object.entries(packets[packet.value] ?? {}).map(([pattern, parameters]) => el(
+      "fieldset",
+      {},
+      el("legend", { class: "small" }, words(pattern)),
+      Object.entries(parameters).map(([name, value]) => field(pattern, name, value)),
+    )));
   }
 
-  return {
-    of(name, tag) {
-      const other = name !== robot;
-      robot = name;
-      if (!name) return;
-      if (other) read().then(() => tag && show(tag));
-      else if (tag) show(tag);
-    },
-  };
+  /** @param {string} pattern @param {string} name @param {number} value */
+  function field(pattern, name, value) {
+    const isChanged = tuning?.tuning[packet.value]?.[pattern]?.[name] !== undefined;
+    const input = el("input", { type: "number", step: "any", value, "data-testid": `tune-${pattern}-${name}` });
+    input.addEventListener("change", () => Number.isFinite(input.valueAsNumber) && set(pattern, name, input.valueAsNumber, input));
+    const reset = el("button", { type: "button", title: "Original value", "aria-label": `${words(name)}: original value` }, "↺");
+    reset.addEventListener("click", () => set(pattern, name, undefined, reset));
+    return el("label", { class: "small" }, `${words(name)} `, input, isChanged ? reset : null);
+  }
 
-  function show(tag) {
-    if (!told || !(tag in told.packets) || root.contains(document.activeElement)) return;
+  /** @param {string | null} tag */
+  function showPacket(tag) {
+    if (!tag || !tuning || !(tag in tuning.packets) || root.contains(document.activeElement)) return;
     packet.value = tag;
     draw();
   }
+
+  return {
+    /** @param {string | null} name @param {string | null} tag the packet that it executes */
+    async setRobot(name, tag) {
+      const isOther = name !== robot;
+      robot = name;
+      if (isOther) await load();
+      showPacket(tag);
+    },
+  };
 }

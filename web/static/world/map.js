@@ -1,74 +1,86 @@
-// The world from above, live: works without WebGL, and a sample and a place picked on it become a goal.
+// The live map, which needs no WebGL. A click selects a robot, or a sample and then its destination.
 
 import { get, id } from "../page/api.js";
-import { el } from "../page/dom.js";
-import { inOrder } from "../page/state.js";
-import { createDrawing, lyingIn } from "./drawing.js";
+import { closest, el } from "../page/dom.js";
+import { responseOrder } from "../page/store.js";
+import { createDrawing } from "./drawing.js";
 
-export function createMap(store, telemetry, { onPick }) {
+/** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick */
+export function createMap(store, telemetry, onPick) {
   const drawing = createDrawing();
   const node = el("div", { class: "map", "data-testid": "map" }, drawing.node);
+  const factsOrder = responseOrder();
+  /** @type {string | null} */
   let world = null;
-  let version = null;
-  let hasGround = false;
-  let leave = null;
-  let replayed = false;
-  const factsAsked = inOrder();
+  /** @type {number | null} */
+  let version = null; // of the facts that are shown
+  let hasLayout = false;
+  /** @type {(() => void) | null} */
+  let unfollow = null; // set while the map is shown
+  let isReplaying = false;
 
+  /** @param {string} name */
   async function load(name) {
     world = name;
-    hasGround = false;
+    hasLayout = false;
     const { layout } = await get(`/v1/worlds/${id(name)}`);
-    if (replayed || world !== name) return; // a recording was opened meanwhile, or another world
-    drawing.ground(layout);
-    hasGround = true;
+    if (isReplaying || world !== name) return; // a recording or another world was opened meanwhile
+    drawing.showLayout(layout);
+    hasLayout = true;
     version = null;
-    await loadFacts();
+    await loadFacts(name);
   }
 
-  async function loadFacts() {
-    const at = store.get().worlds.find((one) => one.id === world)?.version;
-    if (!hasGround || (at !== undefined && at === version)) return;
-    version = at;
-    const [name, isNews] = [world, factsAsked()];
+  /** @param {string} name */
+  async function loadFacts(name) {
+    const newest = store.get().worlds.find((one) => one.id === name)?.version;
+    if (!hasLayout || (newest !== undefined && newest === version)) return;
+    version = newest ?? null;
+    const isCurrent = factsOrder();
+    /** @type {{items: Fact[]}} */
     const { items } = await get(`/v1/worlds/${id(name)}/facts`);
-    if (!replayed && hasGround && world === name && isNews()) drawing.samples(lyingIn(items));
+    if (isReplaying || !hasLayout || world !== name || !isCurrent()) return;
+    drawing.showSamples(new Map(items.filter((fact) => fact.predicate === "in").map(({ args: [sample, place] }) => [sample, place])));
   }
 
+  /** @param {Event} event */
   function pick(event) {
-    const mark = event.target.closest("[data-name], [data-robot]");
+    const mark = closest(event, "[data-name], [data-robot]");
     if (!mark) return;
-    const { name, robot } = mark.dataset;
+    const { name = "", robot } = mark.dataset;
     if (robot) onPick({ kind: "robot", name: robot });
     else onPick({ kind: mark.classList.contains("sample-mark") ? "sample" : "place", name });
   }
 
   drawing.node.addEventListener("click", pick);
-  drawing.node.addEventListener("keydown", (event) => (event.key === "Enter" || event.key === " ") && (event.preventDefault(), pick(event)));
-  store.subscribe(({ sample }) => {
-    for (const mark of drawing.node.querySelectorAll(".sample-mark")) mark.classList.toggle("picked", mark.dataset.name === sample);
+  drawing.node.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    pick(event);
   });
   store.subscribe((state) => {
-    if (leave === null || replayed || state.world === null) return;
-    if (state.world !== world) load(state.world).catch(() => (world = null));
-    else loadFacts().catch(() => (version = null));
+    for (const mark of drawing.node.querySelectorAll(".sample-mark")) mark.classList.toggle("picked", mark.getAttribute("data-name") === state.sample);
+    if (unfollow === null || isReplaying || state.world === null) return;
+    if (state.world === world) loadFacts(world).catch(() => (version = null));
+    else load(state.world).catch(() => (world = null));
   });
   return {
     node,
+    /** @param {boolean} isShown */
     show(isShown) {
       node.hidden = !isShown;
       if (!isShown) {
-        leave?.();
-        leave = null;
+        unfollow?.();
+        unfollow = null;
         return;
       }
-      leave ??= telemetry.follow(({ robots }) => replayed || drawing.robots(robots, store.get().robot));
+      unfollow ??= telemetry.follow(({ robots }) => isReplaying || drawing.showRobots(robots, store.get().robot));
       store.update({});
     },
-    // Shows what was instead of what is, until called with null; answers the drawing to show it on.
+    /** Returns the drawing for a recording of a world with this layout; null ends the replay. @param {WorldLayout | null} layout */
     replay(layout) {
-      replayed = layout !== null;
-      if (replayed) drawing.ground(layout);
+      isReplaying = layout !== null;
+      if (layout) drawing.showLayout(layout);
       else world = null;
       store.update({});
       return drawing;

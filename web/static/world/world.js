@@ -1,134 +1,152 @@
-// The right pane: the world in three dimensions, or as a map.
+// The right pane: the world in three dimensions or as a map, and what is not known of it.
 
-import { get } from "../page/api.js";
-import { recall, remember } from "../page/remembered.js";
+import { byId, el, replace, show } from "../page/dom.js";
+import { fact, seconds } from "../page/format.js";
+import { loadPreference, savePreference } from "../page/preferences.js";
 import { isDark, onTheme } from "../page/theme.js";
-import { mountLegend } from "./legend.js";
-import { createLink } from "./link.js";
-import { createPicking } from "./picking.js";
+import { createViewFrame } from "./view_frame.js";
 
-const VIEWER = "/viewer/";
-const AGAIN_MS = 1500;
-// Narrower than this, viser's page takes itself for a telephone's and covers the world with its panel.
-const NARROWEST_PX = 600;
-
-export function mountWorld(store, telemetry, { onPick }) {
-  const stage = document.getElementById("stage");
-  const pick = createPicking(store, { onPick });
-  const link = createLink({ onPick: pick });
-  const holder = stage.parentElement;
-  // The map is fetched once it is wanted.
-  let drawn = null;
-  const fetched = () => (drawn ??= import("./map.js").then(({ createMap }) => {
-    const map = createMap(store, telemetry, { onPick: pick });
-    holder.append(map.node);
-    return map;
-  }).catch((problem) => {
-    drawn = null; // it is fetched anew when it is wanted next
-    throw problem;
-  }));
-  mountLegend();
+/** @param {Store} store @param {Telemetry} telemetry @param {(sentence: string) => void} writeGoal */
+export function mountWorld(store, telemetry, writeGoal) {
+  const pick = createPicking(store, writeGoal);
+  const view = createViewFrame(pick);
+  const holder = byId("stage-holder", HTMLElement);
   const camera = mountCamera(store);
+  const legend = mountLegend();
+  const buttons = { view: byId("as-view", HTMLButtonElement), map: byId("as-map", HTMLButtonElement) };
+  const isMap = () => holder.classList.contains("as-map");
+  /** @type {Promise<ReturnType<typeof import("./map.js").createMap>> | null} */
+  let map = null;
+  /** @type {{mission_id: string, time_s: number} | null} */
   let replay = null;
-  const asMap = () => holder.classList.contains("as-map");
-  // Nothing is sent or drawn in three dimensions that nobody sees.
-  const tell = ({ world, robot, sample, plan, action, follow, whole }) => link.show({ world, robot, sample, plan_id: plan?.id, action, follow, whole, replay, seen: !document.hidden && !asMap(), dark: isDark() });
-  // The view's own page is many times as large as ours: what is to be decided on comes first, and who sees the map needs none of it.
-  let opened = false;
-  const openOnce = ({ goal }) => {
-    if (opened || goal === undefined || asMap()) return;
-    opened = true;
-    keepStage(stage, link);
-  };
-  const buttons = { view: document.getElementById("as-view"), map: document.getElementById("as-map") };
-  const turn = async (name) => {
-    remember("world-as", name);
-    for (const [other, button] of Object.entries(buttons)) button.setAttribute("aria-pressed", String(other === name));
-    camera.hidden = document.getElementById("legend").hidden = name === "map";
-    holder.classList.toggle("as-map", name === "map");
-    tell(store.get());
-    openOnce(store.get());
-    const map = await (name === "map" ? fetched() : drawn);
-    map?.show(asMap()); // it may have been turned back meanwhile
-  };
-  for (const [name, button] of Object.entries(buttons)) button.addEventListener("click", () => turn(name));
-  turn(recall("world-as", "view") === "map" ? "map" : "view");
-  new ResizeObserver(([entry]) => fit(stage, entry.contentRect)).observe(holder);
-  store.subscribe(tell);
-  store.subscribe(openOnce);
-  document.addEventListener("visibilitychange", () => tell(store.get()));
-  onTheme(() => tell(store.get()));
+
+  // The map is fetched when first needed.
+  function loadMap() {
+    map ??= import("./map.js").then(({ createMap }) => {
+      const created = createMap(store, telemetry, pick);
+      holder.append(created.node);
+      return created;
+    }).catch((problem) => {
+      map = null; // fetched again the next time
+      throw problem;
+    });
+    return map;
+  }
+
+  /** Nothing is sent or drawn in three dimensions while it is not visible. */
+  function update() {
+    const { world, robot, sample, plan, action, follow, whole, goal } = store.get();
+    view.show({ world, robot, sample, plan_id: plan?.id, action, follow, whole, replay, seen: !document.hidden && !isMap(), dark: isDark() });
+    if (goal !== undefined && !isMap()) view.open(); // the first goal's page comes first
+  }
+
+  /** @param {"view" | "map"} chosen */
+  async function choose(chosen) {
+    savePreference("world-as", chosen);
+    for (const [name, button] of Object.entries(buttons)) button.setAttribute("aria-pressed", String(name === chosen));
+    camera.hidden = chosen === "map";
+    legend.hidden = chosen === "map";
+    holder.classList.toggle("as-map", chosen === "map");
+    update();
+    const loaded = await (chosen === "map" ? loadMap() : map);
+    loaded?.show(isMap()); // the other button may have been pressed meanwhile
+  }
+
+  buttons.view.addEventListener("click", () => choose("view"));
+  buttons.map.addEventListener("click", () => choose("map"));
+  choose(loadPreference("world-as", "view") === "map" ? "map" : "view");
+  new ResizeObserver(([entry]) => view.fit(entry.contentRect.width)).observe(holder);
+  store.subscribe(update);
+  document.addEventListener("visibilitychange", update);
+  onTheme(update);
   return {
-    // The drawing to show a mission's recording on; `replayTo` says at what instant, `showLive` ends it.
+    /** The drawing to show a mission's recording on. @param {WorldLayout} layout @param {string} missionId */
     async showReplay(layout, missionId) {
-      if (stage.hidden) turn("map");
+      if (!view.isVisible) choose("map");
       replay = { mission_id: missionId, time_s: 0 };
-      return (await fetched()).replay(layout);
+      return (await loadMap()).replay(layout);
     },
+    /** @param {number} time */
     replayTo(time) {
-      replay = { ...replay, time_s: time };
-      tell(store.get());
+      if (replay) replay = { ...replay, time_s: time };
+      update();
     },
     async showLive() {
       replay = null;
-      (await drawn)?.replay(null);
+      (await map)?.replay(null);
     },
   };
 }
 
-// The camera of the view goes with the robot that is looked at, or shows the whole world.
+/** The buttons that have the view's camera follow the selected robot or show the whole world. @param {Store} store */
 function mountCamera(store) {
-  const follow = document.getElementById("follow");
+  const follow = byId("follow", HTMLButtonElement);
   follow.addEventListener("click", () => store.update({ follow: !store.get().follow }));
-  document.getElementById("whole").addEventListener("click", () => store.update({ follow: false, whole: store.get().whole + 1 }));
+  byId("whole", HTMLButtonElement).addEventListener("click", () => store.update({ follow: false, whole: store.get().whole + 1 }));
   store.subscribe((state) => {
     follow.disabled = !state.robot;
     follow.setAttribute("aria-pressed", String(state.follow && Boolean(state.robot)));
   });
-  return document.getElementById("camera");
+  return byId("camera", HTMLElement);
 }
 
-function fit(frame, { width }) {
-  const scale = Math.min(1, width / NARROWEST_PX) || 1;
-  const whole = `${100 / scale}%`;
-  Object.assign(frame.style, { width: whole, height: whole, transform: scale < 1 ? `scale(${scale})` : "" });
+/**
+ * What is picked in the world, on the map or in three dimensions: a robot is selected; a sample and then a place make a goal.
+ * @param {Store} store @param {(sentence: string) => void} writeGoal @returns {(picked: Picked) => void}
+ */
+function createPicking(store, writeGoal) {
+  const note = byId("pick-note", HTMLElement);
+  store.subscribe(({ sample, replaying }) => {
+    note.textContent = replaying ? "This is a recording." : sample ? `${sample}: pick the place it is to go to.` : "";
+  });
+  return ({ kind, name }) => {
+    const { robot, sample } = store.get();
+    if (kind === "robot") store.update({ robot: robot === name ? null : name });
+    else if (kind === "sample") store.update({ sample: sample === name ? null : name });
+    else if (sample) {
+      writeGoal(`move ${sample} to ${name}`);
+      store.update({ sample: null });
+    } else note.textContent = "Pick a sample first, then the place it is to go to.";
+  };
 }
 
-// The view is a process of its own and may come later than the page; it goes with the service and comes back with it.
-// Meanwhile nothing is tried over sockets: browsers hold those back that have failed often, for longer than viser waits.
-async function keepStage(frame, link) {
-  const note = document.getElementById("stage-note");
-  const shown = () => `${VIEWER}${link.name}/${isDark() ? "?darkMode" : ""}`;
-  frame.addEventListener("load", () => stayConnected(frame));
-  onTheme(() => frame.hidden || frame.getAttribute("src") === shown() || (frame.src = shown()));
-  for (;;) {
-    while (!(await answers())) {
-      note.textContent = "The view of the world is not there yet.";
-      await pause();
-    }
-    const closed = link.open();
-    frame.src = shown();
-    frame.hidden = false;
-    note.hidden = true;
-    await closed;
-    frame.src = "about:blank";
-    frame.hidden = true;
-    note.hidden = false;
-    await pause();
-  }
+const COLOURS = [
+  ["robot, each its own colour", "#1f6f8b"],
+  ["selected", "#ff7a18"],
+  ["sample", "#e4ba28"],
+  ["bay, free", "#6886b0"],
+  ["place with a sample", "#2c4a7c"],
+  ["door", "#dea042"],
+  ["interchange", "#469b91"],
+  ["home", "#a0a09e"],
+  ["beacon", "#be3c3c"],
+  ["whisker that meets something", "#ce5c3c"],
+];
+
+function mountLegend() {
+  const legend = byId("legend", HTMLElement);
+  const keys = COLOURS.map(([text, colour]) => {
+    const swatch = el("span", { class: "swatch" });
+    swatch.style.background = colour;
+    return el("li", {}, swatch, text);
+  });
+  const lines = el("li", {}, "Arrows: planned ways, in the robots' colours. Lines behind robots: where they were.");
+  replace(legend, el("summary", {}, "Legend"), el("ul", { class: "legend" }, keys, lines));
+  return legend;
 }
 
-const pause = () => new Promise((resolve) => setTimeout(resolve, AGAIN_MS));
-
-async function answers() {
-  return (await get("/v1/view").catch(() => null))?.running === true;
+/** Samples without a known place, robots that are lost or do not answer. @param {Store} store */
+export function mountUnknown(store) {
+  const container = byId("unknown", HTMLElement);
+  store.subscribe(({ unknown }) => show(container, unknown.length ? unknownList(unknown) : null));
 }
 
-// viser's page reconnects only while it has the focus; inside ours it shall whenever ours is seen.
-function stayConnected(frame) {
-  const inner = frame.contentDocument;
-  if (!inner) return;
-  inner.hasFocus = () => !document.hidden;
-  frame.contentWindow.dispatchEvent(new Event("focus"));
-  document.addEventListener("visibilitychange", () => frame.contentWindow?.dispatchEvent(new Event("focus")));
+/** @param {UnknownThing[]} things */
+function unknownList(things) {
+  const lines = things.map(({ name, reason, since_s: since, last_believed: last }) => {
+    const when = typeof since === "number" ? `, since ${seconds(since)}` : "";
+    const believed = last ? `; last believed ${fact(last)}, ${last.source} at ${seconds(last.at_s)}` : "";
+    return [el("dt", {}, name), el("dd", {}, `${reason}${when}${believed}`)];
+  });
+  return el("details", { open: true, "data-testid": "unknown" }, el("summary", {}, `Not known (${things.length})`), el("dl", {}, lines));
 }

@@ -1,4 +1,4 @@
-"""A solution without what it can do without."""
+"""Removes unneeded steps from a solution (action elimination, Nakhost & Müller 2010) and merges detours."""
 
 from collections.abc import Sequence
 
@@ -6,8 +6,8 @@ from planner.engines.hierarchical.fragments.steps import Step, Task, bits
 
 
 def is_intended(task: Task, steps: Sequence[Step]) -> bool:
-    """True if each step is there for something it may be planned for."""
-    return all(used & step.intends for step, used in zip(steps, uses(task, steps), strict=True))
+    """True if each step has a use among its justifying effects."""
+    return all(used & step.justifying for step, used in zip(steps, uses(task, steps), strict=True))
 
 
 def needed(task: Task, steps: Sequence[Step]) -> tuple[Step, ...]:
@@ -15,7 +15,8 @@ def needed(task: Task, steps: Sequence[Step]) -> tuple[Step, ...]:
     kept = list(steps)
     position = 0
     while position < len(kept):
-        state, trial = task.initial, []
+        state = task.initial
+        trial = []
         for number, step in enumerate(kept):
             if number != position and state & step.needs == step.needs:
                 state = state & ~step.removes | step.adds
@@ -32,7 +33,8 @@ def merged(task: Task, steps: Sequence[Step]) -> tuple[Step, ...]:
     kept = list(steps)
     for late in range(len(kept) - 1, 0, -1):
         for early in range(late):
-            one, other = kept[early], kept[late]
+            one = kept[early]
+            other = kept[late]
             if one.op is not other.op or one.agents != other.agents:
                 continue
             trials = (
@@ -60,7 +62,8 @@ def uses(task: Task, steps: Sequence[Step]) -> list[int]:
     """For each step which of its effects later steps or the goals take from it (as the causal links will: from
     the earliest producer after the last delete)."""
     producers: dict[int, int] = {}
-    standing, used = task.initial, [0] * len(steps)
+    standing = task.initial
+    used = [0] * len(steps)
     for number, step in enumerate(steps):
         for bit in bits(step.needs):
             if bit in producers:

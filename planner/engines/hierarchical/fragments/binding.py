@@ -9,11 +9,11 @@ from planner.fact import Fact
 from planner.knowledge import Operator
 
 KINDS = 6
-"""How many kinds of agents are tried in one role."""
+"""Maximum number of kinds of agents tried in one role."""
 PLACES = 4
-"""How many other objects are tried in one role."""
+"""Maximum number of other objects tried in one role."""
 BINDINGS = 64
-"""How many bindings of one fragment are looked at."""
+"""Maximum number of bindings of one fragment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,9 @@ def join(index: WorldIndex, fragment: LiftedFragment, goals: Sequence[Fact]) -> 
 
 class _Join:
     def __init__(self, index: WorldIndex, fragment: LiftedFragment, values: list[str | None]) -> None:
-        self.index, self.fragment, self.values = index, fragment, values
+        self.index = index
+        self.fragment = fragment
+        self.values = values
         self.rank = {variable: place for place, variable in enumerate(fragment.order)}
         last = len(fragment.order)
         self.conditions: list[list[Pattern]] = [[] for _ in range(last + 1)]
@@ -86,7 +88,8 @@ class _Join:
         return all(value in self.index.members_of_type[kind] for kind in self.fragment.kinds[variable])
 
     def _holds(self, place: int) -> bool:
-        rows, values = self.index.rows, self.values
+        rows = self.index.rows
+        values = self.values
         return all(
             pattern.row(values) in rows.get(pattern.predicate, ()) for pattern in self.conditions[place]
         )
@@ -105,7 +108,8 @@ class _Join:
     def _choices(self, place: int) -> list[tuple[float, str]]:
         """What fits the variable of this place, with the cost of the steps it completes."""
         variable = self.fragment.order[place]
-        index, values = self.index, self.values
+        index = self.index
+        values = self.values
         pools = [
             index.values(pattern.predicate, pattern.row(values), pattern.terms.index(variable))
             for pattern in self.conditions[place + 1]
@@ -143,7 +147,8 @@ class _Join:
 
     def _few(self, place: int, choices: list[tuple[float, str]]) -> list[tuple[float, str]]:
         """The cheapest choices, looking ahead as far as nothing else is to be chosen; of agents one a kind."""
-        variable, kind_of = self.fragment.order[place], self.index.kind_of
+        variable = self.fragment.order[place]
+        kind_of = self.index.kind_of
         ranked = []
         for cost, value in choices:
             self.values[variable] = value
@@ -175,7 +180,8 @@ class _Join:
 
     def _is_redundant(self) -> bool:
         """True if all that is taken from some step holds already."""
-        rows, values = self.index.rows, self.values
+        rows = self.index.rows
+        values = self.values
         return any(
             patterns and all(pattern.row(values) in rows.get(pattern.predicate, ()) for pattern in patterns)
             for patterns in self.fragment.effects

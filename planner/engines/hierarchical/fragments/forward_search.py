@@ -2,7 +2,8 @@
 
 Each state's relaxed plan is also carried out as far as it goes and the state it leads to tried next (YAHSP,
 Vidal 2004), which solves most goals without branching. A step is there for its intended effects (MACTA §5,
-table 3), so each step owes one of them a use; a path on which such a debt cannot be paid any more is dropped.
+table 3), so each step has the obligation that one of them is used; a path on which an obligation cannot be met is
+dropped.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,10 +17,10 @@ from planner.engines.hierarchical.fragments.heuristic import UNREACHED, relaxed_
 from planner.engines.hierarchical.fragments.steps import Step, Task
 from planner.problem.interface import UNOBSERVED
 
-Debts = frozenset[tuple[tuple[str, ...], int, int, int]]
-"""What steps not yet used owe: their agents, their effects by intention, making way and by the way, as masks."""
+Obligations = frozenset[tuple[tuple[str, ...], int, int, int]]
+"""Of each step not used yet: its agents and its intended, way-making and other effects, as masks."""
 POLISH = 12
-"""After a first solution the search goes on for this many expansions and as many again as it took."""
+"""After the first solution the search continues for this many expansions plus as many as it took."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +34,7 @@ class Found:
 @dataclass(frozen=True, slots=True)
 class _Node:
     state: int
-    debts: Debts
+    obligations: Obligations
     cost: float
     parent: "_Node | None" = None
     by: tuple[int, ...] = ()
@@ -49,24 +50,28 @@ def search(
     *,
     expansions: int,
     deadline: float,
-    lax: bool = False,
+    permissive: bool = False,
     stop: Callable[[], bool] = UNOBSERVED.should_stop,
 ) -> Found:
     """A cheap solution in which every step is needed and intended.
 
-    :param lax: also look at paths on which something is used that came about by the way before what was
-        intended is used, or on which an agent makes way for itself; without them nothing is proven.
+    :param permissive: include paths on which a step's other effect is used before an intended one, or on which an
+        agent makes way for itself; without them, exhausting the space proves nothing.
     :param stop: asked now and then; True ends the search as the deadline does.
     """
-    return _Search(task, expansions, deadline, lax, stop).run()
+    return _Search(task, expansions, deadline, permissive, stop).run()
 
 
 class _Search:
     def __init__(
-        self, task: Task, expansions: int, deadline: float, lax: bool, stop: Callable[[], bool]
+        self, task: Task, expansions: int, deadline: float, permissive: bool, stop: Callable[[], bool]
     ) -> None:
-        self.task, self.left, self.deadline, self.lax, self.stop = task, expansions, deadline, lax, stop
-        self.costs: dict[tuple[int, Debts], float] = {}
+        self.task = task
+        self.left = expansions
+        self.deadline = deadline
+        self.permissive = permissive
+        self.stop = stop
+        self.costs: dict[tuple[int, Obligations], float] = {}
         self.by_total: list[tuple[float, int, _Node]] = []
         self.by_rest: list[tuple[float, int, _Node]] = []
         self.best: tuple[Step, ...] | None = None
@@ -78,11 +83,11 @@ class _Search:
         root = _Node(self.task.initial, frozenset(), 0.0)
         if root.state & self.task.goal == self.task.goal:
             return Found(steps=(), exhausted=False)
-        self.costs[root.state, root.debts] = 0.0
+        self.costs[root.state, root.obligations] = 0.0
         self._push(root, 0.0, 0.0)
         closed: set[_Key] = set()
         while self.left > 0 and (node := self._next()) is not None:
-            key = node.state, node.debts
+            key = node.state, node.obligations
             if self.costs[key] < node.cost or (*key, node.cost) in closed or node.cost >= self.best_cost:
                 continue
             closed.add((*key, node.cost))
@@ -91,7 +96,7 @@ class _Search:
             self.left -= 1
             self.expanded += 1
             self._expand(node)
-        proven = self.lax and self.left > 0 and self.best is None
+        proven = self.permissive and self.left > 0 and self.best is None
         return Found(steps=self.best, exhausted=proven)
 
     def _next(self) -> _Node | None:
@@ -122,7 +127,8 @@ class _Search:
 
     def _ahead(self, node: _Node, relaxed: Sequence[int]) -> _Node | None:
         """Where the relaxed plan leads: its steps that can be carried out, in order, round after round."""
-        waiting, at = list(relaxed), node
+        waiting = list(relaxed)
+        at = node
         while waiting:
             later = []
             for number in waiting:
@@ -136,32 +142,32 @@ class _Search:
                 break
             waiting = later
         done = tuple(at.path())[len(tuple(node.path())) :]
-        return _Node(at.state, at.debts, at.cost, node, done) if len(done) > 1 else None
+        return _Node(at.state, at.obligations, at.cost, node, done) if len(done) > 1 else None
 
     def _after(self, node: _Node, number: int) -> _Node | None:
-        """The node a step leads to; None if some step can then no longer be there for what it intends."""
+        """The node after a step; None if some step's obligation can then not be met any more."""
         step = self.task.steps[number]
-        debts = set()
-        for agents, meant, ways, aside in node.debts:
-            if step.needs & meant or (step.needs & ways and (self.lax or step.agents != agents)):
+        obligations = set()
+        for agents, intended, ways, aside in node.obligations:
+            if step.needs & intended or (step.needs & ways and (self.permissive or step.agents != agents)):
                 continue
-            kept = meant & ~step.removes, ways & ~step.removes, aside & ~step.removes
-            used_aside = step.needs & aside and not self.lax
-            if used_aside or not (kept[0] or (kept[1] and self.lax)):
+            kept = intended & ~step.removes, ways & ~step.removes, aside & ~step.removes
+            used_aside = step.needs & aside and not self.permissive
+            if used_aside or not (kept[0] or (kept[1] and self.permissive)):
                 return None
-            debts.add((agents, *kept))
+            obligations.add((agents, *kept))
         standing = node.state & ~step.removes
         fresh = step.adds & ~standing
-        if not fresh & step.intends:
+        if not fresh & step.justifying:
             return None
-        if not fresh & step.intends & self.task.goal:
-            meant = fresh & step.meant
-            ways = fresh & step.intends & ~meant
-            debts.add((step.agents, meant, ways, fresh & ~step.intends))
-        return _Node(standing | step.adds, frozenset(debts), node.cost + step.cost, node, (number,))
+        if not fresh & step.justifying & self.task.goal:
+            intended = fresh & step.intended
+            ways = fresh & step.justifying & ~intended
+            obligations.add((step.agents, intended, ways, fresh & ~step.justifying))
+        return _Node(standing | step.adds, frozenset(obligations), node.cost + step.cost, node, (number,))
 
     def _add(self, node: _Node, total: float, rest: float) -> None:
-        key = node.state, node.debts
+        key = node.state, node.obligations
         if node.cost >= self.costs.get(key, UNREACHED):
             return
         self.costs[key] = node.cost
@@ -175,7 +181,8 @@ class _Search:
         if cost < self.best_cost and is_intended(self.task, steps):
             if self.best is None:
                 self.left = min(self.left, POLISH + self.expanded)
-            self.best, self.best_cost = steps, cost
+            self.best = steps
+            self.best_cost = cost
 
 
-_Key = tuple[int, Debts, float]
+_Key = tuple[int, Obligations, float]

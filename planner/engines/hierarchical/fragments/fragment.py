@@ -1,8 +1,8 @@
 """Fragments: for goals alone, the sequences of actions that reach them from the present facts (MACTA §6).
 
 Found by search from the knowledge base, lifted, and bound to all goals of the same shape by a join over the
-facts, so that most goals need no search of their own. What was learnt is kept across problems: every binding
-is checked against the facts of its own problem.
+facts, so that most goals need no search of their own. Lifted fragments can be kept across problems: every binding is
+checked against the facts of its own problem.
 """
 
 from collections import Counter
@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 from planner.engines.hierarchical.fragments.binding import Bound, join
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS, discover
-from planner.engines.hierarchical.fragments.goal_signature import signature
-from planner.engines.hierarchical.fragments.lifting import LiftedFragment, lift
+from planner.engines.hierarchical.fragments.lifting import LiftedFragment, lift, signature
 from planner.engines.hierarchical.fragments.steps import Step
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact
@@ -92,7 +91,7 @@ class ProblemFragments:
             fresh = tuple(lift(self._index, goals, steps) for steps in solutions)
             self._learnt[shape] = tuple(dict.fromkeys((*known, *fresh)))
             bound = self._bound(fresh, goals)
-        chosen = worthwhile(self._index, bound)[:limit]
+        chosen = undominated(self._index, bound)[:limit]
         if chosen:
             return tuple(self._fragment(goals, each.steps) for each in chosen)
         ranked = sorted(solutions, key=lambda steps: sum(step.cost for step in steps))
@@ -123,8 +122,8 @@ class ProblemFragments:
         return self._actions[key]
 
 
-def worthwhile(index: WorldIndex, bound: Sequence[Bound]) -> list[Bound]:
-    """By cost, each set of steps once, and none that only adds to the agents and operators of a cheaper one."""
+def undominated(index: WorldIndex, bound: Sequence[Bound]) -> list[Bound]:
+    """By cost, each set of steps once, without those that only add agents and operators to a cheaper one."""
     kept: dict[frozenset[tuple[str, tuple[str, ...]]], tuple[Bound, Counter[object]]] = {}
     for each in sorted(bound, key=lambda each: each.cost):
         steps = frozenset((op.name, args) for op, args in each.steps)

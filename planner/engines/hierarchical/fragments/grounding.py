@@ -1,4 +1,4 @@
-"""A small world's task: its operators ground by a static join, so that no step is made a static fact rules out."""
+"""Grounds the operators of a small world by a join over its static facts."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from time import monotonic
@@ -12,8 +12,8 @@ from planner.knowledge.literal import Literal
 Atom = tuple[str, tuple[str, ...]]
 Form = tuple[tuple[str, tuple[int | str, ...]], ...]
 """Literals whose terms are places among an operator's arguments, or constants."""
-LEAST_S = 0.1
-"""What an action costs at least, so that no plan is longer than need be."""
+MIN_S = 0.1
+"""Minimum cost of an action in seconds, so that no plan contains needless actions."""
 
 
 def task_of(
@@ -38,7 +38,7 @@ def task_of(
             cost = index.seconds(op, args)
             if cost is None:
                 continue
-            steps.append(blank.step(args, max(cost, LEAST_S), numbering))
+            steps.append(blank.step(args, max(cost, MIN_S), numbering))
             if len(steps) > limit or (len(steps) % 1024 == 0 and monotonic() > deadline):
                 return None
     return Task(
@@ -61,7 +61,8 @@ class _Numbering:
 
     def mask(self, literals: Form, args: tuple[str, ...]) -> int:
         """The bits of the literals with these arguments."""
-        mask, atoms = 0, self._atoms
+        mask = 0
+        atoms = self._atoms
         for predicate, terms in literals:
             atom = predicate, tuple([args[term] if isinstance(term, int) else term for term in terms])
             bit = atoms.get(atom)
@@ -102,23 +103,26 @@ class _Blank:
 
         self.op = op
         self.agents = [place[agent] for agent in op.agents]
-        self.needs, self.removes = ready(op.preconditions), ready(op.deletes)
-        self.intended, self.others = ready(op.intended_effects), ready(op.other_effects)
+        self.needs = ready(op.preconditions)
+        self.removes = ready(op.deletes)
+        self.intended = ready(op.intended_effects)
+        self.others = ready(op.other_effects)
         predicates = index.knowledge_base.predicates
         self.ways = tuple(literal for literal in self.others if predicates[literal[0]].make_way)
 
     def step(self, args: tuple[str, ...], cost: float, numbering: _Numbering) -> Step:
-        removes, meant = numbering.mask(self.removes, args), numbering.mask(self.intended, args)
-        meant |= numbering.marks(meant)
+        removes = numbering.mask(self.removes, args)
+        intended = numbering.mask(self.intended, args)
+        intended |= numbering.marks(intended)
         return Step(
             op=self.op,
             args=args,
             cost=cost,
             needs=numbering.mask(self.needs, args),
             removes=removes | numbering.marks(removes),
-            adds=meant | numbering.mask(self.others, args),
-            meant=meant,
-            intends=meant | numbering.mask(self.ways, args),
+            adds=intended | numbering.mask(self.others, args),
+            intended=intended,
+            justifying=intended | numbering.mask(self.ways, args),
             agents=tuple([args[place] for place in self.agents]),
         )
 

@@ -17,7 +17,8 @@ SAME = 1e-9
 
 def is_reachable(task: Task) -> bool:
     """False: no sequence of steps reaches the goals (they stay out of reach without deletes, too)."""
-    state, waiting = task.initial, list(task.steps)
+    state = task.initial
+    waiting = list(task.steps)
     while state & task.goal != task.goal:
         later = []
         for step in waiting:
@@ -50,7 +51,8 @@ class _Relaxed:
     """Of each fact reached its relaxed plan: length, steps (a mask of their numbers), depth and duration."""
 
     def __init__(self, task: Task, state: int) -> None:
-        self.task, self.state = task, state
+        self.task = task
+        self.state = state
         self.lengths = [-1] * task.width
         self.plans = [0] * task.width
         self.depths = [0.0] * task.width
@@ -65,8 +67,11 @@ class _Relaxed:
 
     def _reach(self) -> None:
         """Facts in the order of their plans' lengths until the goals are among them."""
-        task, lengths, heap = self.task, self.lengths, self.heap
-        waiting, wanted_by = list(task.counts), task.wanted_by
+        task = self.task
+        lengths = self.lengths
+        heap = self.heap
+        waiting = list(task.counts)
+        wanted_by = task.wanted_by
         settled = [False] * task.width
         for number, wanted in enumerate(waiting):
             if not wanted:
@@ -84,8 +89,14 @@ class _Relaxed:
 
     def _begin(self, number: int) -> None:
         """Carry out a step all of whose needs are reached."""
-        task, lengths, plans, depths, spans = self.task, self.lengths, self.plans, self.depths, self.spans
-        plan, depth, span = 1 << number, 0.0, 0.0
+        task = self.task
+        lengths = self.lengths
+        plans = self.plans
+        depths = self.depths
+        spans = self.spans
+        plan = 1 << number
+        depth = 0.0
+        span = 0.0
         for bit in task.needing[number]:
             plan |= plans[bit]
             depth += depths[bit]
@@ -100,7 +111,10 @@ class _Relaxed:
                 heappush(self.heap, (length, bit))
             elif length > known or (-depth, span) >= (SAME - depths[bit], spans[bit]):
                 continue
-            lengths[bit], plans[bit], depths[bit], spans[bit] = length, plan, depth, span
+            lengths[bit] = length
+            plans[bit] = plan
+            depths[bit] = depth
+            spans[bit] = span
 
     def plan(self) -> RelaxedPlan:
         now = tuple(number for number, length in self.begun.items() if length == 1)
@@ -124,7 +138,9 @@ class _Relaxed:
 
     def _carried_out(self, numbers: list[int]) -> list[int] | None:
         """Those of the steps whose needs the ones before them meet; None if they do not reach the goals."""
-        steps, state, done = self.task.steps, self.state, []
+        steps = self.task.steps
+        state = self.state
+        done = []
         for number in numbers:
             step = steps[number]
             if state & step.needs == step.needs:

@@ -1,4 +1,4 @@
-"""The small worlds in which goals are worth trying: what their objects' states and the static facts lead to.
+"""Selects small worlds for the search: the objects that the goals, present facts and static facts connect.
 
 Level 0 holds the goals' objects, what the present facts say of them, and the shortest static connections
 between them; each further level allows connections a little longer, more members a kind and more spare places.
@@ -13,13 +13,13 @@ from planner.fact import Fact
 
 LEVELS = 3
 SLACK = (0, 2, 4)
-"""How many steps longer than the shortest a connection may be, by level."""
+"""Maximum number of steps by which a connection exceeds the shortest, by level."""
 MEMBERS = (1, 2, 2)
-"""How many agents of a kind are looked at, by level."""
+"""Number of agents of a kind, by level."""
 SPARES = (2, 2, 4)
-"""How many of the objects that are alike are looked at, by level."""
+"""Number of equivalent objects, by level."""
 KINDS = (4, 8, 16)
-"""How many kinds beside the goals' own connections are looked at, by level."""
+"""Number of kinds besides those on the goals' connections, by level."""
 
 
 def small_world(
@@ -29,12 +29,12 @@ def small_world(
     return _Relevance(index, goals, level, left_out).objects()
 
 
-def core_of(index: WorldIndex, goals: Sequence[Fact], hops: int) -> dict[str, int]:
+def goal_neighbourhood(index: WorldIndex, goals: Sequence[Fact], hops: int) -> dict[str, int]:
     """The goals' objects and those that present facts tie to them, each with its steps from the goals."""
     reached = {arg: 0 for goal in goals for arg in goal.args if arg in index.objects}
     fringe = list(reached)
     for hop in range(1, hops + 1):
-        near = [name for seed in fringe for name in index.beside(seed) if name not in reached]
+        near = [name for seed in fringe for name in index.linked_by_fluents(seed) if name not in reached]
         fringe = list(dict.fromkeys(near))
         reached |= dict.fromkeys(fringe, hop)
     return reached
@@ -44,11 +44,13 @@ class _Relevance:
     def __init__(
         self, index: WorldIndex, goals: Sequence[Fact], level: int, left_out: Collection[int]
     ) -> None:
-        self.index, self.level, self.left_out = index, level, left_out
+        self.index = index
+        self.level = level
+        self.left_out = left_out
         named = {arg for goal in goals for arg in goal.args}
         self.core = [
             name
-            for name in core_of(index, goals, 2 + (level > 0))
+            for name in goal_neighbourhood(index, goals, 2 + (level > 0))
             if name in named or index.kind_of.get(name) not in left_out
         ]
         self.named = named
@@ -63,7 +65,9 @@ class _Relevance:
         kinds += self._others(terminals, kinds)
         agents = [agent for kind in kinds for agent in self._members(kind)]
         agents += [name for name in self.core if name in index.agents]
-        homes = [place for agent in agents for place in index.beside(agent) if place not in index.agents]
+        homes = [
+            place for agent in agents for place in index.linked_by_fluents(agent) if place not in index.agents
+        ]
         ways = self._between(self._starts(homes) + self._starts(self.named), SLACK[self.level])
         spare = [node for node in dict.fromkeys((*over, *ways)) if isinstance(node, str)]
         within = frozenset(index.kind_of[agent] for agent in agents)
@@ -73,10 +77,10 @@ class _Relevance:
             chosen |= dict.fromkeys(
                 other
                 for name in (*(n for n in straight if n in chosen), *agents, *homes)
-                for other in index.beside(name)
+                for other in index.linked_by_fluents(name)
                 if index.kind_of.get(other) not in self.left_out
             )
-        return frozenset(chosen).union(*map(index.brought_along, chosen))
+        return frozenset(chosen).union(*map(index.linked_by_static_facts, chosen))
 
     def _starts(self, names: Iterable[str]) -> list[Node]:
         """The first few of these that are placed."""
@@ -162,4 +166,4 @@ class _Relevance:
             groups[key] += 1
             if groups[key] <= MEMBERS[self.level]:
                 yield name
-                yield from (other for other in index.beside(name) if other not in index.agents)
+                yield from (other for other in index.linked_by_fluents(name) if other not in index.agents)

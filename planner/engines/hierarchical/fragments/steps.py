@@ -17,9 +17,9 @@ class Step:
     needs: int
     removes: int
     adds: int
-    meant: int
+    intended: int
     """Its intended effects."""
-    intends: int
+    justifying: int
     """What it may be planned for: intended effects and whatever makes way."""
 
     agents: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""A planning problem indexed: who is alike, what is said of whom, what the static facts connect."""
+"""Index of a planning problem: classes of agents, facts by object, the graph of static facts."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -6,6 +6,7 @@ from functools import cached_property
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
+from planner.problem.duration_table import duration_parameters
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import ANYONE, AgentClasses
 
@@ -15,14 +16,15 @@ Shape = frozenset[tuple[str, ...]]
 OWN = "own"
 """Stands for a place that static facts give to one agent alone, its home for instance."""
 FEW = 2
-"""A relation of an object to so few others brings them along (a sample's place, an agent's area, its camera)."""
+"""A relation to at most this many objects includes them (a sample's place, an agent's area, its camera)."""
 
 
 class WorldIndex:
     """Look-ups in one problem. Agents of one class (`AgentClasses`) are called of one *kind*."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self.knowledge_base, self.problem = knowledge_base, problem
+        self.knowledge_base = knowledge_base
+        self.problem = problem
         self.objects = problem.objects
         self.fluents = knowledge_base.fluents
         self.rows: Mapping[str, set[tuple[str, ...]]] = defaultdict(set)
@@ -45,11 +47,11 @@ class WorldIndex:
     def static_facts(self, name: str) -> list[Fact]:
         return self._static_facts.get(name, [])
 
-    def beside(self, name: str) -> tuple[str, ...]:
+    def linked_by_fluents(self, name: str) -> tuple[str, ...]:
         """The objects that fluent facts tie this one to, each relation to few."""
         return self._tied(name, self.fluent_facts(name))
 
-    def brought_along(self, name: str) -> tuple[str, ...]:
+    def linked_by_static_facts(self, name: str) -> tuple[str, ...]:
         """The objects other than agents that static facts tie this one to, each relation to few."""
         return tuple(o for o in self._tied(name, self.static_facts(name)) if o not in self.agents)
 
@@ -89,7 +91,7 @@ class WorldIndex:
         """The operator's duration with these arguments in its parameters' order; None where undefined. Agents of
         a kind take the same time, so it is worked out for their first."""
         places = self._timed[op.name]
-        values = tuple([self._leaders.get(args[place], args[place]) for place in places])
+        values = tuple([self._representatives.get(args[place], args[place]) for place in places])
         known = self._seconds[op.name]
         if values not in known:
             names = tuple(op.parameters)
@@ -107,7 +109,7 @@ class WorldIndex:
         }
 
     @cached_property
-    def _leaders(self) -> Mapping[str, str]:
+    def _representatives(self) -> Mapping[str, str]:
         return {agent: self.members[kind][0] for agent, kind in self.kind_of.items()}
 
     @cached_property
@@ -146,7 +148,7 @@ class WorldIndex:
         return self._shapes[name]
 
     def type_word(self, arg: str) -> str:
-        """An object's type, told apart if it belongs to one agent alone; constants as they are."""
+        """An object's type, marked if it belongs to one agent alone; constants as they are."""
         kind = self.objects.get(arg)
         return arg if kind is None else f"{OWN} {kind}" if arg in self._classes.own else f"a {kind}"
 
@@ -223,10 +225,3 @@ class WorldIndex:
 
     def distance(self, one: Node, other: Node) -> int | None:
         return 0 if one == other else self.distances(one).get(other)
-
-
-def duration_parameters(op: Operator) -> frozenset[str]:
-    """The parameters that the operator's duration depends on, teams spelt out."""
-    return frozenset(
-        member for _, terms in op.duration.calls for term in terms for member in op.teams.get(term, (term,))
-    )

@@ -1,24 +1,25 @@
-"""Legs: the parts of a fragment that agents carry out in one go, without the way there.
+"""Legs: the parts of a fragment that agents carry out without interruption, excluding the way there.
 
-A fragment says which agent does what from where it stands. What only brings an agent into place (its *setup*) depends
-on what it did before, so a leg keeps the rest, its *core*, and the configuration each agent must be in to begin it.
-An agent's *configuration* is every fluent fact that names it, no other agent and none of the *themes*, the things
-that are moved or worked on (objects no static fact or function names).
+A fragment says which agent does what from its present position. The actions that only bring an agent into place (its
+*setup*) depend on what it did before, so a leg keeps the rest, its *core*, and the configuration in which each agent
+starts it. An agent's *configuration* is the set of fluent facts that name it, no other agent and none of the *things*,
+which are moved or worked on (objects that no static fact or function names).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge.operator import TEAM_SEPARATOR
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
 Configuration = frozenset[Fact]
 
 
-class Vocabulary:
-    """Which facts of a problem are configurations of agents, and which things are themes."""
+class FactClassifier:
+    """Classifies a problem's facts (configurations of agents, other fluents) and objects (agents, things)."""
 
     def __init__(
         self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses
@@ -29,7 +30,7 @@ class Vocabulary:
         placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
         placed |= {arg for _, args in problem.functions for arg in args}
         self._is_configuration: dict[Fact, bool] = {}
-        self.themes = frozenset(problem.objects.keys() - placed - self.agents)
+        self.things = frozenset(problem.objects.keys() - placed - self.agents)
 
     def agents_of(self, fact: Fact) -> frozenset[str]:
         return self.agents.intersection(fact.args)
@@ -41,16 +42,16 @@ class Vocabulary:
         known = self._is_configuration.get(fact)
         if known is None:
             known = self.is_fluent(fact) and len(self.agents_of(fact)) == 1
-            known = self._is_configuration[fact] = known and self.themes.isdisjoint(fact.args)
+            known = self._is_configuration[fact] = known and self.things.isdisjoint(fact.args)
         return known
 
     def is_setup(self, action: GroundAction) -> bool:
-        """True if the action is there only to bring its one agent into another configuration."""
+        """True if the action only brings its one agent into another configuration."""
         return (
             len(action.agents) == 1
             and all(self.is_configuration(fact) for fact in action.intended_effects)
             and all(
-                self.themes.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
+                self.things.isdisjoint(fact.args) and self.agents_of(fact) <= {action.agents[0]}
                 for fact in (*action.preconditions, *action.deletes, *action.effects)
                 if self.is_fluent(fact)
             )
@@ -62,7 +63,7 @@ class Vocabulary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leg:
-    """What these agents do in one go, once each is in a configuration that has its `needs`.
+    """What these agents do without interruption, once each is in a configuration that has its `needs`.
 
     `roles` number the agents within the fragment: legs that share a role must have the same agent. A `bound`
     agent cannot be exchanged for another of its class.
@@ -76,25 +77,25 @@ class Leg:
 
 
 def legs_of(
-    actions: Sequence[GroundAction], goals: Sequence[Fact], facts: frozenset[Fact], words: Vocabulary
+    actions: Sequence[GroundAction], goals: Sequence[Fact], facts: frozenset[Fact], classifier: FactClassifier
 ) -> tuple[Leg, ...]:
     """The legs of a fragment, in an order in which they can be carried out."""
-    groups = [part for group in _groups(actions) for part in _parts(group, words)]
-    cores = [_core(group, words) for group in groups]
+    groups = [part for group in _groups(actions) for part in _parts(group, classifier)]
+    cores = [_core(group, classifier) for group in groups]
     parts = [core for core in cores if core]
-    bound = _bound_agents(parts, goals, facts, words)
-    roles = _roles(parts, words)
+    bound = _bound_agents(parts, goals, facts, classifier)
+    roles = _roles(parts, classifier)
     legs = [
         Leg(
             agents=core[0].agents,
-            needs=tuple(_need(agent, core, words) for agent in core[0].agents),
+            needs=tuple(_need(agent, core, classifier) for agent in core[0].agents),
             core=tuple(core),
             roles=roles[number],
             bound=tuple(agent in bound for agent in core[0].agents),
         )
         for number, core in enumerate(parts)
     ]
-    return (*legs, *_postures(goals, legs, words))
+    return (*legs, *_postures(goals, legs, classifier))
 
 
 def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
@@ -124,16 +125,19 @@ def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
     return _in_order(groups, before)
 
 
-def _parts(group: Sequence[GroundAction], words: Vocabulary) -> Iterator[Sequence[GroundAction]]:
-    """The group cut where others may come in between: where its agents let go of what they held, and where they
-    stop on their way (two actions of one kind)."""
-    begun, held, made = 0, False, set[Fact]()
+def _parts(group: Sequence[GroundAction], classifier: FactClassifier) -> Iterator[Sequence[GroundAction]]:
+    """The group split where other agents may act in between: where its agents release what they held, and where
+    they stop on their way (two actions of one kind)."""
+    begun = 0
+    held = False
+    made = set[Fact]()
     needed = [fact for action in group for fact in action.preconditions]
     for place in range(1, len(group)):
         before = group[place - 1]
         needed = needed[len(before.preconditions) :]
-        made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, words))
-        last, held = held, not made.isdisjoint(needed)
+        made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, classifier))
+        last = held
+        held = not made.isdisjoint(needed)
         if (last and not held) or (held and before.tag == group[place].tag):
             yield group[begun:place]
             begun = place
@@ -150,49 +154,56 @@ def _in_order(groups: list[list[GroundAction]], before: list[set[int]]) -> list[
     return [groups[g] for g in ordered]
 
 
-def _core(group: Sequence[GroundAction], words: Vocabulary) -> Sequence[GroundAction]:
+def _core(group: Sequence[GroundAction], classifier: FactClassifier) -> Sequence[GroundAction]:
     """The group without the setup it begins with."""
-    first = next((n for n, action in enumerate(group) if not words.is_setup(action)), len(group))
+    first = next((n for n, action in enumerate(group) if not classifier.is_setup(action)), len(group))
     return group[first:]
 
 
-def _need(agent: str, core: Sequence[GroundAction], words: Vocabulary) -> Configuration:
+def _need(agent: str, core: Sequence[GroundAction], classifier: FactClassifier) -> Configuration:
     needed: set[Fact] = set()
     made: set[Fact] = set()
     for action in core:
-        needed |= words.configuration(agent, action.preconditions) - made
-        made |= words.configuration(agent, action.effects)
+        needed |= classifier.configuration(agent, action.preconditions) - made
+        made |= classifier.configuration(agent, action.effects)
     return frozenset(needed)
 
 
-def _loose(action: GroundAction, words: Vocabulary) -> Iterator[Fact]:
+def _loose(action: GroundAction, classifier: FactClassifier) -> Iterator[Fact]:
     """The fluent facts of an action that name agents but are no configuration."""
     for fact in (*action.preconditions, *action.deletes, *action.effects):
-        if words.is_fluent(fact) and words.agents_of(fact) and not words.is_configuration(fact):
+        if (
+            classifier.is_fluent(fact)
+            and classifier.agents_of(fact)
+            and not classifier.is_configuration(fact)
+        ):
             yield fact
 
 
 def _bound_agents(
-    cores: Sequence[Sequence[GroundAction]], goals: Sequence[Fact], facts: frozenset[Fact], words: Vocabulary
+    cores: Sequence[Sequence[GroundAction]],
+    goals: Sequence[Fact],
+    facts: frozenset[Fact],
+    classifier: FactClassifier,
 ) -> frozenset[str]:
     """Agents that goals name, that hold something already, that a fact names together with another or that work at
     places of their own."""
-    bound = {agent for goal in goals for agent in words.agents_of(goal)}
+    bound = {agent for goal in goals for agent in classifier.agents_of(goal)}
     for core in cores:
         for action in core:
-            if not words.own.isdisjoint(action.arguments.values()):
+            if not classifier.own.isdisjoint(action.arguments.values()):
                 bound |= set(action.agents)
-            for fact in _loose(action, words):
-                named = words.agents_of(fact)
+            for fact in _loose(action, classifier):
+                named = classifier.agents_of(fact)
                 if len(named) > 1 or fact in facts:
                     bound |= named
     return frozenset(bound)
 
 
-def _roles(cores: Sequence[Sequence[GroundAction]], words: Vocabulary) -> list[tuple[int, ...]]:
-    """Legs of one agent are one role where a loose fact goes over from one to the other."""
+def _roles(cores: Sequence[Sequence[GroundAction]], classifier: FactClassifier) -> list[tuple[int, ...]]:
+    """Legs of one agent share a role if one leg needs a loose fact that the other brings about."""
     numbers: dict[object, int] = {}
-    carried = _carried(cores, words)
+    carried = _carried(cores, classifier)
     return [
         tuple(
             numbers.setdefault(agent if agent in carried else (agent, number), len(numbers))
@@ -202,22 +213,44 @@ def _roles(cores: Sequence[Sequence[GroundAction]], words: Vocabulary) -> list[t
     ]
 
 
-def _carried(cores: Sequence[Sequence[GroundAction]], words: Vocabulary) -> frozenset[str]:
+def _carried(cores: Sequence[Sequence[GroundAction]], classifier: FactClassifier) -> frozenset[str]:
     carried: set[str] = set()
     for core in cores:
         made: set[Fact] = set()
         for action in core:
-            needed = set(action.preconditions).intersection(_loose(action, words))
-            carried |= {agent for fact in needed - made for agent in words.agents_of(fact)}
+            needed = set(action.preconditions).intersection(_loose(action, classifier))
+            carried |= {agent for fact in needed - made for agent in classifier.agents_of(fact)}
             made |= set(action.effects)
     return frozenset(carried)
 
 
-def _postures(goals: Sequence[Fact], legs: Sequence[Leg], words: Vocabulary) -> Iterator[Leg]:
+def _postures(goals: Sequence[Fact], legs: Sequence[Leg], classifier: FactClassifier) -> Iterator[Leg]:
     """Goals that are configurations: legs without a core."""
     role = sum(len(leg.agents) for leg in legs)
-    for agent in sorted({agent for goal in goals for agent in words.agents_of(goal)}):
-        wanted = words.configuration(agent, goals)
+    for agent in sorted({agent for goal in goals for agent in classifier.agents_of(goal)}):
+        wanted = classifier.configuration(agent, goals)
         if wanted:
             yield Leg(agents=(agent,), needs=(wanted,), core=(), roles=(role,), bound=(True,))
             role += 1
+
+
+def renamed(action: GroundAction, names: Mapping[str, str]) -> GroundAction:
+    """The action with agents exchanged; what is not in `names` stays."""
+    if all(old == new for old, new in names.items()):
+        return action
+
+    def of(facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        return tuple(Fact(f.predicate, tuple(names.get(arg, arg) for arg in f.args)) for f in facts)
+
+    return replace(
+        action,
+        arguments={
+            name: TEAM_SEPARATOR.join(names.get(part, part) for part in value.split(TEAM_SEPARATOR))
+            for name, value in action.arguments.items()
+        },
+        agents=tuple(names.get(agent, agent) for agent in action.agents),
+        preconditions=of(action.preconditions),
+        deletes=of(action.deletes),
+        intended_effects=of(action.intended_effects),
+        other_effects=of(action.other_effects),
+    )

@@ -1,18 +1,19 @@
-"""How the agents of a class get from one configuration to another by themselves."""
+"""Setups: how the agents of a class get from one configuration to another by themselves."""
 
 import heapq
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from planner.engines.hierarchical.legs.leg import Configuration, Vocabulary
+from planner.engines.hierarchical.legs.leg import Configuration, FactClassifier
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase, Operator
 from planner.knowledge.literal import Literal
+from planner.plan_nets.progression import progressed
 from planner.problem.interface import PlanningProblem
 
 SETUP_STEPS = 2000
-"""Configurations looked at for one way; more are not worth a search here."""
+"""Maximum number of configurations expanded in the search for one way."""
 
 Binding = dict[str, str]
 
@@ -44,17 +45,19 @@ class Way:
 
 
 class Setups:
-    """The ways of one agent that stands for its class; configurations are stated of that agent."""
+    """The ways of one agent as the representative of its class."""
 
     def __init__(
         self,
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
-        words: Vocabulary,
+        classifier: FactClassifier,
         statics: FactTable,
         agent: str,
     ) -> None:
-        self._problem, self._words, self.agent = problem, words, agent
+        self._problem = problem
+        self._classifier = classifier
+        self.agent = agent
         self._base = knowledge_base
         kind = problem.objects[agent]
         self._operators = [
@@ -63,9 +66,9 @@ class Setups:
             if len(op.agents) == 1
             and knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
             and all(op.agents[0] in literal.terms for literal in op.intended_effects)
-            and not any(self._binds_only_themes(parameter) for parameter in op.parameters.values())
+            and not any(self._binds_only_things(parameter) for parameter in op.parameters.values())
         ]
-        fluents = words.fluents
+        fluents = classifier.fluents
         self._static = {
             op.name: [(lit, statics) for lit in op.preconditions if lit.predicate not in fluents]
             for op in self._operators
@@ -100,13 +103,13 @@ class Setups:
             self._steps[start] = tuple(way for way in found if way is not None)
         return self._steps[start]
 
-    def _binds_only_themes(self, kind: str) -> bool:
-        """Whether things that are moved are all that a parameter of this type can be: no setup has one."""
+    def _binds_only_things(self, kind: str) -> bool:
+        """True if only things fit a parameter of this type; no setup has such a parameter."""
         known = {name for name, own in self._problem.objects.items() if self._base.file.is_a(own, kind)}
-        return bool(known) and known <= self._words.themes
+        return bool(known) and known <= self._classifier.things
 
     def _is_made(self, wanted: Fact) -> bool:
-        """Whether any setup may bring a fact about: without, there is no use in a search."""
+        """True if some setup may bring the fact about; otherwise a search is useless."""
         if wanted not in self._made:
             self._made[wanted] = any(
                 literal.predicate == wanted.predicate
@@ -162,11 +165,11 @@ class Setups:
         return None
 
     def _outcome(self, start: Configuration, action: GroundAction) -> Way | None:
-        words = self._words
-        if not words.themes.isdisjoint(action.arguments.values()) or not words.is_setup(action):
+        classifier = self._classifier
+        if not classifier.things.isdisjoint(action.arguments.values()) or not classifier.is_setup(action):
             return None
-        gone = words.configuration(self.agent, action.deletes)
-        end = (start - gone) | words.configuration(self.agent, action.effects)
+        gone = classifier.configuration(self.agent, action.deletes)
+        end = (start - gone) | classifier.configuration(self.agent, action.effects)
         return Way(actions=(action,), end=end) if end != start else None
 
     def _actions(self, start: Configuration) -> Iterator[GroundAction]:
@@ -210,7 +213,7 @@ class Setups:
             yield binding
             return
         for name, kind in sorted(self._problem.objects.items()):
-            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._words.themes:
+            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._classifier.things:
                 yield from self._completed(op, {**binding, free: name})
 
 
@@ -220,3 +223,44 @@ def _span(way: Way) -> float:
 
 def _values(literal: Literal, binding: Mapping[str, str], op: Operator) -> list[str | None]:
     return [binding.get(term) if term in op.parameters else term for term in literal.terms]
+
+
+class ReturnHome:
+    """Returns the agents of a problem to their initial configurations, so that later planning starts there."""
+
+    def __init__(
+        self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classifier: FactClassifier
+    ) -> None:
+        self._base = knowledge_base
+        self._problem = problem
+        self._classifier = classifier
+        self._statics = FactTable(fact for fact in problem.facts if not classifier.is_fluent(fact))
+        self._setups: dict[str, Setups] = {}
+
+    def after(self, facts: frozenset[Fact], actions: Sequence[GroundAction]) -> frozenset[Fact]:
+        """The facts after the actions and the ways back of those agents that find one."""
+        state = progressed(facts, actions)
+        away = sorted({agent for action in actions for agent in action.agents})
+        ways = [way for agent in away if (way := self._way(agent, state))]
+        while ways:
+            clear = next((way for way in ways if _is_open(way, state)), None)
+            if clear is None:
+                break
+            state = progressed(state, clear.actions)
+            ways.remove(clear)
+        return state
+
+    def _way(self, agent: str, state: frozenset[Fact]) -> Way | None:
+        home = self._classifier.configuration(agent, self._problem.facts)
+        here = self._classifier.configuration(agent, state)
+        if agent not in self._setups:
+            self._setups[agent] = Setups(self._base, self._problem, self._classifier, self._statics, agent)
+        return self._setups[agent].way(here, home)
+
+
+def _is_open(way: Way, state: frozenset[Fact]) -> bool:
+    for action in way.actions:
+        if not state.issuperset(action.preconditions):
+            return False
+        state = progressed(state, (action,))
+    return True

@@ -1,15 +1,14 @@
-"""Stops: variants of a fragment in which an agent that carries something first gets out of the way.
+"""Stops: variants of a fragment in which an agent that carries something first clears the place it leaves.
 
-A place is clear again only once the agent has arrived elsewhere (effects hold at an action's end). On a long way it may
-pay to stop where it stood at first, which is near and in nobody's way, and to go on from there.
+A place is clear again only when the agent has arrived elsewhere (effects hold at an action's end). On a long way it may
+pay to stop at its initial position, which is near and needed by nobody, and to go on from there.
 """
 
 from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, field
 
-from planner.engines.hierarchical.legs.agent_renaming import renamed
-from planner.engines.hierarchical.legs.leg import Vocabulary
+from planner.engines.hierarchical.legs.leg import FactClassifier, renamed
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.base import binding_of
@@ -17,16 +16,16 @@ from planner.plan_nets.progression import progressed
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
 
-MOST_MEMBERS = 4
-"""In larger classes somebody else is mostly free, and there would be too many variants."""
+MAX_MEMBERS = 4
+"""Maximum size of a class whose members are varied: in larger ones another member is usually free."""
 
-MOST_NEAR_STOPPING = 128
-"""With more tasks, stops near to busy places would take too long to find, and the ways on from there."""
+MAX_NEAR_STOPPING = 128
+"""Maximum number of tasks for which stops near busy places are computed."""
 NEAR_STOPS = 3
-"""Places near to a busy one that are considered for stops."""
+"""Number of places near a busy one that are considered for stops."""
 
 SHARE = 0.5
-"""The way to a stop may take this much of the whole way's time."""
+"""Maximum share of the whole way's time that the way to a stop may take."""
 
 Sequenced = tuple[GroundAction, ...]
 
@@ -38,19 +37,19 @@ class Stops:
     knowledge_base: KnowledgeBase
     problem: PlanningProblem
     classes: AgentClasses
-    words: Vocabulary
+    classifier: FactClassifier
     share: float = SHARE
     nearest: dict[tuple[str, str, int], list[str]] = field(default_factory=dict)
-    """By tag, origin and class the places near to an origin, once looked for."""
+    """Cache: by tag, origin and class the places near the origin."""
 
     def variants(self, actions: Sequenced) -> Iterator[Sequenced]:
         """The fragment with one stop on one way, for each agent of the class that could make it."""
         for position, action in enumerate(actions):
-            if len(action.agents) != 1 or self.words.is_setup(action) or not self._left(action):
+            if len(action.agents) != 1 or self.classifier.is_setup(action) or not self._left(action):
                 continue
             old = action.agents[0]
             members = self.classes.members[self.classes.number(old)]
-            for agent in members if len(members) <= MOST_MEMBERS else ():
+            for agent in members if len(members) <= MAX_MEMBERS else ():
                 names = {old: agent, agent: old}
                 played = tuple(
                     renamed(a, names) if old in a.agents or agent in a.agents else a for a in actions
@@ -63,7 +62,11 @@ class Stops:
     def near_variants(self, actions: Sequenced, busy: Set[str]) -> Iterator[Sequenced]:
         """The fragment with one stop on one way out of a busy place, at each of the places near to it."""
         for position, action in enumerate(actions):
-            if len(action.agents) == 1 and not self.words.is_setup(action) and self._left(action) in busy:
+            if (
+                len(action.agents) == 1
+                and not self.classifier.is_setup(action)
+                and self._left(action) in busy
+            ):
                 for stop in self._near(action, busy):
                     varied = self._with_stop(actions, position, stop)
                     if varied is not None:
@@ -81,7 +84,9 @@ class Stops:
             ends = self._reached(action)
             kinds = {self.problem.objects[end] for end in ends}
             spans = []
-            for name in sorted(self.problem.objects.keys() - busy - self.words.own - self.words.themes):
+            for name in sorted(
+                self.problem.objects.keys() - busy - self.classifier.own - self.classifier.things
+            ):
                 if self.problem.objects[name] in kinds:
                     first = self._exchanged(action, dict.fromkeys(ends, name), None)
                     if first is not None:
@@ -97,16 +102,20 @@ class Stops:
             if self.knowledge_base.predicates[fact.predicate].make_way
             for arg in fact.args
         }
-        before = {arg for fact in action.deletes if self.words.is_configuration(fact) for arg in fact.args}
+        before = {
+            arg for fact in action.deletes if self.classifier.is_configuration(fact) for arg in fact.args
+        }
         return min(cleared & before & self.problem.objects.keys(), default=None)
 
     def _reached(self, action: GroundAction) -> set[str]:
-        after = {arg for fact in action.effects if self.words.is_configuration(fact) for arg in fact.args}
+        after = {
+            arg for fact in action.effects if self.classifier.is_configuration(fact) for arg in fact.args
+        }
         return after & self.problem.objects.keys() - set(action.agents)
 
     def _refuges(self, agent: str) -> list[str]:
         """Where the agent stands at first."""
-        start = self.words.configuration(agent, self.problem.facts)
+        start = self.classifier.configuration(agent, self.problem.facts)
         return sorted({arg for fact in start for arg in fact.args if arg in self.problem.objects} - {agent})
 
     def _with_stop(self, actions: Sequenced, position: int, stop: str) -> Sequenced | None:
@@ -155,8 +164,10 @@ class Stops:
             if found is None:
                 continue
             agent = found.agents[0]
-            static = [fact for fact in found.preconditions if not self.words.is_fluent(fact)]
-            own = [fact for fact in found.preconditions if self.words.is_fluent(fact) and agent in fact.args]
+            static = [fact for fact in found.preconditions if not self.classifier.is_fluent(fact)]
+            own = [
+                fact for fact in found.preconditions if self.classifier.is_fluent(fact) and agent in fact.args
+            ]
             if self.problem.facts.issuperset(static) and (facts is None or facts.issuperset(own)):
                 return found
         return None

@@ -1,30 +1,30 @@
-"""The configurations that agents come to during any schedule, numbered, and the ways between them."""
+"""Numbers the configurations that agents can reach in any schedule, and the ways between them."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from planner.engines.hierarchical.legs.leg import Configuration, Vocabulary
+from planner.engines.hierarchical.legs.leg import Configuration, FactClassifier
 from planner.engines.hierarchical.legs.setups import Setups, Way
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.problem.robot_classes import AgentClasses, of_agent, of_class
 
 LEAVES = 4
-"""Ways out of a configuration that are kept for making way: the quickest to places nobody needs."""
+"""Ways out of a configuration that are kept for making way: the quickest to places that nobody needs."""
 NEAREST = 4
-"""Places to which an agent may make way or stop on its way, besides where it stood at first."""
+"""Number of places to which an agent may make way or stop, besides its initial position."""
 
 ClassFacts = tuple[int, Configuration]
-"""Facts said of a class, in the name of its first member."""
+"""Facts about a class, stated of its first member."""
 
 
 class Travel:
-    """Numbers configurations, needs, effects and ways; `close` follows every way from every start."""
+    """Numbers configurations, needs, effects and ways; `close` computes all that are reachable."""
 
     def __init__(
         self,
         classes: AgentClasses,
-        words: Vocabulary,
+        classifier: FactClassifier,
         setups: Mapping[int, Setups],
         own_setups: Callable[[str], Setups],
     ) -> None:
@@ -32,7 +32,10 @@ class Travel:
         :param setups: the ways of a class.
         :param own_setups: the ways of an agent, those to its own objects too.
         """
-        self._classes, self._words, self._setups, self._own_setups = classes, words, setups, own_setups
+        self._classes = classes
+        self._classifier = classifier
+        self._setups = setups
+        self._own_setups = own_setups
         self.configurations: dict[ClassFacts, int] = {}
         self.needs: dict[ClassFacts, int] = {}
         self.effects: dict[tuple[int, Configuration, Configuration], int] = {}
@@ -67,9 +70,10 @@ class Travel:
         removed: set[Fact] = set()
         added: set[Fact] = set()
         for action in core:
-            deletes = self._words.configuration(agent, action.deletes)
-            adds = self._words.configuration(agent, action.effects)
-            removed, added = (removed | deletes) - adds, (added - deletes) | adds
+            deletes = self._classifier.configuration(agent, action.deletes)
+            adds = self._classifier.configuration(agent, action.effects)
+            removed = (removed | deletes) - adds
+            added = (added - deletes) | adds
         number, gone = self._said(agent, removed)
         _, come = self._said(agent, added)
         effect = self.effects.setdefault((number, gone, come), len(self.effects))
@@ -78,7 +82,8 @@ class Travel:
 
     def close(self) -> None:
         """Follow every way and effect until no new configuration comes up."""
-        needs, effects = list(self.needs), list(self.effects)
+        needs = list(self.needs)
+        effects = list(self.effects)
         waiting = {*self.starts.values(), *self.after.values(), *self._refuges}
         seen = set(waiting)
         while waiting:
@@ -101,7 +106,7 @@ class Travel:
         self._retreat()
 
     def _retreat(self) -> None:
-        """Ways back to where each agent stood at first, for making way: nobody else is there but by its own plan."""
+        """Ways back to each agent's initial position, for making way: nobody else is there unless planned."""
         ends = defaultdict(set)
         for here in self.after.values():
             ends[self._kind_of[here]].add(here)
@@ -131,7 +136,7 @@ class Travel:
         return bool(found)
 
     def stop_near(self) -> None:
-        """Let agents go on from the places nearest to where several legs end, so as not to stand there for long."""
+        """Let agents continue from the places nearest to where several legs end, to clear these early."""
         often = {here for here, count in Counter(self.after.values()).items() if count > 1}
         for here, ways in enumerate(self.nearest()):
             if here in often:

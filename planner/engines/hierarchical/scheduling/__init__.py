@@ -1,0 +1,1 @@
+"""The scheduling problem as arrays, its decoder and its annealing, compiled by numba."""

@@ -7,14 +7,35 @@ import numpy as np
 
 from planner.compiled import lean
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
-from planner.engines.hierarchical.scheduling.decoder_state import FREE, LAST, NONE, board_for
+from planner.engines.hierarchical.scheduling.decoder_state import FREE, LAST, NONE, decoder_state_for
 from planner.engines.hierarchical.scheduling.model import AHEAD, BACK, NEAR, PUSH, Choice, Floats, Model
 
-HOT = 1.0
+
+class Schedule:
+    """A decoded choice (`choice`: as it was taken): its steps with their agents in an order they can be carried out."""
+
+    def __init__(self, model: Model, choice: Choice, weights: Floats) -> None:
+        state = decoder_state_for(model)
+        state.taken[:] = choice.agent
+        cost, length, makespan = decode(model, choice, weights, state)
+        self.choice = choice._replace(agent=state.taken)
+        self.cost = float(cost)
+        self.makespan_s = float(makespan)
+        self.steps = state.steps[:length]
+        self.team = state.step_agents[:length]
+        self.configurations = state.configuration
+        self.missing = int(state.missing_fact[0])
+
+    @property
+    def is_possible(self) -> bool:
+        return self.cost < IMPOSSIBLE
+
+
+INITIAL_TEMPERATURE = 1.0
 """The temperature at the start, as a share of what a leg costs on average."""
-COLD = 0.025
+FINAL_TEMPERATURE = 0.025
 """… and at the end."""
-CRITICAL = 0.7
+CRITICAL_SHARE = 0.7
 """The share of moves that are about a leg on the critical path."""
 
 
@@ -22,27 +43,37 @@ class Annealing:
     """A search from one choice on; `best` and `best_cost` only ever get better."""
 
     def __init__(self, model: Model, choice: Choice, cost: float, weights: Floats, *, seed: int) -> None:
-        self.best, self.best_cost = choice, cost
-        self._model, self._weights = model, weights
-        self._here, self._here_cost = _copy(choice), cost
+        self.best = choice
+        self.best_cost = cost
+        self._model = model
+        self._weights = weights
+        self._here = _copy(choice)
+        self._here_cost = cost
         self._random = np.random.default_rng(seed)
-        self._board = board_for(model)
-        self._trial, self._critical = _copy(choice), np.empty_like(self._board.steps)
+        self._state = decoder_state_for(model)
+        self._trial = _copy(choice)
+        self._critical = np.empty_like(self._state.steps)
         # No trial, so that whoever looks at the clock from here on sees nothing of what may have to be compiled.
-        self._tried(_copy(choice), 1.0, 0, 0)
+        self._run_trials(_copy(choice), 1.0, 0, 0)
 
     def go_on(self, trials: int, share: float) -> bool:
         """Make this many trials, cooled down by the share of the whole that is over; True if the best became better."""
         legs = max(1, len(self.best.order))
-        temperature = max(1.0, self.best_cost) / legs * HOT * (COLD / HOT) ** share
+        temperature = (
+            max(1.0, self.best_cost)
+            / legs
+            * INITIAL_TEMPERATURE
+            * (FINAL_TEMPERATURE / INITIAL_TEMPERATURE) ** share
+        )
         best = _copy(self.best)
         seed = int(self._random.integers(2**31 - 1))
-        self._here_cost, best_cost = self._tried(best, temperature, trials, seed)
+        self._here_cost, best_cost = self._run_trials(best, temperature, trials, seed)
         better = bool(best_cost < self.best_cost)
-        self.best, self.best_cost = best, best_cost
+        self.best = best
+        self.best_cost = best_cost
         return better
 
-    def _tried(self, best: Choice, temperature: float, trials: int, seed: int) -> tuple[float, float]:
+    def _run_trials(self, best: Choice, temperature: float, trials: int, seed: int) -> tuple[float, float]:
         costs: tuple[float, float] = _anneal(
             self._model,
             self._here,
@@ -55,7 +86,7 @@ class Annealing:
             trials,
             self._weights,
             seed,
-            self._board,
+            self._state,
         )
         return costs
 
@@ -65,62 +96,65 @@ def _copy(choice: Choice) -> Choice:
 
 
 @lean
-def _assign(choice, other):  # type: ignore[no-untyped-def]
+def _copy_into(choice, other):  # type: ignore[no-untyped-def]
     for task in range(choice.alternative.shape[0]):
         choice.alternative[task] = other.alternative[task]
     for n in range(choice.order.shape[0]):
-        choice.order[n], choice.agent[n], choice.aside[n] = other.order[n], other.agent[n], other.aside[n]
+        choice.order[n] = other.order[n]
+        choice.agent[n] = other.agent[n]
+        choice.stops[n] = other.stops[n]
 
 
 @lean
 def _anneal(  # type: ignore[no-untyped-def]
-    model, here, best, trial, critical, here_cost, best_cost, temperature, trials, weights, seed, board
+    model, here, best, trial, critical, here_cost, best_cost, temperature, trials, weights, seed, state
 ):
     """Make the trials from `here` on; `here` and `best` are changed. Returns their costs."""
     if here.alternative.shape[0] == 0:
         return here_cost, best_cost
     np.random.seed(seed)
-    _assign(trial, here)
-    decode(model, here, weights, board)
-    count = _critical_path(board, critical)
+    _copy_into(trial, here)
+    decode(model, here, weights, state)
+    count = _critical_path(state, critical)
     for _ in range(trials):
-        if count > 0 and np.random.random() < CRITICAL:
-            _disturb_at(model, trial, critical[:count])
+        if count > 0 and np.random.random() < CRITICAL_SHARE:
+            _move_critical_leg(model, trial, critical[:count])
         else:
-            _disturb(model, trial)
-        cost, _, _ = decode(model, trial, weights, board)
+            _random_move(model, trial)
+        cost, _, _ = decode(model, trial, weights, state)
         if cost <= here_cost or (
             cost < IMPOSSIBLE and np.random.random() < np.exp((here_cost - cost) / temperature)
         ):
             here_cost = cost
-            count = _critical_path(board, critical)
-            _assign(here, trial)
+            count = _critical_path(state, critical)
+            _copy_into(here, trial)
             if cost < best_cost:
                 best_cost = cost
-                _assign(best, trial)
+                _copy_into(best, trial)
         else:
-            _assign(trial, here)
+            _copy_into(trial, here)
     return here_cost, best_cost
 
 
 @lean
-def _critical_path(board, critical):  # type: ignore[no-untyped-def]
+def _critical_path(state, critical):  # type: ignore[no-untyped-def]
     """Fill in the legs (task·K + leg) that the last one to end had to wait for, backwards; how many."""
-    step = int(board.free[np.argmax(board.free[:, FREE]), LAST])
+    step = int(state.free[np.argmax(state.free[:, FREE]), LAST])
     count = 0
     while step >= 0:
-        if count == 0 or critical[count - 1] != board.served[step]:
-            critical[count] = board.served[step]
+        if count == 0 or critical[count - 1] != state.step_leg[step]:
+            critical[count] = state.step_leg[step]
             count += 1
-        step = board.cause[step]
+        step = state.cause[step]
     return count
 
 
 @lean
-def _disturb_at(model, choice, critical):  # type: ignore[no-untyped-def]
+def _move_critical_leg(model, choice, critical):  # type: ignore[no-untyped-def]
     """One move of a leg on the critical path: before the one it waits for, or another agent, stop or alternative."""
     n = np.random.randint(critical.shape[0])
-    place, kind = critical[n], np.random.random()
+    place = critical[n]
+    kind = np.random.random()
     if kind < 0.45:
         start = _position(choice.order, place)
         if n + 1 < critical.shape[0]:
@@ -129,29 +163,30 @@ def _disturb_at(model, choice, critical):  # type: ignore[no-untyped-def]
             end = np.random.randint(choice.order.shape[0])
         _shift(choice.order, start, end)
     elif kind < 0.75:
-        _recruit(model, choice, place)
+        _change_agent(model, choice, place)
     elif kind < 0.9:
-        _stop_elsewhere(choice, place)
+        _change_stop(choice, place)
     else:
-        _vary(model, choice, place // model.widest)
+        _change_alternative(model, choice, place // model.max_legs)
 
 
 @lean
-def _disturb(model, choice):  # type: ignore[no-untyped-def]
+def _random_move(model, choice):  # type: ignore[no-untyped-def]
     """One random move: another place in the order, an exchange, another alternative or another agent."""
     kind = np.random.random()
     order = choice.order
     count = order.shape[0]
     if kind < 0.15:
-        _vary(model, choice, np.random.randint(choice.alternative.shape[0]))
+        _change_alternative(model, choice, np.random.randint(choice.alternative.shape[0]))
     elif kind < 0.22:
-        _stop_elsewhere(choice, np.random.randint(count))
+        _change_stop(choice, np.random.randint(count))
     elif kind < 0.5:
-        _recruit(model, choice, np.random.randint(count))
+        _change_agent(model, choice, np.random.randint(count))
         if np.random.random() < 0.5:
             _shift(order, np.random.randint(count), np.random.randint(count))
     elif kind < 0.65:
-        one, other = np.random.randint(count), np.random.randint(count)
+        one = np.random.randint(count)
+        other = np.random.randint(count)
         order[one], order[other] = order[other], order[one]
     else:
         start = np.random.randint(count)
@@ -160,30 +195,31 @@ def _disturb(model, choice):  # type: ignore[no-untyped-def]
 
 
 @lean
-def _vary(model, choice, task):  # type: ignore[no-untyped-def]
+def _change_alternative(model, choice, task):  # type: ignore[no-untyped-def]
     choices = model.task_first[task + 1] - model.task_first[task]
     if choices > 1:
         choice.alternative[task] = np.random.randint(choices)
-        for place in range(task * model.widest, (task + 1) * model.widest):
+        for place in range(task * model.max_legs, (task + 1) * model.max_legs):
             choice.agent[place] = NONE
 
 
 @lean
-def _stop_elsewhere(choice, place):  # type: ignore[no-untyped-def]
+def _change_stop(choice, place):  # type: ignore[no-untyped-def]
     kind = np.random.randint(4)
     if kind < 2:
-        choice.aside[place] ^= AHEAD if kind == 0 else PUSH
+        choice.stops[place] ^= AHEAD if kind == 0 else PUSH
     else:
-        now = choice.aside[place] & (BACK | NEAR)
-        choice.aside[place] += (now + np.random.randint(1, 3)) % 3 - now
+        now = choice.stops[place] & (BACK | NEAR)
+        choice.stops[place] += (now + np.random.randint(1, 3)) % 3 - now
 
 
 @lean
-def _recruit(model, choice, place):  # type: ignore[no-untyped-def]
+def _change_agent(model, choice, place):  # type: ignore[no-untyped-def]
     """Give a leg to another agent of the class, or to whoever can begin first."""
-    task, choice.agent[place] = place // model.widest, NONE
+    task = place // model.max_legs
+    choice.agent[place] = NONE
     chosen = model.task_first[task] + choice.alternative[task]
-    leg = model.leg_first[chosen] + place % model.widest
+    leg = model.leg_first[chosen] + place % model.max_legs
     if leg < model.leg_first[chosen + 1] and np.random.random() < 0.9:
         kind = model.slot_class[model.slot_first[leg]]
         members = model.member_first[kind]

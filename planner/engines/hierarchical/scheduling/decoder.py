@@ -17,87 +17,97 @@ _leave = lean(leave)
 
 
 @lean
-def decode(model, choice, weights, board):  # type: ignore[no-untyped-def]
-    """Schedule the choice on the board.
+def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
+    """Schedule the choice on the state.
 
     :param weights: (5,) of a second of makespan, a joule, an agent used, a second of weighted lateness, and a second of
         all tasks' ends together.
     :returns: the cost, the number of steps placed, the makespan in seconds.
     """
-    waiting = _begin(model, choice, board)
-    facts, ends = board.facts, board.ends
-    legs, places, waits_for = board.waiting[LEGS], board.waiting[PLACES], board.waiting[WAITS_FOR]
-    length, ways_made, n, anyone = 0, 0, 0, False
-    most_ways = 2 * (waiting + board.free.shape[0])
+    waiting = _begin(model, choice, state)
+    facts = state.facts
+    ends = state.ends
+    legs = state.waiting[LEGS]
+    places = state.waiting[PLACES]
+    waits_for = state.waiting[WAITS_FOR]
+    length = 0
+    ways_made = 0
+    n = 0
+    anyone = False
+    most_ways = 2 * (waiting + state.free.shape[0])
     while waiting > 0:
         if n < waiting:
             if anyone or waits_for[n] == NONE or facts[waits_for[n], HOLDS] == 1.0:
                 place = places[n]
                 now, end = place_leg(
-                    model, board, legs[n], place, choice.agent[place], choice.aside[place], anyone, length
+                    model, state, legs[n], place, choice.agent[place], choice.stops[place], anyone, length
                 )
                 if now >= 0:
                     length = now
-                    board.taken[place] = board.team[0]
-                    ends[place // model.widest] = max(ends[place // model.widest], end)
+                    state.taken[place] = state.team[0]
+                    ends[place // model.max_legs] = max(ends[place // model.max_legs], end)
                     waiting -= 1
                     for m in range(n, waiting):
                         legs[m], places[m], waits_for[m] = legs[m + 1], places[m + 1], waits_for[m + 1]
-                    n, anyone = 0, False
+                    n = 0
+                    anyone = False
                     continue
                 if not anyone:
                     waits_for[n] = int(end)
-                    if choice.aside[place] & PUSH and ways_made < most_ways and waits_for[n] != NONE:
+                    if choice.stops[place] & PUSH and ways_made < most_ways and waits_for[n] != NONE:
                         holder = int(facts[waits_for[n], BY])
-                        if holder >= 0 and _leave(model, board, holder, waits_for[n], place, length):
+                        if holder >= 0 and _leave(model, state, holder, waits_for[n], place, length):
                             ways_made += 1
                             length += 1
                             continue
             n += 1
             continue
-        n, anyone = 0, not anyone
+        n = 0
+        anyone = not anyone
         if anyone:
             continue
-        if ways_made == most_ways or not _make_way(model, board, waits_for[:waiting], places, length):
-            board.stuck[0] = _hopeless(model, waits_for[:waiting])
+        if ways_made == most_ways or not _make_way(model, state, waits_for[:waiting], places, length):
+            state.missing_fact[0] = _hopeless(model, waits_for[:waiting])
             return IMPOSSIBLE, length, 0.0
         ways_made += 1
         length += 1
-    return _cost(model, board, weights, length)
+    return _cost(model, state, weights, length)
 
 
 @inlined
-def _begin(model, choice, board):  # type: ignore[no-untyped-def]
-    """Clear the board and put down the chosen legs by priority; how many."""
-    for fact in range(board.facts.shape[0]):
-        board.facts[fact, HOLDS] = model.fact_true[fact]
+def _begin(model, choice, state):  # type: ignore[no-untyped-def]
+    """Clear the state and put down the chosen legs by priority; how many."""
+    for fact in range(state.facts.shape[0]):
+        state.facts[fact, HOLDS] = model.fact_true[fact]
         for column in range(1, COLUMNS):
-            board.facts[fact, column] = 0.0 if column < BY else float(NONE)
+            state.facts[fact, column] = 0.0 if column < BY else float(NONE)
     for n in range(model.hold_facts.shape[0]):
-        board.facts[model.hold_facts[n], BY] = model.hold_agents[n]
-    for agent in range(board.free.shape[0]):
-        board.free[agent, FREE], board.free[agent, LAST] = 0.0, float(NONE)
-        board.configuration[agent] = model.agent_start[agent]
-    board.role_agent[:] = NONE
-    board.ends[:] = 0.0
-    board.stuck[0] = NONE
+        state.facts[model.hold_facts[n], BY] = model.hold_agents[n]
+    for agent in range(state.free.shape[0]):
+        state.free[agent, FREE] = 0.0
+        state.free[agent, LAST] = float(NONE)
+        state.configuration[agent] = model.agent_start[agent]
+    state.role_agent[:] = NONE
+    state.ends[:] = 0.0
+    state.missing_fact[0] = NONE
     count = 0
     for place in choice.order:
-        chosen = model.task_first[place // model.widest] + choice.alternative[place // model.widest]
-        leg = model.leg_first[chosen] + place % model.widest
+        chosen = model.task_first[place // model.max_legs] + choice.alternative[place // model.max_legs]
+        leg = model.leg_first[chosen] + place % model.max_legs
         if leg < model.leg_first[chosen + 1]:
-            board.waiting[LEGS, count], board.waiting[PLACES, count] = leg, place
-            board.waiting[WAITS_FOR, count] = NONE
+            state.waiting[LEGS, count] = leg
+            state.waiting[PLACES, count] = place
+            state.waiting[WAITS_FOR, count] = NONE
             count += 1
     return count
 
 
 @inlined
-def _make_way(model, board, waits_for, places, length):  # type: ignore[no-untyped-def]
+def _make_way(model, state, waits_for, places, length):  # type: ignore[no-untyped-def]
     """Have somebody bring about a fact that a leg waits for, by leaving; True if somebody could."""
     for m in range(waits_for.shape[0]):
-        for agent in range(board.free.shape[0]):
-            if waits_for[m] != NONE and _leave(model, board, agent, waits_for[m], places[m], length):
+        for agent in range(state.free.shape[0]):
+            if waits_for[m] != NONE and _leave(model, state, agent, waits_for[m], places[m], length):
                 return True
     return False
 
@@ -112,21 +122,24 @@ def _hopeless(model, waits_for):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _cost(model, board, weights, length):  # type: ignore[no-untyped-def]
+def _cost(model, state, weights, length):  # type: ignore[no-untyped-def]
     for fact in model.goal_facts:
-        if board.facts[fact, HOLDS] == 0.0:
+        if state.facts[fact, HOLDS] == 0.0:
             return IMPOSSIBLE, length, 0.0
-    for n in range(model.posture_agent.shape[0]):
-        way = model.way[board.configuration[model.posture_agent[n]], model.posture_need[n]]
+    for n in range(model.final_agent.shape[0]):
+        way = model.way[state.configuration[model.final_agent[n]], model.final_need[n]]
         if way == UNREACHABLE or model.way_first[way] != model.way_first[way + 1]:
             return IMPOSSIBLE, length, 0.0
-    makespan, used, late, energy = 0.0, 0, 0.0, 0.0
-    for agent in range(board.free.shape[0]):
-        makespan = max(makespan, board.free[agent, FREE])
-        used += 1 if board.free[agent, FREE] > 0.0 else 0
+    makespan = 0.0
+    used = 0
+    late = 0.0
+    energy = 0.0
+    for agent in range(state.free.shape[0]):
+        makespan = max(makespan, state.free[agent, FREE])
+        used += 1 if state.free[agent, FREE] > 0.0 else 0
     for n in range(length):
-        energy += model.step_energy_j[board.steps[n]]
-    for task in range(board.ends.shape[0]):
-        late += model.task_weight[task] * max(0.0, board.ends[task] - model.task_deadline_s[task])
+        energy += model.step_energy_j[state.steps[n]]
+    for task in range(state.ends.shape[0]):
+        late += model.task_weight[task] * max(0.0, state.ends[task] - model.task_deadline_s[task])
     cost = weights[0] * makespan + weights[1] * energy + weights[2] * used + weights[3] * late
-    return cost + weights[4] * board.ends.sum(), length, makespan
+    return cost + weights[4] * state.ends.sum(), length, makespan

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.engines.hierarchical.scheduling.model import MOST_AGENTS, Floats, Ints, Model
+from planner.engines.hierarchical.scheduling.model import MAX_AGENTS, Floats, Ints, Model
 
 HOLDS, SINCE, UNTIL, GONE, BY, SINCE_AT, UNTIL_AT, GONE_AT = range(8)
 COLUMNS = 8
@@ -17,7 +17,7 @@ FREE, LAST = range(2)
 NONE = -1
 
 
-class Board(NamedTuple):
+class DecoderState(NamedTuple):
     """Shapes as in `Model`; a step's number is its place in `steps`."""
 
     facts: Floats  # (F, 8)
@@ -25,36 +25,37 @@ class Board(NamedTuple):
     configuration: Ints  # (A,)
     role_agent: Ints  # (roles,) who plays each role
     ends: Floats  # (T,) seconds
-    log: Floats  # (most_touches, 1 + 8) facts and their rows before, to take back a leg
-    before: Floats  # (3, MOST_AGENTS) the team's times, steps and configurations before the leg
-    team: Ints  # (MOST_AGENTS,) of the leg being placed
-    steps: Ints  # (most_steps,) in the order they were placed
-    crews: Ints  # (most_steps, MOST_AGENTS) their agents
-    cause: Ints  # (most_steps,) the number of the step that each had to wait for longest
-    served: Ints  # (most_steps,) task·K + leg of the leg it belongs to
+    log: Floats  # (max_touched_facts, 1 + 8) facts and their rows before, to take back a leg
+    before: Floats  # (3, MAX_AGENTS) the team's times, steps and configurations before the leg
+    team: Ints  # (MAX_AGENTS,) of the leg being placed
+    steps: Ints  # (max_steps,) in the order they were placed
+    step_agents: Ints  # (max_steps, MAX_AGENTS) their agents
+    cause: Ints  # (max_steps,) the number of the step that each had to wait for longest
+    step_leg: Ints  # (max_steps,) task·K + leg of the leg it belongs to
     taken: Ints  # (T·K,) the agent that took each leg
-    stuck: Ints  # (1,) the fact that could not be had, NONE where all went well
+    missing_fact: Ints  # (1,) the fact that could not be had, NONE where all went well
     waiting: Ints  # (3, T·K) by priority: legs not placed yet, their task·K + leg, facts they wait for
 
 
-def board_for(model: Model) -> Board:
+def decoder_state_for(model: Model) -> DecoderState:
     """Room for the longest schedule there can be."""
-    agents, tasks = model.agent_class.shape[0], model.task_deadline_s.shape[0]
-    places = tasks * model.widest
-    return Board(
+    agents = model.agent_class.shape[0]
+    tasks = model.task_deadline_s.shape[0]
+    places = tasks * model.max_legs
+    return DecoderState(
         facts=np.zeros((model.fact_true.shape[0], 8)),
         free=np.zeros((agents, 2)),
         configuration=model.agent_start.copy(),
         role_agent=np.full(model.roles, NONE, np.int32),
         ends=np.zeros(tasks),
-        log=np.empty((model.most_touches, 9)),
-        before=np.zeros((3, MOST_AGENTS)),
-        team=np.zeros(MOST_AGENTS, np.int32),
-        steps=np.empty(model.most_steps, np.int32),
-        crews=np.zeros((model.most_steps, MOST_AGENTS), np.int32),
-        cause=np.full(model.most_steps, NONE, np.int32),
-        served=np.full(model.most_steps, NONE, np.int32),
+        log=np.empty((model.max_touched_facts, 9)),
+        before=np.zeros((3, MAX_AGENTS)),
+        team=np.zeros(MAX_AGENTS, np.int32),
+        steps=np.empty(model.max_steps, np.int32),
+        step_agents=np.zeros((model.max_steps, MAX_AGENTS), np.int32),
+        cause=np.full(model.max_steps, NONE, np.int32),
+        step_leg=np.full(model.max_steps, NONE, np.int32),
         taken=np.full(places, NONE, np.int32),
-        stuck=np.full(1, NONE, np.int32),
+        missing_fact=np.full(1, NONE, np.int32),
         waiting=np.empty((3, places), np.int32),
     )

@@ -31,12 +31,14 @@ class Dispatcher:
         """A choice; the noise makes it stray from the rule."""
         model = self._model
         tasks = len(model.task_deadline_s)
-        done, ready = np.zeros(tasks, np.int32), np.zeros(tasks)
-        free, configuration = np.zeros(len(model.agent_class)), model.agent_start.copy()
+        done = np.zeros(tasks, np.int32)
+        ready = np.zeros(tasks)
+        free = np.zeros(len(model.agent_class))
+        configuration = model.agent_start.copy()
         arrival = free[:, None] + self._span[configuration]
         chosen = np.full(tasks, -1, np.int32)
         open_ = np.diff(model.leg_first) > 0
-        whim = random.random(len(self._task_of)) * noise_s
+        jitter_s = random.random(len(self._task_of)) * noise_s
         order: list[int] = []
         while open_.any():
             candidates = np.flatnonzero(open_)
@@ -44,8 +46,10 @@ class Dispatcher:
             legs = model.leg_first[candidates] + done[task]
             slots = model.slot_first[legs]
             start = np.maximum(self._soonest(arrival, slots), ready[task])
-            best = int(np.argmin(start + whim[candidates] - FOR_REST * self._rest[legs]))
-            alternative, leg, slot = candidates[best], legs[best], slots[best]
+            best = int(np.argmin(start + jitter_s[candidates] - FOR_REST * self._rest[legs]))
+            alternative = candidates[best]
+            leg = legs[best]
+            slot = slots[best]
             agent = self._agent(arrival, slot)
             end = start[best] + self._work[leg]
             if start[best] < NEVER_S:
@@ -54,7 +58,7 @@ class Dispatcher:
                 free[agent] = end
                 arrival[agent] = end + self._span[configuration[agent]]
             here = task[best]
-            order.append(here * model.widest + done[here])
+            order.append(here * model.max_legs + done[here])
             ready[here], done[here] = end, done[here] + 1
             if chosen[here] < 0:
                 chosen[here] = alternative - model.task_first[here]
@@ -87,7 +91,7 @@ class Dispatcher:
 
     def _whole(self, order: list[int], chosen: np.ndarray) -> Choice:
         """The choice with the legs that only other alternatives have at its end."""
-        size = len(chosen) * self._model.widest
+        size = len(chosen) * self._model.max_legs
         rest = np.setdiff1d(np.arange(size), order)
         return Choice.of(
             np.concatenate([order, rest]).astype(np.int32),

@@ -14,10 +14,13 @@ Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
 
 UNREACHABLE = -1
-BACK, NEAR, AHEAD, PUSH = 1, 2, 4, 8
+BACK = 1
+NEAR = 2
+AHEAD = 4
+PUSH = 8
 HEADER = 4
 """A step's data begin with: a mask (bit k set: the leg's k-th agent takes part), numbers of needs, deletes and adds."""
-MOST_AGENTS = 4
+MAX_AGENTS = 4
 """Agents that may carry out one leg together."""
 
 
@@ -67,19 +70,19 @@ class Model(NamedTuple):
     )
     ahead_needs: Ints
     goal_facts: Ints  # shared facts that must hold at the end
-    posture_agent: Ints  # agents that must end …
-    posture_need: Ints  # … in a configuration that has this need
+    final_agent: Ints  # agents that must end …
+    final_need: Ints  # … in a configuration that has this need
     roles: int
-    widest: int  # K, the most legs an alternative has
-    most_steps: int  # a schedule cannot have more
-    most_touches: int  # shared facts touched by a leg and its setups
+    max_legs: int  # K, the most legs an alternative has
+    max_steps: int  # a schedule cannot have more
+    max_touched_facts: int  # shared facts touched by a leg and its setups
 
 
 class Choice(NamedTuple):
     """A point of the search: which leg has priority, which alternative each task takes, which agent each leg.
 
     `order` (T·K,) holds task·K + leg, K the most legs an alternative has; `alternative` (T,); `agent` (T·K,) says who
-    takes the leg, -1 whoever can begin first; `aside` (T·K,) says where that agent stops on its way there: 0 nowhere,
+    takes the leg, -1 whoever can begin first; `stops` (T·K,) says where that agent stops on its way there: 0 nowhere,
     BACK where it stood at first or NEAR, at the nearest place, and then perhaps (+ AHEAD) near to where the leg begins;
     + PUSH: who stands in the leg's way makes way at once, not only when nothing else goes on.
     """
@@ -87,11 +90,11 @@ class Choice(NamedTuple):
     order: Ints
     alternative: Ints
     agent: Ints
-    aside: Ints
+    stops: Ints
 
     @classmethod
     def of(cls, order: Ints, alternative: Ints) -> "Choice":
-        """The choice in which whoever can begin first takes a leg, and nobody goes aside."""
+        """The choice in which whoever can begin first takes a leg, and nobody goes stops."""
         return cls(order, alternative, np.full_like(order, -1), np.zeros_like(order))
 
 

@@ -6,16 +6,130 @@ effects at its end, as a plan-net has it. Agents take legs by who can begin firs
 Compiled (numba), hence arrays and numbers only.
 """
 
-from planner.compiled import inlined
-from planner.engines.hierarchical.scheduling.decoder_state import BY, COLUMNS, FREE, HOLDS, LAST, NONE, SINCE
-from planner.engines.hierarchical.scheduling.model import AHEAD, BACK, HEADER, MOST_AGENTS, NEAR, UNREACHABLE
-from planner.engines.hierarchical.scheduling.timelines import place, ready_s
+from planner.compiled import inlined, lean
+from planner.engines.hierarchical.scheduling.decoder_state import (
+    BY,
+    COLUMNS,
+    FREE,
+    GONE,
+    GONE_AT,
+    HOLDS,
+    LAST,
+    NONE,
+    SINCE,
+    SINCE_AT,
+    UNTIL,
+    UNTIL_AT,
+)
+from planner.engines.hierarchical.scheduling.model import AHEAD, BACK, HEADER, MAX_AGENTS, NEAR, UNREACHABLE
+
+
+@inlined
+def _first_possible(data, needs, deletes, adds, end_of_adds, mask, team, facts, free):  # type: ignore[no-untyped-def]
+    """When facts and agents allow a step, and the step that keeps it from starting earlier; (-1, the fact) if one is
+    missing. Of what allows it at the same time the agents count, then the facts it needs."""
+    start = 0.0
+    by = float(NONE)
+    for n in range(needs, deletes):
+        fact = data[n]
+        if facts[fact, HOLDS] == 0.0:
+            return -1.0, float(fact)
+        if facts[fact, SINCE] > start:
+            start = facts[fact, SINCE]
+            by = facts[fact, SINCE_AT]
+    for n in range(deletes, adds):
+        fact = data[n]
+        if facts[fact, HOLDS] == 1.0 and facts[fact, UNTIL] > start:
+            start = facts[fact, UNTIL]
+            by = facts[fact, UNTIL_AT]
+    for n in range(adds, end_of_adds):
+        fact = data[n]
+        if facts[fact, HOLDS] == 0.0 and facts[fact, GONE] > start:
+            start = facts[fact, GONE]
+            by = facts[fact, GONE_AT]
+    for slot in range(MAX_AGENTS):
+        if mask >> slot & 1 and free[team[slot], FREE] >= start:
+            start = free[team[slot], FREE]
+            by = free[team[slot], LAST]
+    return start, by
+
+
+@inlined
+def _change(data, needs, deletes, adds, end_of_adds, facts, agent, number, end):  # type: ignore[no-untyped-def]
+    """What a step of this number and end does to the facts."""
+    for n in range(needs, deletes):
+        fact = data[n]
+        if end > facts[fact, UNTIL]:
+            facts[fact, UNTIL] = end
+            facts[fact, UNTIL_AT] = number
+    for n in range(deletes, adds):
+        fact = data[n]
+        if facts[fact, HOLDS] == 1.0:
+            facts[fact, HOLDS] = 0.0
+            facts[fact, GONE] = end
+            facts[fact, BY] = agent
+            facts[fact, GONE_AT] = number
+    for n in range(adds, end_of_adds):
+        fact = data[n]
+        if facts[fact, HOLDS] == 0.0:
+            facts[fact, HOLDS] = 1.0
+            facts[fact, SINCE] = end
+            facts[fact, UNTIL] = end
+            facts[fact, SINCE_AT] = number
+            facts[fact, UNTIL_AT] = number
+
+
+@lean
+def place(step_at, data, step_span_s, step, team, facts, free, cause, number, log, count):  # type: ignore[no-untyped-def]
+    """Place one step of the team: (its end, the log's new length), or (-1 - fact, length) where a fact is missing."""
+    at = step_at[step]
+    mask = data[at]
+    needs = at + HEADER
+    deletes = needs + data[at + 1]
+    adds = deletes + data[at + 2]
+    end_of_adds = adds + data[at + 3]
+    start, by = _first_possible(data, needs, deletes, adds, end_of_adds, mask, team, facts, free)
+    if start < 0.0:
+        return -1.0 - by, count
+    end = start + step_span_s[step]
+    cause[number] = int(by)
+    for n in range(needs, end_of_adds):
+        log[count, 0] = data[n]
+        for column in range(COLUMNS):
+            log[count, 1 + column] = facts[data[n], column]
+        count += 1
+    _change(data, needs, deletes, adds, end_of_adds, facts, team[0], number, end)
+    for slot in range(MAX_AGENTS):
+        if mask >> slot & 1:
+            free[team[slot], FREE] = end
+            free[team[slot], LAST] = number
+    return end, count
+
+
+@inlined
+def ready_s(step_at, step_data, step, facts):  # type: ignore[no-untyped-def]
+    """When the shared facts allow a step, -1 where one is missing."""
+    at = step_at[step]
+    deletes = at + HEADER + step_data[at + 1]
+    ready = 0.0
+    for n in range(at + HEADER, deletes):
+        if facts[step_data[n], HOLDS] == 0.0:
+            ready = -1.0
+            break
+        ready = max(ready, facts[step_data[n], SINCE])
+    if ready >= 0.0:
+        for n in range(deletes, deletes + step_data[at + 2]):
+            if facts[step_data[n], HOLDS] == 1.0:
+                ready = max(ready, facts[step_data[n], UNTIL])
+    return ready
 
 
 @inlined
 def _first_in_line(members, way, way_span_s, need, team, slot, free, configuration, ready):  # type: ignore[no-untyped-def]
     """The agent of the class that can begin first, the nearest among equals; -1 where nobody can."""
-    best, best_start, best_span = -1, 0.0, 0.0
+    best = -1
+    best_start = 0.0
+    best_span = 0.0
     for agent in members:
         found = way[configuration[agent], need]
         if found == UNREACHABLE or (slot > 0 and agent in team[:slot]):
@@ -23,26 +137,30 @@ def _first_in_line(members, way, way_span_s, need, team, slot, free, configurati
         span = way_span_s[found]
         start = max(free[agent, FREE] + span, ready)
         if best < 0 or (start, span) < (best_start, best_span):
-            best, best_start, best_span = agent, start, span
+            best = agent
+            best_start = start
+            best_span = span
     return best
 
 
 @inlined
-def _choose(model, board, leg, wanted):  # type: ignore[no-untyped-def]
+def _choose(model, state, leg, wanted):  # type: ignore[no-untyped-def]
     """Fill in the leg's team, bound slots and roles as they are; False where a slot has nobody."""
     ready = 0.0
     first = model.slot_first[leg]
-    team, configuration = board.team, board.configuration
+    team = state.team
+    configuration = state.configuration
     if model.core_first[leg] < model.core_first[leg + 1]:
         at = model.step_at[model.core_steps[model.core_first[leg]]]
         for n in range(at + HEADER, at + HEADER + model.step_data[at + 1]):
-            ready = max(ready, board.facts[model.step_data[n], SINCE])
+            ready = max(ready, state.facts[model.step_data[n], SINCE])
     for slot in range(model.slot_first[leg + 1] - first):
         place = first + slot
-        need, kind = model.slot_need[place], model.slot_class[place]
+        need = model.slot_need[place]
+        kind = model.slot_class[place]
         agent = model.slot_agent[place]
         if agent < 0:
-            agent = board.role_agent[model.slot_role[place]]
+            agent = state.role_agent[model.slot_role[place]]
         free_to_choose = agent < 0 and slot == 0 and wanted >= 0
         if (
             free_to_choose
@@ -53,7 +171,7 @@ def _choose(model, board, leg, wanted):  # type: ignore[no-untyped-def]
         if agent < 0:
             members = model.members[model.member_first[kind] : model.member_first[kind + 1]]
             agent = _first_in_line(
-                members, model.way, model.way_span_s, need, team, slot, board.free, configuration, ready
+                members, model.way, model.way_span_s, need, team, slot, state.free, configuration, ready
             )
         if agent < 0 or model.way[configuration[agent], need] == UNREACHABLE:
             return False
@@ -74,20 +192,24 @@ def _missing_at_once(model, leg, facts):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _stop(model, board, agent, need, where):  # type: ignore[no-untyped-def]
+def _stop(model, state, agent, need, where):  # type: ignore[no-untyped-def]
     """The way to a stop on the agent's way to a need, -1 if none is free and worth it; of several the soonest.
 
     :param where: NEAR to here, BACK where it stood at first, or AHEAD, near to where it is needed.
     """
-    here = board.configuration[agent]
+    here = state.configuration[agent]
     whole = model.way_span_s[model.way[here, need]]
-    best, best_end = NONE, 0.0
+    best = NONE
+    best_end = 0.0
     if where == NEAR:
-        first, last = model.near_first[here], model.near_first[here + 1]
+        first = model.near_first[here]
+        last = model.near_first[here + 1]
     elif where == BACK:
-        first, last = model.leave_first[agent], model.leave_first[agent + 1]
+        first = model.leave_first[agent]
+        last = model.leave_first[agent + 1]
     else:
-        first, last = model.ahead_first[need], model.ahead_first[need + 1]
+        first = model.ahead_first[need]
+        last = model.ahead_first[need + 1]
     for n in range(first, last):
         if where == NEAR:
             way = model.near_ways[n]
@@ -103,146 +225,158 @@ def _stop(model, board, agent, need, where):  # type: ignore[no-untyped-def]
         part = model.way_span_s[rest] if where == AHEAD else model.way_span_s[way]
         if part * 2.0 > whole:
             continue
-        ready = ready_s(model.step_at, model.step_data, model.way_steps[model.way_first[way]], board.facts)
+        ready = ready_s(model.step_at, model.step_data, model.way_steps[model.way_first[way]], state.facts)
         if ready < 0.0:
             continue
-        end = max(ready, board.free[agent, FREE]) + model.way_span_s[way] + model.way_span_s[rest]
+        end = max(ready, state.free[agent, FREE]) + model.way_span_s[way] + model.way_span_s[rest]
         if best < 0 or end < best_end:
-            best, best_end = way, end
+            best = way
+            best_end = end
     return best
 
 
 @inlined
-def _note(board, length, step, agent, key):  # type: ignore[no-untyped-def]
+def _note(state, length, step, agent, key):  # type: ignore[no-untyped-def]
     """Write down a step of one agent."""
-    board.steps[length], board.crews[length, 0], board.served[length] = step, agent, key
+    state.steps[length] = step
+    state.step_agents[length, 0] = agent
+    state.step_leg[length] = key
 
 
 @inlined
-def _go(model, board, way, slot, key, length, count):  # type: ignore[no-untyped-def]
+def _go(model, state, way, slot, key, length, count):  # type: ignore[no-untyped-def]
     """Take the agent of a slot along a way: (its end or -1 - fact, steps, the log's length)."""
     end = 0.0
     for n in range(model.way_first[way], model.way_first[way + 1]):
         step = model.way_steps[n]
         end, count = place(
-            model.step_at, model.step_data, model.step_span_s, step, board.team[slot:], board.facts,
-            board.free, board.cause, length, board.log, count,
+            model.step_at, model.step_data, model.step_span_s, step, state.team[slot:], state.facts,
+            state.free, state.cause, length, state.log, count,
         )  # fmt: skip
         if end < 0.0:
             break
-        _note(board, length, step, board.team[slot], key)
+        _note(state, length, step, state.team[slot], key)
         length += 1
     if end >= 0.0:
-        board.configuration[board.team[slot]] = model.way_end[way]
+        state.configuration[state.team[slot]] = model.way_end[way]
     return end, length, count
 
 
 @inlined
-def _work(model, board, leg, key, length, count):  # type: ignore[no-untyped-def]
+def _work(model, state, leg, key, length, count):  # type: ignore[no-untyped-def]
     """Place the core of a leg: (its end or -1 - fact, steps, the log's length)."""
-    end, last = 0.0, 0.0
+    end = 0.0
+    last = 0.0
     for n in range(model.core_first[leg], model.core_first[leg + 1]):
         step = model.core_steps[n]
         end, count = place(
-            model.step_at, model.step_data, model.step_span_s, step, board.team, board.facts,
-            board.free, board.cause, length, board.log, count,
+            model.step_at, model.step_data, model.step_span_s, step, state.team, state.facts,
+            state.free, state.cause, length, state.log, count,
         )  # fmt: skip
         if end < 0.0:
             break
-        _note(board, length, step, board.team[0], key)
-        for slot in range(1, MOST_AGENTS):
-            board.crews[length, slot] = board.team[slot]
+        _note(state, length, step, state.team[0], key)
+        for slot in range(1, MAX_AGENTS):
+            state.step_agents[length, slot] = state.team[slot]
         length += 1
         last = max(last, end)
     return (end if end < 0.0 else last), length, count
 
 
 @inlined
-def _attempt(model, board, leg, key, aside, length):  # type: ignore[no-untyped-def]
+def _attempt(model, state, leg, key, stops, length):  # type: ignore[no-untyped-def]
     """Place a leg with the team as it is: (its end or -1 - fact, steps, the log's length)."""
     first = model.slot_first[leg]
-    end, last, count = 0.0, 0.0, 0
+    end = 0.0
+    last = 0.0
+    count = 0
     for slot in range(model.slot_first[leg + 1] - first):
-        agent, need = board.team[slot], model.slot_need[first + slot]
+        agent = state.team[slot]
+        need = model.slot_need[first + slot]
         if slot == 0:
-            if aside & (BACK | NEAR):
-                stop = _stop(model, board, agent, need, aside & (BACK | NEAR))
+            if stops & (BACK | NEAR):
+                stop = _stop(model, state, agent, need, stops & (BACK | NEAR))
                 if stop >= 0:
-                    end, length, count = _go(model, board, stop, slot, key, length, count)
-            if aside & AHEAD:
-                stop = _stop(model, board, agent, need, AHEAD)
+                    end, length, count = _go(model, state, stop, slot, key, length, count)
+            if stops & AHEAD:
+                stop = _stop(model, state, agent, need, AHEAD)
                 if stop >= 0:
-                    end, length, count = _go(model, board, stop, slot, key, length, count)
-        way = model.way[board.configuration[agent], need]
-        end, length, count = _go(model, board, way, slot, key, length, count)
+                    end, length, count = _go(model, state, stop, slot, key, length, count)
+        way = model.way[state.configuration[agent], need]
+        end, length, count = _go(model, state, way, slot, key, length, count)
         if end < 0.0:
             break
         last = max(last, end)
     if end >= 0.0:
-        end, length, count = _work(model, board, leg, key, length, count)
+        end, length, count = _work(model, state, leg, key, length, count)
         end = max(last, end) if end >= 0.0 else end
     return end, length, count
 
 
 @inlined
-def _may_do_itself(model, board, leg, holder):  # type: ignore[no-untyped-def]
+def _may_do_itself(model, state, leg, holder):  # type: ignore[no-untyped-def]
     """Whether an agent in a leg's way could carry it out."""
     first = model.slot_first[leg]
     return (
         holder >= 0
-        and holder != board.team[0]
+        and holder != state.team[0]
         and model.slot_first[leg + 1] - first == 1
         and model.slot_agent[first] < 0
-        and board.role_agent[model.slot_role[first]] < 0
+        and state.role_agent[model.slot_role[first]] < 0
         and model.agent_class[holder] == model.slot_class[first]
-        and model.way[board.configuration[holder], model.slot_need[first]] != UNREACHABLE
+        and model.way[state.configuration[holder], model.slot_need[first]] != UNREACHABLE
     )
 
 
 @inlined
-def place_leg(model, board, leg, key, wanted, aside, anyone, length):  # type: ignore[no-untyped-def]
+def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: ignore[no-untyped-def]
     """Place a leg with its ways: (the number of steps then, its end), or (-1, the fact missing or NONE).
 
     :param anyone: True: where an agent stands in the way, try whether it can do the leg itself.
     """
-    facts, free, configuration, team = board.facts, board.free, board.configuration, board.team
+    facts = state.facts
+    free = state.free
+    configuration = state.configuration
+    team = state.team
     missing = _missing_at_once(model, leg, facts)
     if missing != NONE:
         return -1, float(missing)
-    if not _choose(model, board, leg, wanted):
+    if not _choose(model, state, leg, wanted):
         return -1, float(NONE)
     first = model.slot_first[leg]
     slots = model.slot_first[leg + 1] - first
-    before = board.before
+    before = state.before
     for attempt in range(2):
         for slot in range(slots):
-            before[0, slot], before[1, slot] = free[team[slot], FREE], free[team[slot], LAST]
+            before[0, slot] = free[team[slot], FREE]
+            before[1, slot] = free[team[slot], LAST]
             before[2, slot] = configuration[team[slot]]
-        end, now, count = _attempt(model, board, leg, key, aside, length)
+        end, now, count = _attempt(model, state, leg, key, stops, length)
         if end >= 0.0:
             for slot in range(slots):
-                board.role_agent[model.slot_role[first + slot]] = team[slot]
+                state.role_agent[model.slot_role[first + slot]] = team[slot]
                 configuration[team[slot]] = model.after[
                     configuration[team[slot]], model.slot_effect[first + slot]
                 ]
             return now, end
         for n in range(count - 1, -1, -1):
             for column in range(COLUMNS):
-                facts[int(board.log[n, 0]), column] = board.log[n, 1 + column]
+                facts[int(state.log[n, 0]), column] = state.log[n, 1 + column]
         for slot in range(slots):
-            free[team[slot], FREE], free[team[slot], LAST] = before[0, slot], before[1, slot]
+            free[team[slot], FREE] = before[0, slot]
+            free[team[slot], LAST] = before[1, slot]
             configuration[team[slot]] = int(before[2, slot])
         missing = int(-1.0 - end)
         holder = int(facts[missing, BY])
-        if attempt > 0 or not anyone or not _may_do_itself(model, board, leg, holder):
+        if attempt > 0 or not anyone or not _may_do_itself(model, state, leg, holder):
             break
         team[0] = holder
     return -1, float(missing)
 
 
-def leave(model, board, agent, fact, key, length):  # type: ignore[no-untyped-def]
+def leave(model, state, agent, fact, key, length):  # type: ignore[no-untyped-def]
     """Have the agent leave where it stands, so that the fact comes about; True if it could."""
-    here = board.configuration[agent]
+    here = state.configuration[agent]
     near = model.near_first[here + 1] - model.near_first[here]
     back = model.leave_first[agent + 1] - model.leave_first[agent]
     for n in range(near + back):
@@ -258,13 +392,13 @@ def leave(model, board, agent, fact, key, length):  # type: ignore[no-untyped-de
         adds = at + HEADER + model.step_data[at + 1] + model.step_data[at + 2]
         if fact not in model.step_data[adds : adds + model.step_data[at + 3]]:
             continue
-        board.team[0] = agent
+        state.team[0] = agent
         end, _ = place(
-            model.step_at, model.step_data, model.step_span_s, step, board.team, board.facts,
-            board.free, board.cause, length, board.log, 0,
+            model.step_at, model.step_data, model.step_span_s, step, state.team, state.facts,
+            state.free, state.cause, length, state.log, 0,
         )  # fmt: skip
         if end >= 0.0:
-            _note(board, length, step, agent, key)
-            board.configuration[agent] = model.way_end[way]
+            _note(state, length, step, agent, key)
+            state.configuration[agent] = model.way_end[way]
             return True
     return False

@@ -3,7 +3,7 @@
 import pytest
 
 from app.domain.goal_language.check import GoalIssue, blocking, check_goals
-from app.domain.world_model import Facts, revised
+from app.domain.world_model import Facts, revise_beliefs
 from robots.world import RobotSpec, WorldFile
 from robots.world.parts import PACKET_TAGS
 from tests.app.laboratory import Laboratory, lab_with
@@ -123,12 +123,12 @@ def test_robots_do_not_hand_on_at_places_that_hold_no_samples() -> None:
 
 
 def test_a_sample_in_a_gripper_starts_from_what_its_holder_reaches() -> None:
-    held = revised(STORE.facts, [STORE.fact("in(sample_1, store_1)")])
+    held = revise_beliefs(STORE.facts, [STORE.fact("in(sample_1, store_1)")])
     assert issues("in(sample_1, bay_1)", facts=held) == ()
 
 
 def test_a_lost_sample_cannot_be_carried() -> None:
-    facts = revised(STORE.facts, [], gone=[STORE.fact("in(sample_1, door_1)")])
+    facts = revise_beliefs(STORE.facts, [], gone=[STORE.fact("in(sample_1, door_1)")])
     issue = only("in(sample_1, bay_7)", facts=facts)
     assert (issue.code, issue.kind, issue.thing) == ("sample-lost", "conflict", "sample_1")
 

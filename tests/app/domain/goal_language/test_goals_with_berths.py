@@ -4,10 +4,10 @@ from collections.abc import Collection
 
 import pytest
 
-from app.domain.goal_language.berth_choice import berthed
+from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import GoalIssue, blocking, check_goals
 from app.domain.goal_language.grammar import Clarification, parse_goal
-from app.domain.world_model import Facts, revised
+from app.domain.world_model import Facts, revise_beliefs
 from tests.app.berthed_store import berthed_store
 from tests.app.sample_store import Store, said
 
@@ -16,14 +16,14 @@ STORE = Store(berthed_store())
 
 def laid(*facts: str) -> Facts:
     """The initial facts with samples laid elsewhere."""
-    return revised(STORE.facts, [STORE.fact(fact) for fact in facts])
+    return revise_beliefs(STORE.facts, [STORE.fact(fact) for fact in facts])
 
 
 def chosen(
-    *goals: str, facts: Facts = STORE.facts, kept: Collection[str] = (), shunned: Collection[str] = ()
+    *goals: str, facts: Facts = STORE.facts, preferred: Collection[str] = (), avoid: Collection[str] = ()
 ) -> list[str]:
     wanted = [said(goal) for goal in goals]
-    return [str(goal) for goal in berthed(wanted, STORE.world, facts, kept=kept, shunned=shunned)]
+    return [str(goal) for goal in assign_berths(wanted, STORE.world, facts, preferred=preferred, avoid=avoid)]
 
 
 def issues(*goals: str, facts: Facts = STORE.facts) -> tuple[GoalIssue, ...]:
@@ -54,10 +54,10 @@ def test_a_sample_that_lies_in_a_berth_stays_where_it_is() -> None:
 
 
 def test_berths_of_the_last_plan_are_kept_and_those_that_others_aim_at_left_alone() -> None:
-    assert chosen("in(sample_1, bay_7)", kept=["bay_7_3"]) == ["in(sample_1, bay_7_3)"]
-    assert chosen("in(sample_1, bay_7)", shunned=["bay_7_1"]) == ["in(sample_1, bay_7_2)"]
+    assert chosen("in(sample_1, bay_7)", preferred=["bay_7_3"]) == ["in(sample_1, bay_7_3)"]
+    assert chosen("in(sample_1, bay_7)", avoid=["bay_7_1"]) == ["in(sample_1, bay_7_2)"]
     every = ["bay_7_1", "bay_7_2", "bay_7_3"]
-    assert chosen("in(sample_1, bay_7)", shunned=every) == ["in(sample_1, bay_7_1)"]
+    assert chosen("in(sample_1, bay_7)", avoid=every) == ["in(sample_1, bay_7_1)"]
 
 
 def test_robots_stand_near_a_berth_each_and_stay_where_they_stand() -> None:

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.goal_language.grammar import VERBS, Clarification, parse_goal
-from app.domain.goal_language.words import natural, words_of
-from app.domain.world_model import revised
+from app.domain.goal_language.words import natural_key, words_of
+from app.domain.world_model import revise_beliefs
 from tests.app.sample_store import Store, said
 
 STORE = Store()
@@ -119,7 +119,7 @@ def test_a_sample_that_lies_elsewhere_is_said_to() -> None:
 
 
 def test_a_lost_sample_is_not_where_it_is_said_to_be() -> None:
-    facts = revised(STORE.facts, [], gone=[STORE.fact("in(sample_1, door_1)")])
+    facts = revise_beliefs(STORE.facts, [], gone=[STORE.fact("in(sample_1, door_1)")])
     question = parse_goal("move sample_1 from door_1 to bay_7", STORE.world, facts)
     assert isinstance(question, Clarification)
     assert "nowhere known" in question.detail
@@ -166,7 +166,7 @@ def test_any_text_gives_goals_of_this_world_or_a_question(text: str) -> None:
 
 
 def test_numbers_in_names_are_ordered_as_numbers() -> None:
-    assert sorted(["bay_10", "bay_2", "bay_1"], key=natural) == ["bay_1", "bay_2", "bay_10"]
+    assert sorted(["bay_10", "bay_2", "bay_1"], key=natural_key) == ["bay_1", "bay_2", "bay_10"]
 
 
 def test_words_are_lower_case_without_articles_or_punctuation() -> None:

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from app.domain.mission_organiser import LibraryError, load_library
-from app.domain.mission_organiser.template import Template, matches
+from app.domain.mission_organiser.behaviours_library import Template, matches
 from planner import Fact, load_knowledge_base
 from robots.world.parts import PACKET_TAGS
 

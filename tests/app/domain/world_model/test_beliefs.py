@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.world_model import Facts, applied, revised, revision
+from app.domain.world_model import Facts, apply_action, belief_change, revise_beliefs
 from planner import Fact
 from tests.app.sample_store import Store
 
@@ -42,7 +42,7 @@ def only(facts: Facts, predicate: str, *start: str) -> list[Fact]:
 
 @given(st.lists(news, max_size=8))
 def test_revised_beliefs_are_consistent_whatever_is_told(told: list[Fact]) -> None:
-    facts = revised(FACTS, told)
+    facts = revise_beliefs(FACTS, told)
     in_places = [f for f in only(facts, "object_position") if f.args[2] not in ROBOTS]
     held = {f.args[2]: f.args[0] for f in only(facts, "object_position") if f.args[2] in ROBOTS}
     for robot in ROBOTS:
@@ -59,38 +59,38 @@ def test_revised_beliefs_are_consistent_whatever_is_told(told: list[Fact]) -> No
 
 @given(st.lists(news, max_size=8))
 def test_what_was_told_last_holds(told: list[Fact]) -> None:
-    assert all(fact in revised(FACTS, told) for fact in told[-1:])
+    assert all(fact in revise_beliefs(FACTS, told) for fact in told[-1:])
 
 
 @given(st.lists(news, max_size=8))
 def test_a_revision_is_what_leads_to_the_revised_beliefs(told: list[Fact]) -> None:
-    assert revision(FACTS, told).apply(FACTS) == revised(FACTS, told)
+    assert belief_change(FACTS, told).apply(FACTS) == revise_beliefs(FACTS, told)
 
 
 def test_beliefs_that_nothing_is_told_of_stay_as_they_are() -> None:
-    assert revised(FACTS, []) == FACTS
+    assert revise_beliefs(FACTS, []) == FACTS
 
 
 def test_a_sample_taken_elsewhere_leaves_its_place_vacant_and_its_holders_gripper_empty() -> None:
-    held = revised(FACTS, [STORE.fact("in(sample_1, yard_1)")])
+    held = revise_beliefs(FACTS, [STORE.fact("in(sample_1, yard_1)")])
     assert {Fact("vacant", ("door_1",)), Fact("robot_attribute", ("yard_1", "gripper", "full"))} <= held
-    put = revised(held, [STORE.fact("in(sample_1, door_2)")])
+    put = revise_beliefs(held, [STORE.fact("in(sample_1, door_2)")])
     assert Fact("robot_attribute", ("yard_1", "gripper", "empty")) in put
     assert Fact("vacant", ("door_2",)) not in put
 
 
 def test_two_robots_may_hold_one_object_between_them() -> None:
-    facts = revised(FACTS, [STORE.fact("in(sample_1, yard_1)"), STORE.fact("in(sample_1, yard_2)")])
+    facts = revise_beliefs(FACTS, [STORE.fact("in(sample_1, yard_1)"), STORE.fact("in(sample_1, yard_2)")])
     assert len(only(facts, "object_position", "sample_1")) == 2
 
 
 def test_a_gripper_said_to_be_full_of_something_unknown_stays_full() -> None:
     full = Fact("robot_attribute", ("yard_1", "gripper", "full"))
-    assert full in revised(revised(FACTS, [full]), [STORE.fact("in(sample_2, bay_1)")])
+    assert full in revise_beliefs(revise_beliefs(FACTS, [full]), [STORE.fact("in(sample_2, bay_1)")])
 
 
 def test_a_place_is_clear_once_its_robot_has_gone() -> None:
-    gone = revised(FACTS, [STORE.fact("near(yard_1, door_1)")])
+    gone = revise_beliefs(FACTS, [STORE.fact("near(yard_1, door_1)")])
     assert Fact("clear", ("home_yard_1", "yard")) in gone
     assert Fact("clear", ("door_1", "yard")) not in gone
 
@@ -100,7 +100,7 @@ def test_actions_applied_in_their_order_make_the_goal_true() -> None:
     facts = FACTS
     for action in sorted(net.actions, key=lambda action: action.earliest_start_s):
         assert set(action.preconditions) <= facts, action.id
-        facts = applied(facts, action)
+        facts = apply_action(facts, action)
         assert not set(action.deletes) & facts
     assert set(net.goals) <= facts
 
@@ -110,12 +110,12 @@ def test_an_action_applied_overrules_what_a_correction_left_behind() -> None:
     release = next(
         action for action in net.actions if action.tag == "RELEASE2" and "store_2" in action.agents
     )
-    wrong = revised(FACTS, [STORE.fact("in(sample_1, bay_8)")])
-    assert [f.args[2] for f in only(applied(wrong, release), "object_position", "sample_1")] == ["bay_7"]
+    wrong = revise_beliefs(FACTS, [STORE.fact("in(sample_1, bay_8)")])
+    assert [f.args[2] for f in only(apply_action(wrong, release), "object_position", "sample_1")] == ["bay_7"]
 
 
 @pytest.mark.parametrize("wrong", ["in(sample_1, bay_8)", "near(yard_1, door_2)"])
 def test_what_is_gone_is_no_longer_believed(wrong: str) -> None:
     fact = STORE.fact(wrong)
-    believed = revised(FACTS, [fact])
-    assert fact not in revised(believed, [], gone=[fact])
+    believed = revise_beliefs(FACTS, [fact])
+    assert fact not in revise_beliefs(believed, [], gone=[fact])

@@ -4,7 +4,7 @@ import pytest
 
 from app.domain.errors import Conflict, Invalid
 from app.domain.world_model import initial_facts
-from app.domain.world_model.berths import Statement, with_berths
+from app.domain.world_model.berths import Statement, resolve_statements
 from app.domain.world_model.layout import layout_of
 from robots.world import load_world
 from tests.app.berthed_store import berthed_store
@@ -14,7 +14,7 @@ STORE = Store(berthed_store())
 
 
 def understood(*statements: Statement) -> list[Statement]:
-    return with_berths(statements, STORE.world, STORE.facts)
+    return resolve_statements(statements, STORE.world, STORE.facts)
 
 
 def test_a_sample_is_laid_in_a_free_berth_or_left_in_its_own() -> None:

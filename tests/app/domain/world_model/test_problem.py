@@ -2,7 +2,7 @@
 
 from math import dist
 
-from app.domain.world_model import broken, planning_problem, rests_on, revised
+from app.domain.world_model import broken_support, initial_support, planning_problem, revise_beliefs
 from planner import INITIAL, Fact
 from tests.app.sample_store import Store
 
@@ -25,7 +25,7 @@ def test_distances_join_just_the_places_that_one_robot_reaches() -> None:
 
 
 def test_a_robot_on_the_open_floor_is_as_far_from_places_as_its_spot() -> None:
-    facts = revised(STORE.facts, [Fact("robot_position", ("yard_1", "near", "yard_1_spot"))])
+    facts = revise_beliefs(STORE.facts, [Fact("robot_position", ("yard_1", "near", "yard_1_spot"))])
     problem = planning_problem(STORE.world, facts, [], spots={"yard_1_spot": (5.0, 2.0)})
     assert problem.functions["distance_m", ("yard_1_spot", "door_1")] == round(
         dist((5.0, 2.0), (2.0, 0.4)), 3
@@ -36,14 +36,14 @@ def test_a_robot_on_the_open_floor_is_as_far_from_places_as_its_spot() -> None:
 
 def test_a_plan_net_rests_on_its_links_from_the_initial_state() -> None:
     net = STORE.store_sample_1()
-    assert rests_on(net) <= STORE.facts
-    assert STORE.fact("in(sample_1, door_1)") in rests_on(net)
-    assert {link.fact for link in net.causal_links if link.producer == INITIAL} == rests_on(net)
-    assert broken(net, STORE.facts) == ()
+    assert initial_support(net) <= STORE.facts
+    assert STORE.fact("in(sample_1, door_1)") in initial_support(net)
+    assert {link.fact for link in net.causal_links if link.producer == INITIAL} == initial_support(net)
+    assert broken_support(net, STORE.facts) == ()
 
 
 def test_what_has_changed_under_a_plan_net_is_named() -> None:
-    taken = revised(STORE.facts, [STORE.fact("in(sample_2, bay_7)")])
-    assert broken(STORE.store_sample_1(), taken) == (Fact("vacant", ("bay_7",)),)
-    unrelated = revised(STORE.facts, [STORE.fact("in(sample_2, bay_1)")])
-    assert broken(STORE.store_sample_1(), unrelated) == ()
+    taken = revise_beliefs(STORE.facts, [STORE.fact("in(sample_2, bay_7)")])
+    assert broken_support(STORE.store_sample_1(), taken) == (Fact("vacant", ("bay_7",)),)
+    unrelated = revise_beliefs(STORE.facts, [STORE.fact("in(sample_2, bay_1)")])
+    assert broken_support(STORE.store_sample_1(), unrelated) == ()

@@ -1,6 +1,6 @@
 """What is believed when a script ended before its time."""
 
-from app.domain.world_model import Facts, planning_problem, reconciled, revised
+from app.domain.world_model import Facts, planning_problem, reconcile_report, revise_beliefs
 from planner import Fact
 from tests.app.laboratory import Laboratory
 from tests.app.sample_store import Store, said
@@ -11,12 +11,12 @@ FULL = "robot_attribute(yard_1, gripper, full)"
 
 
 def after(facts: Facts, *perceived: str, robot: str = "yard_1") -> Facts:
-    return reconciled(facts, robot, [said(text) for text in perceived], STORE.base).apply(facts)
+    return reconcile_report(facts, robot, [said(text) for text in perceived], STORE.base).apply(facts)
 
 
 def holding() -> Facts:
     carried = Fact("transported", ("sample_1", "yard_1", "at", "door_1", "near", "interchange_2"))
-    return revised(STORE.facts, [STORE.fact("in(sample_1, yard_1)"), carried])
+    return revise_beliefs(STORE.facts, [STORE.fact("in(sample_1, yard_1)"), carried])
 
 
 def test_a_robot_that_is_at_no_known_place_stands_at_its_spot() -> None:
@@ -52,7 +52,7 @@ def test_a_sample_that_it_dropped_at_a_place_lies_there() -> None:
 
 
 def test_a_sample_that_it_dropped_anywhere_else_is_lost_and_said_to_be() -> None:
-    change = reconciled(holding(), "yard_1", [said(EMPTY)], STORE.base)
+    change = reconcile_report(holding(), "yard_1", [said(EMPTY)], STORE.base)
     facts = change.apply(holding())
     assert not [f for f in facts if f.predicate == "object_position" and f.args[0] == "sample_1"]
     assert change.notes == ("sample_1 is lost: yard_1 does not hold it any more",)
@@ -77,17 +77,19 @@ def test_a_robot_with_an_empty_gripper_at_a_place_can_drive_off_from_near_it() -
 
 
 def test_percepts_outside_the_vocabulary_are_left_out_and_noted() -> None:
-    change = reconciled(STORE.facts, "yard_1", [said("under(sample_1, bay_1)")], STORE.base)
+    change = reconcile_report(STORE.facts, "yard_1", [said("under(sample_1, bay_1)")], STORE.base)
     assert "under(sample_1, bay_1)" in change.notes[0]
     assert {f.predicate for f in change.add} == {"robot_position", "clear"}
 
 
 def test_two_that_hold_an_object_between_them_stand_where_they_may_carry_it_on() -> None:
     lab = Laboratory()
-    carried = revised(lab.facts, [lab.fact(f"in(rock_sample, {robot})") for robot in ("fred", "ginger")])
+    carried = revise_beliefs(
+        lab.facts, [lab.fact(f"in(rock_sample, {robot})") for robot in ("fred", "ginger")]
+    )
     for robot in ("fred", "ginger"):
         holds = [said(f"robot_attribute({robot}, gripper, full)"), said(f"in(rock_sample, {robot})")]
-        carried = reconciled(carried, robot, holds, lab.base).apply(carried)
+        carried = reconcile_report(carried, robot, holds, lab.base).apply(carried)
     way = {"rel1": "near", "ref1": "fred_spot", "rel2": "near", "ref2": "lander", "area": "lab"}
     arguments = {"object": "rock_sample", "robots": "fred+ginger", **way}
     problem = planning_problem(lab.world, carried, ())
@@ -98,13 +100,13 @@ def test_two_that_hold_an_object_between_them_stand_where_they_may_carry_it_on()
 def test_who_dropped_its_end_stands_at_its_own_spot() -> None:
     lab = Laboratory()
     both = [lab.fact(f"in(rock_sample, {robot})") for robot in ("fred", "ginger")]
-    carried = revised(lab.facts, [*both, lab.fact("near(fred, fred_spot)")])
-    dropped = reconciled(carried, "ginger", [said("robot_attribute(ginger, gripper, empty)")], lab.base)
+    carried = revise_beliefs(lab.facts, [*both, lab.fact("near(fred, fred_spot)")])
+    dropped = reconcile_report(carried, "ginger", [said("robot_attribute(ginger, gripper, empty)")], lab.base)
     assert lab.fact("near(ginger, ginger_spot)") in dropped.apply(carried)
 
 
 def test_a_sample_that_is_not_seen_where_it_should_lie_is_lost() -> None:
-    change = reconciled(STORE.facts, "yard_1", [said("vacant(door_1)"), said(EMPTY)], STORE.base)
+    change = reconcile_report(STORE.facts, "yard_1", [said("vacant(door_1)"), said(EMPTY)], STORE.base)
     facts = change.apply(STORE.facts)
     assert not [f for f in facts if f.predicate == "object_position" and f.args[0] == "sample_1"]
     assert Fact("vacant", ("door_1",)) in facts
@@ -127,9 +129,9 @@ def test_what_it_holds_where_it_has_brought_it_can_be_put_down_after_all() -> No
 
 def test_two_that_hold_one_object_between_them_stand_in_one_place_however_each_sees_the_beacons() -> None:
     lab = Laboratory()
-    held = revised(lab.facts, [lab.fact("in(rock_sample, fred)"), lab.fact("in(rock_sample, ginger)")])
+    held = revise_beliefs(lab.facts, [lab.fact("in(rock_sample, fred)"), lab.fact("in(rock_sample, ginger)")])
     by_fred = [said("at(fred, lander)"), said("robot_attribute(fred, gripper, full)")]
     by_ginger = [said("near(ginger, lander)"), said("robot_attribute(ginger, gripper, full)")]
-    one = reconciled(held, "fred", by_fred, lab.base).apply(held)
-    both = reconciled(one, "ginger", by_ginger, lab.base).apply(one)
+    one = reconcile_report(held, "fred", by_fred, lab.base).apply(held)
+    both = reconcile_report(one, "ginger", by_ginger, lab.base).apply(one)
     assert {lab.fact("near(fred, fred_spot)"), lab.fact("near(ginger, fred_spot)")} <= both

@@ -2,13 +2,13 @@
 
 from app.domain.world_model import (
     Reservation,
-    all_of,
     initial_facts,
     named_in,
     needed_by,
     planning_problem,
-    revised,
+    revise_beliefs,
     taken_by,
+    union_of,
 )
 from planner import Fact, FastDownwardEngine, PlanningRequest
 from tests.app.sample_store import Store
@@ -24,7 +24,7 @@ HOMES = Reservation(locations=frozenset({"home_yard_1", "home_store_2"}))
 
 def test_a_plan_needs_everything_that_its_actions_name() -> None:
     net = STORE.store_sample_1()
-    assert all_of(needed_by(action) for action in net.actions) == all_of([ERRAND, HOMES])
+    assert union_of(needed_by(action) for action in net.actions) == union_of([ERRAND, HOMES])
 
 
 def test_a_plan_takes_what_it_needs_but_for_the_places_that_robots_only_leave() -> None:
@@ -42,7 +42,7 @@ def test_a_robot_that_carries_a_sample_away_takes_the_sample_but_not_the_place_i
     net = STORE.plan(
         [("TRANSPORT", {**leg, "area": "yard"}), ("RELEASE2", leg)],
         "in(sample_1, door_2)",
-        facts=revised(STORE.facts, held),
+        facts=revise_beliefs(STORE.facts, held),
     )
     assert taken_by(net) == Reservation(
         robots=frozenset({"yard_1"}), locations=frozenset({"door_2"}), samples=frozenset({"sample_1"})
@@ -80,7 +80,7 @@ def test_reserved_robots_can_do_nothing_and_reserved_places_and_samples_are_left
 
 def test_a_plan_beside_a_mission_takes_nothing_that_the_mission_needs() -> None:
     """A robot that stands at a reserved place leaves it; nothing else there is touched."""
-    facts = revised(
+    facts = revise_beliefs(
         initial_facts(STORE.world, STORE.base),
         [STORE.fact("near(yard_1, interchange_2)"), STORE.fact("in(sample_2, interchange_2)")],
     )

@@ -2,19 +2,25 @@
 
 import pytest
 
-from app.domain.world_model import place_of, revised, revision
-from app.domain.world_model.timeliness import Dated, in_place_of, known_since, subjects_of, timely
+from app.domain.world_model import belief_change, place_of, revise_beliefs
+from app.domain.world_model.timeliness import (
+    DatedFact,
+    beliefs_contradicting,
+    newer_subjects,
+    subjects_of,
+    without_outdated,
+)
 from planner import Fact
 from tests.app.sample_store import Store
 
 STORE = Store()
-CARRIED = revised(STORE.facts, [STORE.fact("in(sample_1, store_2)")])
+CARRIED = revise_beliefs(STORE.facts, [STORE.fact("in(sample_1, store_2)")])
 
 
 def test_news_of_a_sample_that_newer_is_known_of_is_passed_over_what_it_says_of_its_robot_is_not() -> None:
     news = [STORE.fact("in(sample_1, interchange_2)"), STORE.fact("near(yard_1, interchange_2)")]
-    known = [Dated(fact=STORE.fact("in(sample_1, store_2)"), source="report of store_2", at_s=60.0)]
-    change = timely(CARRIED, revision(CARRIED, news), known_since(known, 50.0))
+    known = [DatedFact(fact=STORE.fact("in(sample_1, store_2)"), source="report of store_2", at_s=60.0)]
+    change = without_outdated(CARRIED, belief_change(CARRIED, news), newer_subjects(known, 50.0))
     after = change.apply(CARRIED)
     assert STORE.fact("in(sample_1, store_2)") in after
     assert STORE.fact("in(sample_1, interchange_2)") not in after
@@ -23,17 +29,17 @@ def test_news_of_a_sample_that_newer_is_known_of_is_passed_over_what_it_says_of_
 
 
 def test_news_is_believed_if_what_is_known_is_as_old_or_of_a_source_that_does_not_count() -> None:
-    known = [Dated(fact=STORE.fact("in(sample_1, store_2)"), source="report of store_2", at_s=60.0)]
-    change = revision(CARRIED, [STORE.fact("in(sample_1, interchange_2)")])
-    assert timely(CARRIED, change, known_since(known, 60.0)) == change
-    assert timely(CARRIED, change, known_since(known, 50.0, but=["report of store_2"])) == change
+    known = [DatedFact(fact=STORE.fact("in(sample_1, store_2)"), source="report of store_2", at_s=60.0)]
+    change = belief_change(CARRIED, [STORE.fact("in(sample_1, interchange_2)")])
+    assert without_outdated(CARRIED, change, newer_subjects(known, 60.0)) == change
+    assert without_outdated(CARRIED, change, newer_subjects(known, 50.0, but=["report of store_2"])) == change
 
 
 def test_what_was_laid_where_something_else_is_known_to_lie_since_is_nowhere_known() -> None:
-    facts = revised(STORE.facts, [STORE.fact("in(sample_4, bay_7)")])
-    known = [Dated(fact=STORE.fact("in(sample_4, bay_7)"), source="operator", at_s=60.0)]
-    change = revision(facts, [STORE.fact("in(sample_1, bay_7)")])
-    after = timely(facts, change, known_since(known, 50.0)).apply(facts)
+    facts = revise_beliefs(STORE.facts, [STORE.fact("in(sample_4, bay_7)")])
+    known = [DatedFact(fact=STORE.fact("in(sample_4, bay_7)"), source="operator", at_s=60.0)]
+    change = belief_change(facts, [STORE.fact("in(sample_1, bay_7)")])
+    after = without_outdated(facts, change, newer_subjects(known, 50.0)).apply(facts)
     assert (place_of("sample_4", after), place_of("sample_1", after)) == ("bay_7", None)
     assert STORE.fact("vacant(door_1)") in after
 
@@ -55,11 +61,11 @@ def test_what_follows_from_other_facts_is_no_subject_of_its_own() -> None:
 )
 def test_what_is_so_instead_of_a_fact_is_said_of_the_same_things(gone: Fact, now: set[str]) -> None:
     believed = [
-        Dated(fact=Fact(predicate, args), source="operator", at_s=3.0)
+        DatedFact(fact=Fact(predicate, args), source="operator", at_s=3.0)
         for predicate, args in (
             ("object_position", ("sample_1", "in", "bay_3")),
             ("object_position", ("sample_2", "in", "door_1")),
             ("robot_position", ("store_1", "near", "bay_4")),
         )
     ]
-    assert {" ".join(one.fact.args) for one in in_place_of(gone, believed)} == now
+    assert {" ".join(one.fact.args) for one in beliefs_contradicting(gone, believed)} == now

@@ -11,12 +11,12 @@ import pytest
 
 from app.domain.errors import Unavailable
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
-from app.planning.pool.process import END_S, POLL_S, Watch
+from app.planning.pool.process import POLL_S, TERMINATE_S, Watch
+from app.planning.pool.work import PlanWork, Solutions, WorkResult
 from planner import PlanningRequest, PlanningStatus, Progress
 from tests.app.planning.fake_engine import make_fake_engine, make_no_engine, problem
 from tests.waiting import until
 
-REQUEST = PlanningRequest(time_limit_s=120)
 PATIENCE_S = 60.0
 
 
@@ -35,6 +35,14 @@ class Watching(Watch):
 
     def is_cancelled(self) -> bool:
         return self.cancel.is_set()
+
+
+def plan(
+    worker: PlanningWorker, deed: str, *words: str, watch: Watch | None = None, time_limit_s: float = 120.0
+) -> WorkResult[Solutions]:
+    """What comes of a problem that has the fake engine do the deed."""
+    work = PlanWork(problem=problem(deed, *words), request=PlanningRequest(time_limit_s=time_limit_s))
+    return worker.do(work, time_limit_s, watch)
 
 
 def gone(pid: int) -> bool:
@@ -63,7 +71,7 @@ def test_progress_is_told_and_the_best_plan_taken_once_it_is_to_stop(
     worker: PlanningWorker, threads: ThreadPoolExecutor
 ) -> None:
     watch = Watching()
-    planning = threads.submit(worker.plan, problem("improve"), REQUEST, watch)
+    planning = threads.submit(plan, worker, "improve", watch=watch)
     until(lambda: len(watch.seen) >= 2)
     watch.stop.set()
     assert planning.result(PATIENCE_S).status is PlanningStatus.SOLVED
@@ -79,10 +87,14 @@ def test_a_stop_is_not_meant_for_the_next_problem(worker: PlanningWorker) -> Non
             return True
 
     for _ in range(3):
-        assert worker.plan(problem("answer"), REQUEST, StopAtOnce()).plan_net is not None
-    watch = Watching()
-    threading.Timer(0.5, watch.stop.set).start()
-    worker.plan(problem("improve"), REQUEST, watch)
+        assert plan(worker, "answer", watch=StopAtOnce()).answer
+
+    class StopOnceThereIsProgress(Watching):
+        def should_stop(self) -> bool:
+            return bool(self.seen)
+
+    watch = StopOnceThereIsProgress()
+    plan(worker, "improve", watch=watch)
     assert watch.seen
 
 
@@ -90,21 +102,21 @@ def test_cancelling_ends_the_work_and_all_it_started(
     worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
 ) -> None:
     watch, file = Watching(), tmp_path / "pid"
-    planning = threads.submit(worker.plan, problem("run_a_child", str(file)), REQUEST, watch)
+    planning = threads.submit(plan, worker, "run_a_child", str(file), watch=watch)
     until(file.is_file)
     watch.cancel.set()
     assert "cancelled" in planning.result(PATIENCE_S).reason
     until(lambda: gone(int(file.read_text())))
-    assert worker.plan(problem("answer"), REQUEST).plan_net is not None
+    assert plan(worker, "answer").answer
 
 
 def test_cancelling_an_engine_that_never_returns_takes_less_than_a_second(
     worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
 ) -> None:
     watch, file = Watching(), tmp_path / "pid"
-    planning = threads.submit(worker.plan, problem("hang_deaf", str(file)), REQUEST, watch)
+    planning = threads.submit(plan, worker, "hang_deaf", str(file), watch=watch)
     until(file.is_file)
-    assert POLL_S + END_S < 1.0  # what it may take by design; the machine's load comes on top
+    assert POLL_S + TERMINATE_S < 1.0  # what it may take by design; the machine's load comes on top
     watch.cancel.set()
     assert "cancelled" in planning.result(PATIENCE_S).reason
     until(lambda: gone(int(file.read_text())))
@@ -115,20 +127,20 @@ def test_an_engine_that_takes_too_much_memory_is_ended_with_that_reason(deed: st
     greedy = PlanningWorker(make_fake_engine, memory_mb=200)
     greedy.warm_up().result(timeout=PATIENCE_S)
     (before,) = greedy.pids
-    result = greedy.plan(problem(deed), REQUEST)
+    result = plan(greedy, deed)
     assert result.status is PlanningStatus.OUT_OF_MEMORY
     assert "more than 200 MB" in result.reason
     assert gone(before)
-    assert greedy.plan(problem("answer"), REQUEST).plan_net is not None
+    assert plan(greedy, "answer").answer
     greedy.close()
 
 
 def test_a_long_problem_blocks_no_short_one(worker: PlanningWorker, threads: ThreadPoolExecutor) -> None:
     watch = Watching()
     until(lambda: len(worker.pids) == 2)
-    planning = threads.submit(worker.plan, problem("improve"), REQUEST, watch)
+    planning = threads.submit(plan, worker, "improve", watch=watch)
     until(lambda: bool(watch.seen))
-    assert worker.plan(problem("answer"), REQUEST).plan_net is not None
+    assert plan(worker, "answer").answer
     assert not planning.done()
     watch.stop.set()
     planning.result(PATIENCE_S)
@@ -136,9 +148,9 @@ def test_a_long_problem_blocks_no_short_one(worker: PlanningWorker, threads: Thr
 
 def test_whoever_waits_for_a_turn_may_cancel(worker: PlanningWorker, threads: ThreadPoolExecutor) -> None:
     busy, waiting = [Watching(), Watching()], Watching()
-    planning = [threads.submit(worker.plan, problem("improve"), REQUEST, watch) for watch in busy]
+    planning = [threads.submit(plan, worker, "improve", watch=watch) for watch in busy]
     until(lambda: all(watch.seen for watch in busy))
-    third = threads.submit(worker.plan, problem("answer"), REQUEST, waiting)
+    third = threads.submit(plan, worker, "answer", watch=waiting)
     waiting.cancel.set()
     assert "cancelled" in third.result(PATIENCE_S).reason
     for watch in busy:
@@ -147,26 +159,26 @@ def test_whoever_waits_for_a_turn_may_cancel(worker: PlanningWorker, threads: Th
         one.result(PATIENCE_S)
 
 
-def test_an_engine_that_hangs_is_given_up(worker: PlanningWorker, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.planning.pool.process.GRACE_S", 0.2)
-    result = worker.plan(problem("hang"), PlanningRequest(time_limit_s=0.2))
-    assert result.status is PlanningStatus.TIMED_OUT
+def test_an_engine_that_hangs_is_given_up() -> None:
+    worker = PlanningWorker(make_fake_engine, grace_s=0.2)
+    assert plan(worker, "hang", time_limit_s=0.2).status is PlanningStatus.TIMED_OUT
+    worker.close()
 
 
 def test_a_problem_whose_process_dies_is_tried_again(worker: PlanningWorker, tmp_path: Path) -> None:
-    result = worker.plan(problem("die_once", str(tmp_path / "died")), REQUEST)
+    result = plan(worker, "die_once", str(tmp_path / "died"))
     assert result.status is PlanningStatus.SOLVED
 
 
 def test_processes_that_die_with_nothing_to_do_cost_no_problem_its_plan(
     worker: PlanningWorker, tmp_path: Path
 ) -> None:
-    until(lambda: worker._free.qsize() == 2)
+    until(lambda: worker.free_count == 2)
     idle = worker.pids
     for pid in idle:
         os.kill(pid, signal.SIGKILL)
     until(lambda: all(gone(pid) for pid in idle))
-    result = worker.plan(problem("die_once", str(tmp_path / "died")), REQUEST)
+    result = plan(worker, "die_once", str(tmp_path / "died"))
     assert result.status is PlanningStatus.SOLVED
     until(lambda: not set(worker.pids) & set(idle))
 
@@ -174,32 +186,32 @@ def test_processes_that_die_with_nothing_to_do_cost_no_problem_its_plan(
 def test_processes_that_die_before_they_take_a_problem_up_cost_it_no_attempt(
     worker: PlanningWorker, threads: ThreadPoolExecutor, tmp_path: Path
 ) -> None:
-    until(lambda: worker._free.qsize() == 2)
+    until(lambda: worker.free_count == 2)
     idle = worker.pids
     for pid in idle:
         os.kill(pid, signal.SIGSTOP)
-    planning = threads.submit(worker.plan, problem("die_once", str(tmp_path / "died")), REQUEST)
-    until(lambda: worker._free.qsize() == 1)
+    planning = threads.submit(plan, worker, "die_once", str(tmp_path / "died"))
+    until(lambda: worker.free_count == 1)
     for pid in idle:
         os.kill(pid, signal.SIGKILL)
     assert planning.result(PATIENCE_S).status is PlanningStatus.SOLVED
 
 
 def test_a_problem_that_kills_every_process_fails_with_the_reason(worker: PlanningWorker) -> None:
-    result = worker.plan(problem("die"), REQUEST)
+    result = plan(worker, "die")
     assert result.status is PlanningStatus.FAILED
     assert "exit code 7" in result.reason
 
 
 def test_a_defect_is_a_result(worker: PlanningWorker) -> None:
-    result = worker.plan(problem("slip"), REQUEST)
+    result = plan(worker, "slip")
     assert result.status is PlanningStatus.FAILED
     assert "a slip" in result.reason
 
 
 def test_a_worker_that_is_closed_says_so_to_whoever_waits(threads: ThreadPoolExecutor) -> None:
     worker, watch = PlanningWorker(make_fake_engine), Watching()
-    planning = threads.submit(worker.plan, problem("improve"), REQUEST, watch)
+    planning = threads.submit(plan, worker, "improve", watch=watch)
     until(lambda: bool(watch.seen))
     pids = worker.pids
     worker.close()
@@ -207,7 +219,7 @@ def test_a_worker_that_is_closed_says_so_to_whoever_waits(threads: ThreadPoolExe
         planning.result(PATIENCE_S)
     until(lambda: all(map(gone, pids)))
     with pytest.raises(WorkerClosed):
-        worker.plan(problem("answer"), REQUEST)
+        plan(worker, "answer")
 
 
 def test_an_engine_that_cannot_be_made_is_said_at_once(capfd: pytest.CaptureFixture[str]) -> None:
@@ -225,7 +237,7 @@ def test_a_process_that_is_killed_as_it_begins_is_replaced() -> None:
     os.kill(pid, signal.SIGKILL)
     assert ready.result(timeout=PATIENCE_S)
     assert pid not in worker.pids
-    assert worker.plan(problem("answer"), REQUEST).status is not PlanningStatus.FAILED
+    assert plan(worker, "answer").status is not PlanningStatus.FAILED
     worker.close()
 
 
@@ -237,13 +249,13 @@ def test_the_service_process_may_die_and_its_planning_processes_end(tmp_path: Pa
     script = (
         "import sys\n"
         "from app.planning.pool.pool import PlanningWorker\n"
-        "from planner import PlanningRequest\n"
-        "from tests.app.planning.fake_engine import make_fake_engine, problem\n"
+        "from tests.app.planning.fake_engine import make_fake_engine\n"
+        "from tests.app.planning.pool.test_pool import plan\n"
         "if __name__ == '__main__':\n"
         "    worker = PlanningWorker(make_fake_engine)\n"
         "    worker.warm_up().result(60)\n"
         "    print(worker.pids[0], flush=True)\n"
-        "    worker.plan(problem('run_a_child', sys.argv[1]), PlanningRequest(time_limit_s=120))\n"
+        "    plan(worker, 'run_a_child', sys.argv[1])\n"
     )
     (tmp_path / "serving.py").write_text(script)
     file = tmp_path / "pid"

@@ -25,7 +25,7 @@ def fragments_of(
 
 
 def faults(fragment: Fragment, problem: PlanningProblem, base: KnowledgeBase) -> list[str]:
-    """Everything wrong with a fragment: invalid, redundant or unintended actions."""
+    """Everything wrong with a fragment: invalid, redundant or unjustified actions."""
     fault = fault_of(fragment.actions, problem.facts, fragment.goals)
     if fault is not None:
         return [fault]

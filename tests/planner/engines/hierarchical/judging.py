@@ -1,10 +1,10 @@
 """Plan-nets judged by everybody who can judge them."""
 
 from benchmarks.planner.check import fault_of
+from benchmarks.planner.val_validation import is_installed, val_fault
 from planner import KnowledgeBase, PlanNet, PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.interchange.up_validation import up_fault
-from planner.interchange.val_validation import is_installed, val_fault
 from planner.plan_nets.plan_net import ROUNDING_S
 from planner.plan_nets.validation import faults_of
 from tests.planner.exploring import first_fault

@@ -9,11 +9,13 @@ from planner import Fact, GroundAction, KnowledgeBase
 from planner.engines.hierarchical.composition import Composed, Composition
 from planner.engines.hierarchical.legs.stops import with_stops
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
-from planner.engines.hierarchical.scheduling.decoder_state import board_for
+from planner.engines.hierarchical.scheduling.decoder_state import decoder_state_for
+from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import AHEAD, NEAR, PUSH, Choice
+from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
-from tests.planner.engines.hierarchical.composing import MAKESPAN_ONLY, Posed, said
+from tests.planner.engines.hierarchical.composing import MAKESPAN_ONLY, ProblemSetup, said
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -27,12 +29,16 @@ def stored(count: int, *, doors: int = 4) -> tuple[list[Fact], dict[str, str]]:
 
 
 @pytest.fixture
-def four(knowledge_base: KnowledgeBase) -> Posed:
-    return Posed.of(knowledge_base, Store(doors=4).problem(*stored(4)))
+def four(knowledge_base: KnowledgeBase) -> ProblemSetup:
+    return ProblemSetup.of(knowledge_base, Store(doors=4).problem(*stored(4)))
 
 
-def composition_of(world: Posed, *, seed: int = 0) -> Composition:
+def composition_of(world: ProblemSetup, *, seed: int = 0) -> Composition:
     return world.composition([(world.quickest(goal),) for goal in world.problem.goals], seed=seed)
+
+
+def builder_of(world: ProblemSetup) -> SchedulingProblemBuilder:
+    return world.builder([(world.quickest(goal),) for goal in world.problem.goals])
 
 
 def improved(composition: Composition, trials: int = TRIALS) -> Composed:
@@ -42,13 +48,13 @@ def improved(composition: Composition, trials: int = TRIALS) -> Composed:
     return composition.composed
 
 
-def makespan_s(world: Posed, actions: Sequence[GroundAction]) -> float:
+def makespan_s(world: ProblemSetup, actions: Sequence[GroundAction]) -> float:
     """By the plan-net of the sequence."""
     order = extract(actions, world.problem.facts, world.problem.goals)
     return assemble(order, world.problem.goals, world.base, {}).makespan_s
 
 
-def test_the_makespan_is_that_of_the_plan_net(four: Posed) -> None:
+def test_the_makespan_is_that_of_the_plan_net(four: ProblemSetup) -> None:
     composed = improved(composition_of(four))
     assert fault_of(composed.actions, four.problem.facts, four.problem.goals) is None
     assert composed.makespan_s == pytest.approx(makespan_s(four, composed.actions), abs=0.01)
@@ -56,7 +62,7 @@ def test_the_makespan_is_that_of_the_plan_net(four: Posed) -> None:
 
 def test_annealing_makes_it_shorter_and_never_longer(knowledge_base: KnowledgeBase) -> None:
     bays = Store(doors=8, bays=8)
-    first = composition_of(Posed.of(knowledge_base, bays.problem(*stored(8))))
+    first = composition_of(ProblemSetup.of(knowledge_base, bays.problem(*stored(8))))
     assert first.begin()
     assert first.composed is not None
     begun_s = first.composed.makespan_s
@@ -67,11 +73,11 @@ def test_annealing_makes_it_shorter_and_never_longer(knowledge_base: KnowledgeBa
     assert first.composed.makespan_s < begun_s
 
 
-def test_the_same_seed_composes_the_same_plan(four: Posed) -> None:
+def test_the_same_seed_composes_the_same_plan(four: ProblemSetup) -> None:
     assert improved(composition_of(four, seed=5)) == improved(composition_of(four, seed=5))
 
 
-def test_robots_that_are_alike_share_the_work(four: Posed) -> None:
+def test_robots_that_are_alike_share_the_work(four: ProblemSetup) -> None:
     docking = {one[1] for one in said(improved(composition_of(four)).actions) if one[0] == "DOCK"}
     assert docking == {"yard_0", "yard_1", "store_0_0", "store_1_0"}
 
@@ -79,7 +85,7 @@ def test_robots_that_are_alike_share_the_work(four: Posed) -> None:
 def test_a_slower_fragment_is_not_chosen(knowledge_base: KnowledgeBase) -> None:
     goal = inside("sample", "door_9")
     store = Store(aisles=1, doors=10)
-    world = Posed.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
+    world = ProblemSetup.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
     direct, *over_home = with_stops([world.quickest(goal)], world.stops())
     assert over_home
     composed = improved(world.composition([[*over_home, direct]]), trials=200)
@@ -90,21 +96,22 @@ def test_a_robot_begins_from_wherever_it_stands(knowledge_base: KnowledgeBase) -
     """The fragment was found for a robot at home."""
     goal = inside("sample", "door_0")
     store = Store(aisles=1, yard_robots=1)
-    there = Posed.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
+    there = ProblemSetup.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
     fragment = there.quickest(goal)
     problem = store.problem([goal], {"sample": "bay_0_0"}, robots_at={"store_0_0": "interchange_0_0"})
-    composed = improved(Posed.of(knowledge_base, problem).composition([[fragment]]), trials=200)
+    composed = improved(ProblemSetup.of(knowledge_base, problem).composition([[fragment]]), trials=200)
     assert fault_of(composed.actions, problem.facts, problem.goals) is None
     assert said(composed.actions)[0] == ("NAVIGATE", "store_0_0", "interchange_0_0", "bay_0_0")
 
 
-def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: Posed) -> None:
+def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSetup) -> None:
     """Orders, agents and stops at random: the decoder never makes an invalid schedule."""
-    composition = composition_of(four)
-    assert composition.begin()
-    model, builder = composition._model, composition._builder
-    random, board = np.random.default_rng(0), board_for(composition._model)
-    legs, possible = 4 * model.widest, 0
+    builder = builder_of(four)
+    model = builder.model()
+    random = np.random.default_rng(0)
+    state = decoder_state_for(model)
+    legs = 4 * model.max_legs
+    possible = 0
     for _ in range(200):
         choice = Choice(
             random.permutation(legs).astype(np.int32),
@@ -112,24 +119,25 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: Posed) -> 
             random.integers(-1, len(model.agent_class), legs).astype(np.int32),
             random.choice([0, NEAR, AHEAD, PUSH, NEAR | AHEAD | PUSH], legs).astype(np.int32),
         )
-        cost, length, span_s = decode(model, choice, MAKESPAN_ONLY, board)
+        cost, length, span_s = decode(model, choice, MAKESPAN_ONLY, state)
         if cost < IMPOSSIBLE:
             possible += 1
-            actions = builder.actions(board.steps[:length], board.crews[:length])
+            actions = builder.actions(state.steps[:length], state.step_agents[:length])
             assert fault_of(actions, four.problem.facts, four.problem.goals) is None
             assert span_s >= makespan_s(four, actions) - 0.01
     assert possible > 100
 
 
-def test_a_step_starts_when_the_one_it_waited_for_ends(four: Posed) -> None:
+def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> None:
     """The causes lead from the last step back to the start, and their durations add up to the makespan."""
-    composition = composition_of(four)
-    assert composition.begin()
-    assert composition._choice is not None
-    model, board = composition._model, board_for(composition._model)
-    _, _, span_s = decode(model, composition._choice, MAKESPAN_ONLY, board)
-    step, whole = int(board.free[np.argmax(board.free[:, 0]), 1]), 0.0
+    model = builder_of(four).model()
+    state = decoder_state_for(model)
+    choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
+    cost, _, span_s = decode(model, choice, MAKESPAN_ONLY, state)
+    assert cost < IMPOSSIBLE
+    step = int(state.free[np.argmax(state.free[:, 0]), 1])
+    whole = 0.0
     while step >= 0:
-        whole += model.step_span_s[board.steps[step]]
-        step = int(board.cause[step])
+        whole += model.step_span_s[state.steps[step]]
+        step = int(state.cause[step])
     assert whole == pytest.approx(span_s)

@@ -39,13 +39,13 @@ def instance(family: str, samples: int, seed: int) -> PlanningProblem:
     return FAMILIES[family](samples, seed).problem(BASE)
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=8, deadline=None, derandomize=True)
 @given(
     aisles=st.integers(1, 3),
     yard_robots=st.integers(1, 3),
     store_robots=st.integers(1, 2),
     interchanges=st.integers(1, 2),
-    goals=st.integers(1, 4),
+    goals=st.integers(1, 3),
     seed=st.integers(0, 9999),
 )
 def test_random_stores(
@@ -56,7 +56,8 @@ def test_random_stores(
         aisles=aisles, yard_robots=yard_robots, store_robots=store_robots, interchanges=interchanges
     )
     chance = random.Random(seed)
-    doors, bays = ["door_0", "door_1"], [f"bay_{a}_{n}" for a in range(aisles) for n in range(6)]
+    doors = ["door_0", "door_1"]
+    bays = [f"bay_{a}_{n}" for a in range(aisles) for n in range(6)]
     samples = {f"s{n}": place for n, place in enumerate(chance.sample(doors + bays, 5))}
     wanted = [
         inside(sample, place)
@@ -130,51 +131,51 @@ def test_the_same_request_gives_the_same_plan_net_whatever_was_planned_before(
     assert ENGINE.plan(problem, request).plan_net == fresh
 
 
-_TELL = """
+PRINT_PLAN_NETS = """
 from benchmarks.planner.instances import FAMILIES
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 base = load_knowledge_base()
-for family, samples in (("mixed", 3), ("swap", 2)):
+for family, samples in (("mixed", 2), ("swap", 2)):
     print(HierarchicalEngine(base).plan(FAMILIES[family](samples, 1).problem(base), PlanningRequest(seed=3)).plan_net)
 """
 
 
 def test_two_processes_find_the_same_plan_net() -> None:
     """Neither the hashing of names nor the order of sets matters."""
-    told = [
-        subprocess.run(
-            [sys.executable, "-c", _TELL],
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", PRINT_PLAN_NETS],
             env={**os.environ, "PYTHONHASHSEED": seed},
-            capture_output=True,
-            check=True,
+            stdout=subprocess.PIPE,
             text=True,
-        ).stdout
+        )
         for seed in ("1", "2")
     ]
-    assert "PlanNet" in told[0]
-    assert told[0] == told[1]
+    one, other = (process.communicate()[0] for process in processes)
+    assert "PlanNet" in one
+    assert one == other
 
 
 class Watching(Observer):
-    """Notes what it is told, and says stop after so many words."""
+    """Keeps the progress reports and asks to stop after a number of them."""
 
     def __init__(self, patience: int = 10**9) -> None:
-        self.told: list[Progress] = []
+        self.reports: list[Progress] = []
         self._patience = patience
 
     def progress(self, progress: Progress) -> None:
-        self.told.append(progress)
+        self.reports.append(progress)
 
     def should_stop(self) -> bool:
-        return len(self.told) >= self._patience
+        return len(self.reports) >= self._patience
 
 
 def test_progress_only_gets_better() -> None:
     watching = Watching()
     ENGINE.plan(instance("mixed", 4, 0), PlanningRequest(effort_s=0.5), watching)
-    makespans = [p.makespan_s for p in watching.told if p.makespan_s is not None]
-    elapsed = [p.elapsed_s for p in watching.told]
+    makespans = [p.makespan_s for p in watching.reports if p.makespan_s is not None]
+    elapsed = [p.elapsed_s for p in watching.reports]
     assert len(makespans) > 1
     assert makespans == sorted(makespans, reverse=True)
     assert elapsed == sorted(elapsed)
@@ -187,7 +188,7 @@ def test_who_says_stop_gets_the_best_plan_so_far() -> None:
         ENGINE.plan(problem, PlanningRequest(effort_s=300.0, time_limit_s=600.0), watching), problem, BASE
     )
     assert result.status is PlanningStatus.SOLVED
-    assert len(watching.told) < 10
+    assert len(watching.reports) < 10
 
 
 def test_who_says_stop_at_once_is_answered() -> None:
@@ -223,7 +224,8 @@ def test_fewer_robots_where_robots_are_to_be_few() -> None:
 def test_less_energy_where_energy_is_to_be_saved() -> None:
     for seed in range(3):
         problem = instance("mixed", 4, seed)
-        saving, quick = _with(problem, Objective.ENERGY), _with(problem, Objective.MAKESPAN)
+        saving = _with(problem, Objective.ENERGY)
+        quick = _with(problem, Objective.MAKESPAN)
         assert saving.energy_j <= quick.energy_j
         assert quick.makespan_s <= saving.makespan_s + 0.01
 

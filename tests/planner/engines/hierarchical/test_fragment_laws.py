@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import Fact, load_knowledge_base
+from planner.engines.hierarchical.fragments.discovery import is_out_of_reach
 from planner.engines.hierarchical.fragments.fragment import Fragments
-from planner.engines.hierarchical.fragments.unreachability import is_out_of_reach
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from tests.planner.engines.hierarchical.checks import fragments_of, tags
 from tests.planner.engines.hierarchical.worlds import Store

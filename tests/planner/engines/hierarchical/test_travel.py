@@ -5,7 +5,7 @@ import pytest
 from planner import Fact, KnowledgeBase
 from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.travel import NEAREST, Travel
-from tests.planner.engines.hierarchical.composing import Posed
+from tests.planner.engines.hierarchical.composing import ProblemSetup
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -22,22 +22,22 @@ def carrying(robot: str, sample: str, door: str, end: str) -> list[tuple[str, di
 
 
 @pytest.fixture
-def world(knowledge_base: KnowledgeBase) -> Posed:
+def world(knowledge_base: KnowledgeBase) -> ProblemSetup:
     problem = Store(doors=6).problem([inside("sample", "bay_0_0")], {"sample": "door_4", "other": "door_5"})
-    return Posed.of(knowledge_base, problem)
+    return ProblemSetup.of(knowledge_base, problem)
 
 
 @pytest.fixture
-def travel(world: Posed) -> Travel:
-    statics = [fact for fact in world.problem.facts if not world.words.is_fluent(fact)]
+def travel(world: ProblemSetup) -> Travel:
+    statics = [fact for fact in world.problem.facts if not world.classifier.is_fluent(fact)]
     shared = FactTable(fact for fact in statics if world.classes.own.isdisjoint(fact.args))
     ways = {
-        number: Setups(world.base, world.problem, world.words, shared, members[0])
+        number: Setups(world.base, world.problem, world.classifier, shared, members[0])
         for number, members in world.classes.members.items()
     }
-    made = Travel(world.classes, world.words, ways, world.setups)
+    made = Travel(world.classes, world.classifier, ways, world.setups)
     for agent in world.classes.agents:
-        made.start(agent, world.words.configuration(agent, world.problem.facts))
+        made.start(agent, world.classifier.configuration(agent, world.problem.facts))
     return made
 
 
@@ -64,7 +64,7 @@ def test_the_nearest_steps_are_few_and_sorted(travel: Travel) -> None:
     assert spans == sorted(spans)
 
 
-def test_agents_go_on_from_places_near_to_where_several_legs_end(world: Posed, travel: Travel) -> None:
+def test_agents_go_on_from_places_near_to_where_several_legs_end(world: ProblemSetup, travel: Travel) -> None:
     needs = [travel.need("yard_0", near("yard_0", f"door_{door}")) for door in range(6)]
     for sample, door in (("sample", "door_4"), ("other", "door_5")):
         brought = [
@@ -79,7 +79,7 @@ def test_agents_go_on_from_places_near_to_where_several_legs_end(world: Posed, t
     assert travel.ahead()[needs[5]][:3] == [needs[3], needs[2], needs[1]]
 
 
-def test_an_agent_leaves_for_what_is_in_nobodys_way(world: Posed, travel: Travel) -> None:
+def test_an_agent_leaves_for_what_is_in_nobodys_way(world: ProblemSetup, travel: Travel) -> None:
     at_door = travel.need("yard_0", near("yard_0", "door_1"))
     travel.close()
     here = travel.ends[travel.way[travel.starts["yard_0"], at_door]]

@@ -32,7 +32,8 @@ class Store:
         robots_at: Mapping[str, str] | None = None,
     ) -> PlanningProblem:
         """:param samples: each sample's place. :param robots_at: robots that do not stand at home."""
-        standing, lying = dict(robots_at or {}), set(samples.values())
+        standing = dict(robots_at or {})
+        lying = set(samples.values())
         yard: Points = {f"door_{n}": (2.0 * n, 0.0) for n in range(self.doors)}
         objects = dict.fromkeys(samples, "object")
         facts = {inside(sample, place) for sample, place in samples.items()}

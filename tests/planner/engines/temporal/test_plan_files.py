@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from planner.engines.temporal.durative_compilation import Step
+from planner.engines.temporal.best_plan import Step
 from planner.engines.temporal.plan_files import PlanFiles, plan_file, steps_of, text_of
 
 LPG = """

@@ -16,9 +16,9 @@ from planner import (
     faults_of,
 )
 from planner.engines.temporal import Aries, Lpg, Solver, TemporalEngine, lpg
-from planner.engines.temporal.best_plan import BestPlan
-from planner.engines.temporal.durative_compilation import Step, compile_temporal, sequence_of
-from planner.native_process import Ended, Limits
+from planner.engines.temporal.best_plan import BestPlan, Step, sequence_of
+from planner.interchange.pddl import Form, PddlTask
+from planner.native_process import Limits, ProcessEnd
 from tests.planner.store import inside, store_problem
 
 LIMIT_S = 100.0  # generous: the machine may be busy
@@ -44,7 +44,7 @@ def test_a_sample_is_stored_by_a_valid_plan_net_that_is_told_of(
     solver: Solver, knowledge_base: KnowledgeBase
 ) -> None:
     seen = Seen()
-    request = PlanningRequest(time_limit_s=LIMIT_S)
+    request = PlanningRequest(time_limit_s=LIMIT_S, effort_s=0.0)
     result = of(solver, knowledge_base).plan(STORE, request, seen)
     assert result.status is PlanningStatus.SOLVED, result.reason
     assert result.engine == solver.name
@@ -86,12 +86,14 @@ def test_lpg_is_ended_at_the_time_limit(
 class Scripted:
     """A solver that comes up with given schedules."""
 
-    name, is_installed = "scripted", True
+    name = "scripted"
+    is_installed = True
 
-    def __init__(self, *schedules: tuple[Step, ...], ended: Ended | None = None) -> None:
-        self._schedules, self._ended = schedules, ended or Ended(code=0, output="")
+    def __init__(self, *schedules: tuple[Step, ...], ended: ProcessEnd | None = None) -> None:
+        self._schedules = schedules
+        self._ended = ended or ProcessEnd(code=0, output="")
 
-    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> Ended:
+    def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
         for schedule in self._schedules:
             best.take(schedule)
         return self._ended
@@ -104,15 +106,15 @@ def step(start: float, operator: str, *objects: str) -> Step:
 @pytest.mark.parametrize(
     ("ended", "status"),
     [
-        (Ended(code=None, output=""), PlanningStatus.TIMED_OUT),
-        (Ended(code=1, output="out of memory"), PlanningStatus.OUT_OF_MEMORY),
-        (Ended(code=0, output=""), PlanningStatus.NOT_FOUND),
-        (Ended(code=7, output="oh\ndear"), PlanningStatus.FAILED),
-        (Ended(code=-11, output=""), PlanningStatus.FAILED),
+        (ProcessEnd(code=None, output=""), PlanningStatus.TIMED_OUT),
+        (ProcessEnd(code=1, output="out of memory"), PlanningStatus.OUT_OF_MEMORY),
+        (ProcessEnd(code=0, output=""), PlanningStatus.NOT_FOUND),
+        (ProcessEnd(code=7, output="oh\ndear"), PlanningStatus.FAILED),
+        (ProcessEnd(code=-11, output=""), PlanningStatus.FAILED),
     ],
 )
 def test_the_end_without_a_plan_says_how(
-    knowledge_base: KnowledgeBase, ended: Ended, status: PlanningStatus
+    knowledge_base: KnowledgeBase, ended: ProcessEnd, status: PlanningStatus
 ) -> None:
     result = TemporalEngine(knowledge_base, Scripted(ended=ended)).plan(STORE, PlanningRequest())
     assert result.status is status
@@ -120,7 +122,7 @@ def test_the_end_without_a_plan_says_how(
 
 
 def test_a_faulty_schedule_is_passed_over_with_the_reason(knowledge_base: KnowledgeBase) -> None:
-    wrong = (step(0, "a_dock", "o_sample_1", "o_yard_1", "o_door_1"),)
+    wrong = (step(0, "dock", "sample_1", "yard_1", "door_1"),)
     result = TemporalEngine(knowledge_base, Scripted(wrong)).plan(STORE, PlanningRequest())
     assert result.status is PlanningStatus.NOT_FOUND
     assert "robot_position(yard_1, near, door_1)" in result.reason
@@ -144,10 +146,10 @@ def test_a_fact_outside_the_vocabulary_fails_with_the_choices(knowledge_base: Kn
 def test_a_schedule_becomes_a_sequence_by_its_starts(knowledge_base: KnowledgeBase) -> None:
     near = Fact("robot_position", ("yard_1", "near", "door_1"))
     problem: PlanningProblem = store_problem([near])
-    compiled = compile_temporal(knowledge_base, problem)
+    task = PddlTask(knowledge_base, problem, Form.TEMPORAL)
     schedule = (
-        step(9, "a_navigate", "o_yard_1", "o_door_2", "o_door_1", "o_yard"),
-        step(0, "a_navigate", "o_yard_1", "o_home_yard_1", "o_door_2", "o_yard"),
+        step(9, "navigate", "yard_1", "door_2", "door_1", "yard"),
+        step(0, "navigate", "yard_1", "home_yard_1", "door_2", "yard"),
     )
-    places = [action.arguments["ref2"] for action in sequence_of(compiled, schedule)]
+    places = [action.arguments["ref2"] for action in sequence_of(task, schedule)]
     assert places == ["door_2", "door_1"]

@@ -8,7 +8,7 @@ from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion
 
 from robots.link.mqtt import Broker, ConnectionState, FleetLink
-from robots.link.mqtt.session import MOST_BYTES
+from robots.link.mqtt.session import MAX_PACKET_BYTES
 from robots.link.mqtt.topics import Channel, robot_topic
 from robots.wire import Message, SetPoint
 from tests.mosquitto import Mosquitto, needs_mosquitto
@@ -109,7 +109,7 @@ def test_a_fleet_that_leaves_says_offline(broker: Mosquitto) -> None:
 def test_what_the_broker_remembers_is_not_taken_for_a_fleet_that_is_there(broker: Mosquitto) -> None:
     with a_fleet(at(broker)) as fleet:
         until(lambda: fleet.connected)
-        fleet.proclaim(41.5, 1.0)
+        fleet.announce(41.5, 1.0)
     with a_service(at(broker)) as service:
         until(lambda: service.run == RUN)
         stands_s = service.clock.now_s()
@@ -274,7 +274,7 @@ def test_what_is_too_large_to_be_a_message_does_not_come_through_and_the_link_go
     broker: Mosquitto,
 ) -> None:
     with both(at(broker)) as (service, fleet):
-        shout(broker, robot_topic(WORLD, "fred", Channel.STATE), b"x" * (MOST_BYTES + 1))
+        shout(broker, robot_topic(WORLD, "fred", Channel.STATE), b"x" * (MAX_PACKET_BYTES + 1))
         fleet.send(report("ginger"))
         (said,) = received(service, 1)
         assert said.sender == "ginger"

@@ -88,7 +88,7 @@ def test_only_velocities_that_can_stop_in_time_are_admissible() -> None:
 def test_in_the_open_it_heads_for_the_direction_wanted_at_full_pace(direction: float) -> None:
     wanted = Wanted(direction_rad=direction, pace_m_s=0.5, limits=LIMITS)
     linear, angular = RUN.window(Velocity(0.4, 0.0), wanted)
-    coast = RUN._coast(angular)
+    coast = RUN.coast(angular)
     value = RUN.objective(linear, coast, np.full(linear.shape, 1.0), wanted)
     row, column = np.unravel_index(int(np.argmax(value)), value.shape)
     assert linear[row, column] == pytest.approx(0.5)

@@ -90,7 +90,7 @@ def test_the_course_is_the_cheapest_candidate() -> None:
     run = VfhPlusRun(VfhPlus())
     assert run.course(blocked, radians(10), 0.0) == pytest.approx(radians(55))
     assert run.course(blocked, radians(-10), 0.0) == pytest.approx(radians(-55))
-    run._previous_rad = radians(55)
+    run.previous_rad = radians(55)
     assert run.course(blocked, 0.0, 0.0) == pytest.approx(radians(55))
 
 

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from robots.physical.profile import Architecture
-from sim.trials.interference.corridor import ROBOT, SONAR_LEAST_M, corridor
+from sim.trials.interference.corridor import ROBOT, SONAR_MIN_M, corridor
 from sim.trials.interference.interferer import GAP_M, THRESHOLD_M, Kind
 from sim.trials.interference.plots import figure
 from sim.trials.interference.table import run_table
@@ -57,7 +57,7 @@ def test_what_the_sonar_says_is_within_its_range_and_zero_while_it_is_off(
 ) -> None:
     told = {instant.sonar_m for instant in trials[Kind.BOX, SEQUENTIAL].trace}
     assert 0.0 in told
-    assert all(SONAR_LEAST_M <= value <= 2.55 for value in told - {0.0})
+    assert all(SONAR_MIN_M <= value <= 2.55 for value in told - {0.0})
 
 
 def test_obstacles_are_put_within_the_threshold_and_before_a_robot_that_can_still_stop() -> None:

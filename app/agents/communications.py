@@ -1,0 +1,144 @@
+"""Communications with one world's robots (MACTA §4, fig. 4): messages out, and again until they are answered."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from app.domain.clock import SYSTEM_CLOCK, WallClock
+from robots.clock import Clock
+from robots.link.channel import Link
+from robots.wire import Body, Message, Performative
+from robots.world import LinkSpec
+from robots.world.radio import RESENT_S
+
+SERVICE = "service"
+MIN_RESEND_S = 0.1
+"""Wall-clock seconds between two sendings, however fast the world runs: recording an answer takes time."""
+MAX_SILENT_RESEND_S = 16.0
+"""World seconds: the longest pause between two sendings to a robot that is not heard."""
+
+
+class Communications:
+    """Sends messages to robots. One that wants an answer is sent again until `keep_unanswered` drops it.
+
+    It keeps its id however often it is sent, so a robot acts on it once.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        *,
+        clock: Clock,
+        robots: Mapping[str, LinkSpec],
+        heard_s: Callable[[str], float | None],
+        wall: WallClock = SYSTEM_CLOCK,
+    ) -> None:
+        """
+        :param clock: the world's.
+        :param robots: each with its radio.
+        :param heard_s: when a robot was last heard, by the world's clock.
+        """
+        self._link = link
+        self._clock = clock
+        self._schedule = ResendSchedule(clock, robots, heard_s=heard_s, wall=wall)
+        self._unanswered: set[str] = set()
+
+    @property
+    def has_unanswered(self) -> bool:
+        return self._schedule.has_unanswered
+
+    def receive(self, timeout_s: float) -> Sequence[Message]:
+        """:raises LinkClosed: if the link is closed."""
+        return self._link.receive(timeout_s)
+
+    def send(
+        self,
+        robot: str,
+        performative: Performative,
+        body: Body,
+        *,
+        message_id: str | None = None,
+        in_reply_to: str | None = None,
+    ) -> None:
+        """Send a message now; with a new id unless one is given."""
+        named = {"id": message_id} if message_id else {}
+        self._link.send(
+            Message(
+                **named,
+                performative=performative,
+                sender=SERVICE,
+                receiver=robot,
+                sent_at_s=self._clock.now_s(),
+                in_reply_to=in_reply_to,
+                body=body,
+            )
+        )
+
+    def send_if_due(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
+        """Send a message that is not answered yet, unless it was sent only just now."""
+        self._unanswered.add(message_id)
+        if self._schedule.is_due(robot, message_id):
+            self.send(robot, performative, body, message_id=message_id)
+
+    def keep_unanswered(self) -> None:
+        """Forget the messages that were not passed to `send_if_due` since the last call: they are answered."""
+        self._schedule.keep(self._unanswered)
+        self._unanswered = set()
+
+
+@dataclass(slots=True, kw_only=True)
+class _Sent:
+    at_s: float
+    wall_s: float
+    pause_s: float
+
+
+class ResendSchedule:
+    """When each unanswered message was last sent, and when it is due again.
+
+    A robot that has been heard since, and could have answered by now, is sent the message again at once: message or
+    answer was lost. To a silent robot it is sent with doubling pauses, until the robot is heard.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        robots: Mapping[str, LinkSpec],
+        *,
+        heard_s: Callable[[str], float | None],
+        wall: WallClock,
+    ) -> None:
+        """For the parameters see `Communications`."""
+        self._clock = clock
+        self._heard_s = heard_s
+        self._wall = wall
+        self._pauses_s = {robot: link.round_trip_s + RESENT_S for robot, link in robots.items()}
+        self._sent: dict[str, _Sent] = {}
+
+    @property
+    def has_unanswered(self) -> bool:
+        return bool(self._sent)
+
+    def is_due(self, robot: str, message_id: str) -> bool:
+        """True if the message is to be sent now; it then counts as sent."""
+        now_s = self._clock.now_s()
+        wall_s = self._wall.monotonic_s()
+        min_pause_s = self._pauses_s[robot]
+        sent = self._sent.get(message_id)
+        if sent is None:
+            self._sent[message_id] = _Sent(at_s=now_s, wall_s=wall_s, pause_s=min_pause_s)
+            return True
+        waited_s = now_s - sent.at_s
+        # A world's clock that went back is another run's.
+        if wall_s - sent.wall_s < MIN_RESEND_S or 0 <= waited_s < min_pause_s:
+            return False
+        heard_s = self._heard_s(robot)
+        heard = heard_s is not None and heard_s > sent.at_s
+        if 0 <= waited_s < sent.pause_s and not heard:
+            return False
+        pause_s = min_pause_s if heard else max(min(2 * sent.pause_s, MAX_SILENT_RESEND_S), min_pause_s)
+        self._sent[message_id] = _Sent(at_s=now_s, wall_s=wall_s, pause_s=pause_s)
+        return True
+
+    def keep(self, message_ids: set[str]) -> None:
+        """Forget all messages but these."""
+        self._sent = {known: sent for known, sent in self._sent.items() if known in message_ids}

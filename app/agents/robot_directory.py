@@ -1,0 +1,111 @@
+"""The robots as clients see them: newest telemetry, contact, reservation and loss of each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import or_, select
+
+from app.agents.contact_monitor import ContactMonitor
+from app.agents.robot_board import RobotBoard, RobotView
+from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.domain.errors import NotFound
+from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.states import Connection
+from app.store import Database, LostRobotRow, MissionRow, ScriptRow
+from app.store.records import lost_robots
+from robots.world import WorldFile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotReport:
+    """A robot and what is known of it now.
+
+    :param silent: it has not been heard for longer than its radio explains.
+    :param next_contact_s: world seconds until contact is expected.
+    :param mission_id: the mission that it is reserved for.
+    :param lost: set if it was declared lost.
+    """
+
+    view: RobotView
+    connection: Connection
+    last_heard_s: float | None
+    silent: bool
+    next_contact_s: float
+    repertoire: Sequence[str]
+    reach: Sequence[str]
+    mission_id: str | None
+    lost: LostRobotRow | None
+
+
+class RobotDirectory:
+    """Looks robots up."""
+
+    def __init__(
+        self,
+        database: Database,
+        *,
+        worlds: Mapping[str, WorldFile],
+        board: RobotBoard,
+        contact: ContactMonitor,
+        wall: WallClock = SYSTEM_CLOCK,
+    ) -> None:
+        self._database = database
+        self._worlds = worlds
+        self._board = board
+        self._contact = contact
+        self._wall = wall
+
+    def robots(self, world: str | None = None) -> list[RobotReport]:
+        """The robots of a world, or of all worlds, in alphabetical order.
+
+        :raises NotFound: if there is no such world.
+        """
+        if world is not None and world not in self._worlds:
+            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
+        missions = self._missions_by_robot()
+        views = self._board.views(world)
+        with self._database.read() as session:
+            lost = {
+                (row.world, row.robot): row for name in self._worlds for row in lost_robots(session, name)
+            }
+        return [
+            self._robot(view, missions.get((view.world, name)), lost.get((view.world, name)))
+            for name, view in sorted(views.items())
+        ]
+
+    def robot(self, name: str) -> RobotReport:
+        reports = {report.view.name: report for report in self.robots()}
+        if name not in reports:
+            raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
+        return reports[name]
+
+    def _robot(self, view: RobotView, mission_id: str | None, lost: LostRobotRow | None) -> RobotReport:
+        epoch_s = self._wall.epoch_s()
+        world = self._worlds[view.world]
+        spec = world.robot(view.name)
+        return RobotReport(
+            view=view,
+            connection=view.connection(epoch_s),
+            last_heard_s=None if view.heard_at is None else round(epoch_s - view.heard_at, 3),
+            silent=self._contact.silent_in_s(view.name) == 0,
+            next_contact_s=round(self._contact.next_contact_s(view.name), 3),
+            repertoire=spec.repertoire,
+            reach=[place.name for place in world.reach_of(spec)],
+            mission_id=mission_id,
+            lost=lost,
+        )
+
+    def _missions_by_robot(self) -> Mapping[tuple[str, str], str]:
+        query = (
+            select(MissionRow.world, ScriptRow.robot, MissionRow.id)
+            .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
+            .where(
+                MissionRow.state.not_in(ENDED),
+                ScriptRow.delivery != Delivery.REFUSED,
+                ScriptRow.plan_id == MissionRow.plan_id,
+                or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
+            )
+        )
+        with self._database.read() as session:
+            return {(world, robot): mission for world, robot, mission in session.execute(query)}

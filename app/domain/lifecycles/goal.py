@@ -1,0 +1,139 @@
+"""A goal's life cycle: its states, the allowed transitions, and the only code that assigns them."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Protocol
+
+from app.domain.lifecycles.transitions import Stateful, change_state
+
+
+class GoalState(StrEnum):
+    """Where a goal is between being submitted and being over."""
+
+    SUBMITTED = "submitted"
+    """Queued for planning, for the first time or, with a reason, again."""
+    PLANNING = "planning"
+    """A planning process works on it."""
+    WAITING = "waiting"
+    """There is no plan now; it is planned again when something of its world becomes free. The reason names what."""
+    PLANNED = "planned"
+    """At least one plan waits for an operator's decision."""
+    UNSOLVABLE = "unsolvable"
+    """Over: there is no plan, or none was found. The outcome is the planning status."""
+    COMMITTED = "committed"
+    """A mission carries it out."""
+    FINISHED = "finished"
+    """Over: its mission has ended. The outcome is the mission's state."""
+    WITHDRAWN = "withdrawn"
+    """Over without a mission: cancelled, its last plan rejected, or its world does not run any more."""
+
+
+TO_BE_PLANNED = (GoalState.SUBMITTED, GoalState.WAITING, GoalState.PLANNING)
+"""The states of a goal that has no plan yet."""
+UNDECIDED = (*TO_BE_PLANNED, GoalState.PLANNED)
+"""The states of a goal that no mission carries out yet; it may be cancelled."""
+OPEN = (*UNDECIDED, GoalState.COMMITTED)
+"""The states of a goal that is not over."""
+
+_TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
+    GoalState.SUBMITTED: (
+        GoalState.PLANNING,
+        GoalState.WAITING,  # its world was started again
+        GoalState.UNSOLVABLE,  # its planning cannot even begin
+        GoalState.WITHDRAWN,
+    ),
+    GoalState.PLANNING: (
+        GoalState.PLANNING,  # another process has taken its planning over
+        GoalState.WAITING,
+        GoalState.PLANNED,
+        GoalState.UNSOLVABLE,
+        GoalState.WITHDRAWN,
+    ),
+    GoalState.WAITING: (
+        GoalState.PLANNING,
+        GoalState.WAITING,  # for something else: its world was started again
+        GoalState.UNSOLVABLE,
+        GoalState.WITHDRAWN,
+    ),
+    GoalState.PLANNED: (
+        GoalState.SUBMITTED,  # its plan has expired
+        GoalState.WAITING,  # its world was started again
+        GoalState.COMMITTED,
+        GoalState.WITHDRAWN,
+    ),
+    GoalState.COMMITTED: (
+        GoalState.COMMITTED,  # its mission gets a repaired plan
+        GoalState.FINISHED,
+    ),
+    GoalState.UNSOLVABLE: (),
+    GoalState.FINISHED: (),
+    GoalState.WITHDRAWN: (),
+}
+
+
+class Goal(Stateful, Protocol):
+    """What of a goal its life cycle assigns."""
+
+    reason: str
+    outcome: str | None
+    plan_id: str | None
+    mission_id: str | None
+
+
+def resubmit(goal: Goal, reason: str) -> None:
+    """Queue a planned goal for planning again: its plan has expired."""
+    _change(goal, GoalState.SUBMITTED, reason)
+
+
+def begin_planning(goal: Goal) -> None:
+    _change(goal, GoalState.PLANNING)
+
+
+def wait(goal: Goal, reason: str) -> None:
+    """Have the goal planned again when something of its world becomes free."""
+    _change(goal, GoalState.WAITING, reason)
+
+
+def propose(goal: Goal, plan_id: str, reason: str = "") -> None:
+    """Have a plan of the goal decided on.
+
+    :param reason: what speaks against the plan, such as a missed deadline.
+    """
+    _change(goal, GoalState.PLANNED, reason)
+    goal.plan_id = plan_id
+
+
+def give_up(goal: Goal, *, outcome: str, reason: str) -> None:
+    """End the goal without a plan."""
+    _change(goal, GoalState.UNSOLVABLE, reason)
+    goal.outcome = outcome
+
+
+def commit(goal: Goal, *, plan_id: str, mission_id: str) -> None:
+    """Have the goal carried out by a mission, or by the same mission with a repaired plan."""
+    _change(goal, GoalState.COMMITTED, goal.reason)
+    goal.plan_id = plan_id
+    goal.mission_id = mission_id
+
+
+def finish(goal: Goal, *, outcome: str, reason: str) -> None:
+    """End the goal with its mission.
+
+    :param outcome: the mission's last state.
+    """
+    _change(goal, GoalState.FINISHED, reason)
+    goal.outcome = outcome
+
+
+def withdraw(goal: Goal, *, outcome: str, reason: str) -> None:
+    """End the goal before a mission carries it out.
+
+    :param outcome: why it is withdrawn, in one stable word.
+    """
+    _change(goal, GoalState.WITHDRAWN, reason)
+    goal.outcome = outcome
+
+
+def _change(goal: Goal, state: GoalState, reason: str = "") -> None:
+    change_state(goal, state, _TRANSITIONS, what="goal")
+    goal.reason = reason

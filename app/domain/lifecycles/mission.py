@@ -1,0 +1,191 @@
+"""A mission's life cycle: its states, the allowed transitions, and the only code that assigns them.
+
+A paused mission keeps the state that it resumes to. What happens meanwhile changes that state, by the same table.
+"""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Protocol
+
+from app.domain.errors import IllegalTransition
+from app.domain.lifecycles.transitions import Stateful, change_state, check_transition
+from robots.wire import FailureCategory
+
+OVERDUE = "its deadline has passed"
+
+
+class MissionState(StrEnum):
+    """Where a mission is between the approval of its plan and its end."""
+
+    PENDING = "pending"
+    """Its plan is approved; its scripts are not made yet."""
+    DISPATCHING = "dispatching"
+    """Its scripts are on their way to the robots; none is known to be at work."""
+    RUNNING = "running"
+    """At least one robot is at work."""
+    PAUSED = "paused"
+    """An operator has stopped it for a while; it keeps the state that it resumes to."""
+    UNKNOWN = "unknown"
+    """A robot owes an answer for longer than its radio explains."""
+    RECOVERING = "recovering"
+    """Something has gone wrong: its robots are made safe and its plan is repaired."""
+    COMPLETED = "completed"
+    """Over: all its goals are believed true."""
+    PARTIALLY_COMPLETED = "partially_completed"
+    """Over: some goal is not true, though some robot has finished its script."""
+    FAILED = "failed"
+    """Over: no robot has finished its script, or the mission's world or workflow failed."""
+    CANCELLED = "cancelled"
+    """Over: an operator has cancelled it, and its robots have stopped."""
+
+    @property
+    def ended(self) -> bool:
+        return self in ENDED
+
+
+ENDED = frozenset(
+    {
+        MissionState.COMPLETED,
+        MissionState.PARTIALLY_COMPLETED,
+        MissionState.FAILED,
+        MissionState.CANCELLED,
+    }
+)
+
+_TRANSITIONS: Mapping[MissionState, frozenset[MissionState]] = {
+    MissionState.PENDING: frozenset(
+        {MissionState.DISPATCHING, MissionState.PAUSED, MissionState.FAILED, MissionState.CANCELLED}
+    ),
+    MissionState.DISPATCHING: ENDED
+    | {
+        MissionState.DISPATCHING,  # the scripts of a repaired plan are made
+        MissionState.RUNNING,
+        MissionState.PAUSED,
+        MissionState.UNKNOWN,
+        MissionState.RECOVERING,
+    },
+    MissionState.RUNNING: ENDED | {MissionState.PAUSED, MissionState.UNKNOWN, MissionState.RECOVERING},
+    MissionState.PAUSED: ENDED
+    | {
+        MissionState.PENDING,
+        MissionState.DISPATCHING,
+        MissionState.RUNNING,
+        MissionState.UNKNOWN,
+        MissionState.RECOVERING,
+    },
+    MissionState.UNKNOWN: ENDED
+    | {
+        MissionState.DISPATCHING,  # all robots have answered, and none has begun
+        MissionState.RUNNING,
+        MissionState.PAUSED,
+        MissionState.RECOVERING,
+    },
+    MissionState.RECOVERING: ENDED
+    | {
+        MissionState.DISPATCHING,  # with a repaired plan
+        MissionState.PAUSED,
+        MissionState.UNKNOWN,  # a robot does not answer the order to stop
+    },
+    MissionState.COMPLETED: frozenset(),
+    MissionState.PARTIALLY_COMPLETED: frozenset(),
+    MissionState.FAILED: frozenset(),
+    MissionState.CANCELLED: frozenset(),
+}
+
+
+class Mission(Stateful, Protocol):
+    """What of a mission its life cycle assigns.
+
+    `resume_to` is set while it is paused; `reason` says why it is in its state, without that it is overdue.
+    """
+
+    resume_to: str | None
+    reason: str
+    failure: str | None
+    is_overdue: bool
+    ended_at_s: float | None
+
+
+def has_ended(mission: Stateful) -> bool:
+    return mission.state in ENDED
+
+
+def is_paused(mission: Stateful) -> bool:
+    return mission.state == MissionState.PAUSED
+
+
+def active_state(mission: Mission) -> MissionState:
+    """The mission's state; of a paused one the state that it resumes to."""
+    if is_paused(mission):
+        return MissionState(mission.resume_to or MissionState.RUNNING)
+    return MissionState(mission.state)
+
+
+def full_reason(mission: Mission) -> str:
+    """Why the mission is in its state, in words, and that it is overdue while it goes on."""
+    return with_overdue(mission.reason, is_overdue=mission.is_overdue and not has_ended(mission))
+
+
+def with_overdue(reason: str, *, is_overdue: bool) -> str:
+    return "; ".join(filter(None, (reason, OVERDUE if is_overdue else "")))
+
+
+def dispatch(mission: Mission) -> None:
+    """Have scripts made of the plan that the mission carries out from now on, and delivered."""
+    _change(mission, MissionState.DISPATCHING)
+    mission.reason = ""
+    mission.failure = None
+
+
+def begin_work(mission: Mission) -> bool:
+    """Note that a robot is at work; True if that is news of a mission that goes on."""
+    if mission.state != MissionState.DISPATCHING:
+        return False
+    _change(mission, MissionState.RUNNING)
+    return True
+
+
+def assess(
+    mission: Mission, state: MissionState, *, reason: str, failure: FailureCategory | None, is_overdue: bool
+) -> None:
+    """Note how the mission stands; `paused` leaves its state as it is."""
+    if state not in (MissionState.PAUSED, active_state(mission)):
+        _change(mission, state)
+    mission.reason = reason
+    mission.failure = failure
+    mission.is_overdue = mission.is_overdue or is_overdue
+
+
+def pause(mission: Mission) -> None:
+    before = mission.state
+    change_state(mission, MissionState.PAUSED, _TRANSITIONS, what="mission")
+    mission.resume_to = before
+
+
+def resume(mission: Mission) -> None:
+    if not is_paused(mission):
+        raise IllegalTransition(f"a mission that is {mission.state} cannot be resumed")
+    change_state(mission, active_state(mission), _TRANSITIONS, what="mission")
+    mission.resume_to = None
+
+
+def end(
+    mission: Mission, state: MissionState, *, reason: str, failure: FailureCategory | None, ended_at_s: float
+) -> None:
+    """End the mission.
+
+    :param ended_at_s: world's clock.
+    """
+    change_state(mission, state, _TRANSITIONS, what="mission")
+    mission.resume_to = None
+    mission.reason = reason
+    mission.failure = failure
+    mission.ended_at_s = ended_at_s
+
+
+def _change(mission: Mission, target: MissionState) -> None:
+    if is_paused(mission):
+        check_transition(active_state(mission), target, _TRANSITIONS, what="paused mission")
+        mission.resume_to = target
+    else:
+        change_state(mission, target, _TRANSITIONS, what="mission")

@@ -1,0 +1,252 @@
+"""A script's life cycle: its delivery, the robot's state with it, and the orders on it.
+
+Orders (cancel, pause, resume) are numbered, for they overtake each other on their way to the robot. The last one stands
+in the record until the robot has answered it.
+"""
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from typing import Any, Protocol
+
+from app.domain.lifecycles.mission import Mission, has_ended, is_paused
+from app.domain.lifecycles.transitions import check_transition
+from robots.wire import Control, ControlVerb, FailureCategory, ScriptState
+
+
+class Delivery(StrEnum):
+    """Where a script is on its way to its robot."""
+
+    PENDING = "pending"
+    """It is sent until the robot answers."""
+    ACKNOWLEDGED = "acknowledged"
+    """The robot has agreed to it."""
+    REFUSED = "refused"
+    """The robot has not agreed to it."""
+    WITHDRAWN = "withdrawn"
+    """It is not to be carried out any more: its mission or its world has ended, or it was cancelled on the way."""
+
+
+DELIVERABLE = (Delivery.PENDING, Delivery.ACKNOWLEDGED)
+"""The deliveries of a script that its robot may carry out."""
+TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
+"""The states of a script that its robot has ended."""
+_AT_WORK = frozenset({ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUSED})
+
+_DELIVERIES: Mapping[Delivery, tuple[Delivery, ...]] = {
+    Delivery.PENDING: (Delivery.ACKNOWLEDGED, Delivery.REFUSED, Delivery.WITHDRAWN),
+    Delivery.ACKNOWLEDGED: (Delivery.WITHDRAWN,),  # of a lost robot whose world was started again
+    Delivery.REFUSED: (),
+    Delivery.WITHDRAWN: (),
+}
+_STATES: Mapping[ScriptState | None, frozenset[ScriptState]] = {
+    None: _AT_WORK | TERMINAL_SCRIPTS,  # nothing was heard of it yet
+    **dict.fromkeys(_AT_WORK, _AT_WORK | TERMINAL_SCRIPTS),
+    **dict.fromkeys(TERMINAL_SCRIPTS, frozenset[ScriptState]()),
+}
+_FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptState.RUNNING}
+"""The state of a script whose robot has agreed to an order."""
+
+
+class Script(Protocol):
+    """What of a script its life cycle assigns.
+
+    `control` and `control_number` are the order that the robot has not answered, `orders` the greatest number given;
+    `question` is the id of the open status query, `clearance` of the open clearance; `stopping` once the robot was told
+    to cancel; `abandoned` once the robot was lost; `heard_at_s`: when it last said how it stands (world's clock).
+    """
+
+    id: str
+    plan_id: str
+    delivery: str
+    state: str | None
+    detail: str
+    category: str | None
+    perceived: list[Any]
+    heard_at_s: float | None
+    stopping: bool
+    abandoned: bool
+    orders: int
+    control: str | None
+    control_number: int | None
+    question: str | None
+    clearance: str | None
+
+
+class MissionOfScript(Mission, Protocol):
+    """A mission with the plan that it carries out now."""
+
+    plan_id: str
+
+
+def has_terminated(script: Script) -> bool:
+    """True if the robot has ended the script, well or badly."""
+    return script.state in TERMINAL_SCRIPTS
+
+
+def has_failed(script: Script) -> bool:
+    """True if the script will not be carried out to its end."""
+    ended_badly = has_terminated(script) and script.state != ScriptState.FINISHED
+    return script.stopping or script.abandoned or script.delivery == Delivery.REFUSED or ended_badly
+
+
+def acknowledge(script: Script) -> None:
+    _deliver(script, Delivery.ACKNOWLEDGED)
+
+
+def refuse(script: Script, reason: str) -> None:
+    """Note that the robot does not agree to the script; one that was told to drop it before has cancelled it."""
+    if script.stopping:
+        _deliver(script, Delivery.WITHDRAWN)
+        _set_state(script, ScriptState.CANCELLED)
+    else:
+        _deliver(script, Delivery.REFUSED)
+        script.detail = reason
+
+
+def hear(script: Script, state: str | None, at_s: float) -> None:
+    """Note how the robot stands; what it said last counts, not what arrived last.
+
+    :param at_s: when it said so (world's clock).
+    """
+    if not has_terminated(script) and at_s >= (script.heard_at_s or 0.0):
+        _set_state(script, None if state is None else ScriptState(state))
+    script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
+
+
+def end(
+    script: Script,
+    state: ScriptState,
+    *,
+    at_s: float,
+    detail: str,
+    category: FailureCategory | None,
+    perceived: Sequence[Mapping[str, Any]],
+) -> None:
+    """Note that the robot has ended the script: it is not asked or told anything any more."""
+    _set_state(script, state)
+    script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
+    script.detail = detail
+    script.category = category
+    script.perceived = list(perceived)
+    _settle_all(script)
+    if script.delivery == Delivery.PENDING:
+        _deliver(script, Delivery.WITHDRAWN if script.stopping else Delivery.ACKNOWLEDGED)
+
+
+def forget(script: Script, detail: str) -> None:
+    """Note that the robot does not know the script any more."""
+    _set_state(script, ScriptState.FAILED)
+    script.category = FailureCategory.ROBOT
+    script.detail = detail
+
+
+def withdraw(script: Script) -> None:
+    """Have nothing of the script delivered any more: its mission has ended."""
+    _settle_all(script)
+    if script.delivery == Delivery.PENDING:
+        _deliver(script, Delivery.WITHDRAWN)
+
+
+def abandon(script: Script) -> None:
+    """Do without the script, for its robot is lost; the robot is told to stop whenever it is heard."""
+    script.abandoned = True
+    script.question = None
+    script.clearance = None
+    if not script.stopping:
+        order(script, ControlVerb.CANCEL)
+
+
+def release_abandoned(script: Script) -> None:
+    """A lost robot need not stop any more: its world was started again."""
+    script.abandoned = False
+    _settle_all(script)
+    if script.delivery in DELIVERABLE:
+        _deliver(script, Delivery.WITHDRAWN)
+
+
+def ask(script: Script, question_id: str) -> None:
+    """Have the robot asked how it stands."""
+    script.question = question_id
+
+
+def note_answer(script: Script, question_id: str | None) -> None:
+    """Note that the robot has answered a question; an answer to an earlier one leaves the open one open."""
+    if script.question == question_id:
+        script.question = None
+
+
+def order(script: Script, verb: ControlVerb) -> None:
+    """Have the robot told, in place of any order that it has not answered yet."""
+    script.orders += 1
+    script.control = verb.value
+    script.control_number = script.orders
+    script.stopping = script.stopping or verb is ControlVerb.CANCEL
+
+
+def unanswered_order(script: Script) -> Control | None:
+    """The order that the robot has not answered yet."""
+    if script.control is None or script.control_number is None:
+        return None
+    return Control(script_id=script.id, verb=ControlVerb(script.control), number=script.control_number)
+
+
+def order_label(control: Control) -> str:
+    """The order's name among those on its script; part of message ids."""
+    return f"{control.verb.value}:{control.number}"
+
+
+def settle_order(script: Script) -> None:
+    """Note that the robot has answered the order."""
+    script.control = None
+    script.control_number = None
+
+
+def settle_clearance(script: Script) -> None:
+    """Note that the robot has answered the clearance."""
+    script.clearance = None
+
+
+def follow_order(script: Script, verb: ControlVerb, at_s: float) -> None:
+    """Note that the robot has agreed to the order."""
+    hear(script, _FOLLOWED.get(verb, script.state), at_s)
+    settle_order(script)
+
+
+def can_be_ordered(script: Script, mission: MissionOfScript) -> bool:
+    """True if pausing and resuming concerns it.
+
+    A script that is not agreed to yet is held back while the mission is paused; one that was told to stop is not told
+    anything else any more.
+    """
+    if script.stopping or script.abandoned or script.plan_id != mission.plan_id or has_ended(mission):
+        return False
+    return script.delivery == Delivery.ACKNOWLEDGED and not has_terminated(script)
+
+
+def reissue_if_diverged(script: Script, mission: MissionOfScript) -> None:
+    """Order again if the robot has answered its orders and yet is paused where its mission is not, or is not where it
+    is.
+    """
+    if script.control is not None or not can_be_ordered(script, mission):
+        return
+    should_pause = is_paused(mission)
+    if (script.state == ScriptState.PAUSED) != should_pause:
+        order(script, ControlVerb.PAUSE if should_pause else ControlVerb.RESUME)
+
+
+def _settle_all(script: Script) -> None:
+    settle_order(script)
+    script.question = None
+    script.clearance = None
+
+
+def _deliver(script: Script, delivery: Delivery) -> None:
+    check_transition(script.delivery, delivery, _DELIVERIES, what="script's delivery")
+    script.delivery = delivery
+
+
+def _set_state(script: Script, state: ScriptState | None) -> None:
+    if state == script.state:
+        return
+    check_transition(script.state, state, _STATES, what="script")
+    script.state = state

@@ -1,0 +1,52 @@
+"""How far a mission has come with its plan, as the record says."""
+
+from collections.abc import Sequence
+
+from app.store import MissionRow, ScriptRow
+from planner import PlanNet
+from planner.repair import MissionProgress
+from robots.wire import PacketState
+
+NOT_BEGUN = frozenset({PacketState.WAITING, PacketState.INITIALIZING})
+
+
+def begun(scripts: Sequence[ScriptRow]) -> frozenset[str]:
+    """The actions that a robot of one plan is known to have begun."""
+    return frozenset(
+        action
+        for script in scripts
+        for action, known in script.packets.items()
+        if known["state"] not in NOT_BEGUN
+    )
+
+
+def done(scripts: Sequence[ScriptRow]) -> frozenset[str]:
+    """The actions of which all robots of one plan that take part have reported the end: the facts tell of them."""
+    finished, left = set[str](), set[str]()
+    for script in scripts:
+        for packet in script.body["packets"]:
+            state = script.packets.get(packet["id"], {}).get("state")
+            (finished if state == PacketState.FINISHED else left).add(packet["id"])
+    return frozenset(finished - left)
+
+
+def progress_of(
+    mission: MissionRow,
+    scripts: Sequence[ScriptRow],
+    plan_net: PlanNet,
+    *,
+    without: frozenset[str],
+    now_s: float,
+) -> MissionProgress:
+    """How far the plan is that the mission carries out, once all its robots have stopped.
+
+    :param scripts: of that plan.
+    :param without: the robots that are not to be planned with any more.
+    """
+    begun_s = mission.started_at_s if mission.revised_at_s is None else mission.revised_at_s
+    known = {action.id for action in plan_net.actions}
+    return MissionProgress(
+        done=done(scripts) & known,
+        lost=without,
+        elapsed_s=0.0 if begun_s is None else max(0.0, now_s - begun_s),
+    )

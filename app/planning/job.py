@@ -1,0 +1,152 @@
+"""The skeleton of the durable jobs that plan: a goal, alternatives to its plan, the repair of a mission's plan.
+
+First, in one transaction, the record is locked and checked and the problem is built. Then a planning process works on
+it, watched, without a lock. Last, in another transaction, the result is recorded, unless the record does not want it
+any more: the goal was cancelled, say, or another process has begun to plan it. If the job keeps failing it is given up.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import ClassVar, Generic, TypeVar
+
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.domain.plan_document import DifferenceBody, RepairsBody
+from app.planning.pool.pool import PlanningWorker, WorkerClosed
+from app.planning.pool.process import Watch
+from app.planning.pool.work import Solution, Solutions, Work, WorkResult
+from app.planning.problem_builder import GoalProblem
+from app.planning.progress_watch import ProgressWatch
+from app.store import GoalRow, MissionRow
+from app.workflows import or_give_up, step
+from planner import PlanNet, PlanningStatus
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplacedPlan:
+    """A plan of a goal that is to be replaced: it has expired, or a mission cannot go on with it."""
+
+    plan_id: str
+    plan_net: PlanNet
+
+    def repaired_by(self, solution: Solution) -> RepairsBody | None:
+        """What the new plan says of this one; None if it was not made from it."""
+        repair = solution.repair
+        if repair is None or repair.difference is None:
+            return None
+        difference = DifferenceBody.model_validate(repair.difference, from_attributes=True)
+        return RepairsBody(plan_id=self.plan_id, course=repair.course, difference=difference)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningTask:
+    """What is planned in one turn of a job.
+
+    :param time_limit_s: of the work, once a process takes it up.
+    :param replaces: the plan that the work repairs.
+    """
+
+    problem: GoalProblem
+    work: Work[Solutions]
+    time_limit_s: float
+    replaces: ReplacedPlan | None = None
+
+
+Row = TypeVar("Row", GoalRow, MissionRow)
+Task = TypeVar("Task", bound=PlanningTask)
+
+
+class PlanningJob(ABC, Generic[Row, Task]):
+    """A durable job that plans for a goal or a mission, the subject."""
+
+    step_name: ClassVar[str]
+    """The name that the workflow's step is recorded under."""
+
+    def __init__(self, core: Core, *, worker: PlanningWorker, clock: WallClock = SYSTEM_CLOCK) -> None:
+        self._database = core.database
+        self._events = core.events
+        self._knowledge_base = core.knowledge_base
+        self._worker = worker
+        self._clock = clock
+
+    @abstractmethod
+    def load(self, session: Session, subject_id: str, *, lock: bool) -> Row:
+        """Read the subject; locking a mission locks its goal first."""
+
+    @abstractmethod
+    def begin(self, session: Session, subject: Row) -> Task | None:
+        """What is to be planned; None if a plan is not wanted any more."""
+
+    @abstractmethod
+    def turn(self, subject: Row) -> Hashable:
+        """What tells this turn of planning from the next one, which answers another question.
+
+        None while no plan is wanted.
+        """
+
+    @abstractmethod
+    def conclude(self, session: Session, subject: Row, task: Task, result: WorkResult[Solutions]) -> None:
+        """Record the result."""
+
+    @abstractmethod
+    def give_up(self, session: Session, subject: Row, reason: str) -> None:
+        """Record that planning keeps failing, if a plan is wanted."""
+
+    def run(self, subject_id: str) -> None:
+        """The workflow."""
+        or_give_up(
+            lambda: step(self.step_name, lambda: self.plan_once(subject_id)),
+            partial(self._give_up, subject_id),
+        )
+
+    def plan_once(self, subject_id: str) -> None:
+        """The workflow's step: plan for the subject and record the result, if a plan is wanted then and still after."""
+        with self._database.write() as session:
+            subject = self.load(session, subject_id, lock=True)
+            task = self.begin(session, subject)
+            if task is None:
+                return
+            turn = self.turn(subject)
+            goal_id = _goal_of(session, subject).id
+
+        def is_wanted(session: Session) -> bool:
+            return self.turn(self.load(session, subject_id, lock=False)) == turn
+
+        watch = ProgressWatch(self._database, self._events, goal_id, is_wanted=is_wanted, clock=self._clock)
+        try:
+            result = self._result(task, watch)
+        except WorkerClosed:  # the service ends; the job is taken up again when it is back
+            return
+        with self._database.write() as session:
+            subject = self.load(session, subject_id, lock=True)
+            _goal_of(session, subject).planning = None
+            if self.turn(subject) == turn:
+                self.conclude(session, subject, task, result)
+
+    def _give_up(self, subject_id: str, reason: str) -> None:
+        with self._database.write() as session:
+            subject = self.load(session, subject_id, lock=True)
+            _goal_of(session, subject).planning = None
+            self.give_up(session, subject, reason)
+
+    def _result(self, task: Task, watch: Watch) -> WorkResult[Solutions]:
+        problem = task.problem
+        if problem.refusal:
+            result: WorkResult[Solutions] = WorkResult(
+                status=PlanningStatus.UNSOLVABLE, reason=problem.refusal
+            )
+        else:
+            result = self._worker.do(task.work, task.time_limit_s, watch)
+        if result.answer is not None or not problem.waits_for:
+            return result
+        if never := problem.why_never(self._knowledge_base):
+            return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=never)
+        return replace(result, waits_for=problem.blocking_only(self._knowledge_base).waits_for)
+
+
+def _goal_of(session: Session, subject: GoalRow | MissionRow) -> GoalRow:
+    return subject if isinstance(subject, GoalRow) else session.get_one(GoalRow, subject.goal_id)

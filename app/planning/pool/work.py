@@ -1,0 +1,161 @@
+"""What planning processes do: the engine that each makes, the kinds of work, and the one type of their results.
+
+Everything here is picklable, as it passes between the service and a planning process.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Generic, TypeAlias, TypeVar
+
+from planner import (
+    KnowledgeBase,
+    Observer,
+    PlanNet,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    load_knowledge_base,
+)
+from planner.alternatives import alternatives
+from planner.explanation import Explanation, explain
+from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkResult(Generic[Answer]):
+    """What came of work; that there is no answer is expected, and no exception.
+
+    :param answer: set exactly when solved.
+    :param reason: why there is no answer, for operators; empty if only the status tells.
+    :param waits_for: the missions and robots that may stand in the way of an answer; empty if none do.
+    """
+
+    status: PlanningStatus
+    answer: Answer | None = None
+    reason: str = ""
+    waits_for: str = ""
+
+    @classmethod
+    def solved(cls, answer: Answer) -> "WorkResult[Answer]":
+        return cls(status=PlanningStatus.SOLVED, answer=answer)
+
+    @property
+    def why(self) -> str:
+        """The reason, never empty."""
+        return self.reason or self.status.value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """A plan that was found.
+
+    :param repair: how it was made from another plan, if it was.
+    :param label: what it is best at among the alternatives.
+    :param comparison: what it costs and saves against the shortest alternative, in words.
+    """
+
+    result: PlanningResult
+    repair: Repair | None = None
+    label: str = ""
+    comparison: str = ""
+
+
+Solutions: TypeAlias = tuple[Solution, ...]
+Work: TypeAlias = Callable[[PlanningEngine, Observer], WorkResult[Answer]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanWork:
+    """Plan a problem."""
+
+    problem: PlanningProblem
+    request: PlanningRequest
+
+    def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
+        return _of_result(engine.plan(self.problem, self.request, observer))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepairWork:
+    """Repair a plan, of which some may be done."""
+
+    knowledge_base: KnowledgeBase
+    plan_net: PlanNet
+    problem: PlanningProblem
+    request: PlanningRequest
+    progress: MissionProgress = field(default=NOT_BEGUN)
+
+    def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
+        repaired = repair(
+            engine, self.knowledge_base, self.plan_net, self.problem, self.progress, self.request, observer
+        )
+        return _of_result(repaired.result, repaired)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlternativesWork:
+    """Find alternatives to a proposed plan, itself included."""
+
+    knowledge_base: KnowledgeBase
+    problem: PlanningProblem
+    request: PlanningRequest
+    count: int
+    proposed: PlanningResult
+
+    def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
+        found = alternatives(
+            engine,
+            self.knowledge_base,
+            self.problem,
+            self.request,
+            observer,
+            k=self.count,
+            proposed=self.proposed,
+        )
+        if not found:
+            return WorkResult(
+                status=PlanningStatus.NOT_FOUND, reason="no plan was found as the world is by now"
+            )
+        return WorkResult.solved(
+            tuple(Solution(result=one.result, label=one.label, comparison=one.words) for one in found)
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplainWork:
+    """Explain a plan, with what it costs to do without each of its robots."""
+
+    knowledge_base: KnowledgeBase
+    plan_net: PlanNet
+    problem: PlanningProblem
+    request: PlanningRequest
+
+    def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Explanation]:
+        return WorkResult.solved(self._explained(engine, observer))
+
+    def without_costs(self) -> Explanation:
+        """The explanation as far as it takes no planning."""
+        return self._explained(None, Observer())
+
+    def _explained(self, engine: PlanningEngine | None, observer: Observer) -> Explanation:
+        return explain(self.plan_net, self.problem, self.knowledge_base, engine, self.request, observer)
+
+
+def _of_result(result: PlanningResult, repaired: Repair | None = None) -> WorkResult[Solutions]:
+    if result.plan_net is None:
+        return WorkResult(status=result.status, reason=result.reason)
+    return WorkResult.solved((Solution(result=result, repair=repaired),))
+
+
+def make_engine() -> PlanningEngine:
+    """The planning engine, warm. Called inside the planning process."""
+    # NOTE: imported here, for only the planning process needs the engines, and they take seconds.
+    from planner.engines.registry import portfolio
+
+    engine = portfolio(load_knowledge_base())
+    engine.warm_up()
+    return engine

@@ -1,0 +1,70 @@
+"""Queries of goals, missions and lost robots that several services share."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+from sqlalchemy import and_, or_, select
+from sqlalchemy.orm import Session
+
+from app.domain.errors import Invalid, unrecorded
+from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
+from app.store.tables import GoalRow, LostRobotRow, MissionRow, PlanRow, ScriptRow
+
+Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
+
+UNENDED_SCRIPT = (
+    ScriptRow.delivery.in_(DELIVERABLE),
+    ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
+)
+"""Conditions on scripts: given to a robot, which has not reported their end."""
+
+
+def lock_goal(session: Session, goal_id: str) -> GoalRow:
+    """The goal's row, locked.
+
+    :raises NotFound: if there is none.
+    """
+    row = session.get(GoalRow, goal_id, with_for_update=True)
+    if row is None:
+        raise unrecorded("goal", goal_id)
+    return row
+
+
+def lock_mission(session: Session, mission_id: str) -> MissionRow:
+    """The mission's row, locked; its goal's row is locked before it, in the order that all transactions keep."""
+    goal_id = session.scalars(select(MissionRow.goal_id).where(MissionRow.id == mission_id)).one()
+    session.get_one(GoalRow, goal_id, with_for_update=True)
+    return session.get_one(MissionRow, mission_id, with_for_update=True)
+
+
+def lost_robots(session: Session, world: str) -> Sequence[LostRobotRow]:
+    """The robots of a world that were declared lost, in alphabetical order."""
+    query = select(LostRobotRow).where(LostRobotRow.world == world).order_by(LostRobotRow.robot)
+    return session.scalars(query).all()
+
+
+def lost_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
+    """The lost robots of a world, each with the reason in words why it is not recruited."""
+    return {row.robot: f"which {row.declared_by} declared lost" for row in lost_robots(session, world)}
+
+
+def page(
+    session: Session, table: type[Row], *, limit: int, after: str | None, **equal: str | None
+) -> tuple[Sequence[Row], str | None]:
+    """A page of rows, newest first: `limit` rows after the continuation token, and the next page's token or None.
+
+    :param equal: columns and the values they must have; None leaves a column open.
+    :raises Invalid: if the token is none of ours.
+    """
+    query = select(table).where(*(getattr(table, name) == v for name, v in equal.items() if v is not None))
+    if after is not None:
+        created_at, _, row_id = after.partition("~")
+        if not row_id:
+            raise Invalid(f"no such continuation token: {after!r}", code="unknown-token")
+        same = and_(table.created_at == created_at, table.id < row_id)
+        query = query.where(or_(table.created_at < created_at, same))
+    rows = session.scalars(query.order_by(table.created_at.desc(), table.id.desc()).limit(limit + 1)).all()
+    if len(rows) <= limit:
+        return rows, None
+    last = rows[limit - 1]
+    return rows[:limit], f"{last.created_at}~{last.id}"

@@ -1,0 +1,90 @@
+"""What is not known of a world: objects and robots without a believed place, robots that are lost or do not answer."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION
+from app.domain.world_model.timeliness import DatedFact
+from app.store.records import lost_robots
+from app.store.tables import MissionRow, ScriptRow, UnknownRow
+from planner import Fact
+
+PLACED = (OBJECT_POSITION, ROBOT_POSITION)
+
+
+def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
+    """Objects and robots that lost their believed place, in alphabetical order."""
+    query = select(UnknownRow).where(UnknownRow.world == world).order_by(UnknownRow.name)
+    return session.scalars(query).all()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unknown:
+    """A sample or robot whose place or state is not known; `last` is where it was believed to be."""
+
+    name: str
+    reason: str
+    since_s: float | None
+    last: DatedFact | None
+
+
+def list_unknowns(
+    session: Session, world: str, *, known: Sequence[DatedFact], samples: Collection[str]
+) -> list[Unknown]:
+    """What is not known of a world, in alphabetical order, each name once.
+
+    :param known: every fact that is believed.
+    :param samples: the names of the world's samples.
+    """
+    placed = {one.fact.args[0]: one for one in known if one.fact.predicate == ROBOT_POSITION}
+    found = {row.name: _misplaced(row) for row in unknown_rows(session, world)}
+    located = {one.fact.args[0] for one in known if one.fact.predicate == OBJECT_POSITION}
+    for name in set(samples) - located - found.keys():
+        found[name] = Unknown(name=name, reason="nobody has said where it is", since_s=None, last=None)
+    for row in lost_robots(session, world):
+        reason = f"{row.declared_by} declared it lost" + (f": {row.comment}" if row.comment else "")
+        last = placed.get(row.robot)
+        found[row.robot] = Unknown(name=row.robot, reason=reason, since_s=row.since_s, last=last)
+        for held in (one for one in known if one.fact.predicate == OBJECT_POSITION):
+            sample, _, ref = held.fact.args
+            if ref == row.robot:
+                why = f"it was in {ref}, which {row.declared_by} declared lost"
+                found[sample] = Unknown(name=sample, reason=why, since_s=row.since_s, last=held)
+    for robot, mission_id, heard_at_s in _silent(session, world):
+        reason = f"it has not answered what mission {mission_id} asked or ordered"
+        silent = Unknown(name=robot, reason=reason, since_s=heard_at_s, last=placed.get(robot))
+        found.setdefault(robot, silent)
+    return [found[name] for name in sorted(found)]
+
+
+def _misplaced(row: UnknownRow) -> Unknown:
+    last = DatedFact(
+        fact=Fact(row.believed["predicate"], tuple(row.believed["args"])),
+        source=row.believed_by,
+        at_s=row.believed_at_s,
+    )
+    reason = f"it is not where it was believed to be ({row.source})"
+    return Unknown(name=row.name, reason=reason, since_s=row.since_s, last=last)
+
+
+def _silent(session: Session, world: str) -> Sequence[tuple[str, str, float | None]]:
+    """Robots of missions in `unknown` that owe an answer: robot, mission, last report (world's clock)."""
+    query = (
+        select(ScriptRow.robot, MissionRow.id, ScriptRow.heard_at_s)
+        .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
+        .where(
+            MissionRow.world == world,
+            MissionRow.state == MissionState.UNKNOWN,
+            ScriptRow.plan_id == MissionRow.plan_id,
+            ScriptRow.question.is_not(None)
+            | ScriptRow.control.is_not(None)
+            | (ScriptRow.delivery == Delivery.PENDING),
+            ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
+        )
+    )
+    return [(robot, mission, heard_s) for robot, mission, heard_s in session.execute(query)]

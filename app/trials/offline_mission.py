@@ -1,0 +1,64 @@
+"""From goals to scripts without a service: planned from the world's initial facts, and organised."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.domain.mission_organiser import Organised, load_library, organise
+from app.domain.world_model import Facts, initial_spots, objects_of, planning_problem
+from app.domain.world_model.vocabulary import planner_fact, symbolic_all
+from planner import KnowledgeBase, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
+from robots.wire import BehaviourScript, SymbolicFact
+from robots.world import WorldFile
+
+
+class NoMission(Exception):
+    """Raised when goals are not planned or not organised; says which and why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mission:
+    """Goals turned into scripts."""
+
+    world: WorldFile
+    goals: Sequence[SymbolicFact]
+    plan_net: PlanNet
+    scripts: Sequence[BehaviourScript]
+
+
+def goal_problem(
+    world: WorldFile, facts: Facts, goals: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
+) -> PlanningProblem:
+    """The problem of making the goals true; each names one place, not a location with several berths."""
+    objects = objects_of(world)
+    wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
+    return planning_problem(world, facts, wanted, spots=initial_spots(world))
+
+
+def plan_mission(
+    world: WorldFile,
+    problem: PlanningProblem,
+    engine: PlanningEngine,
+    knowledge_base: KnowledgeBase,
+    request: PlanningRequest,
+) -> Mission:
+    """Plan and organise.
+
+    :raises NoMission: if one of the two fails.
+    """
+    result = engine.plan(problem, request)
+    if result.plan_net is None:
+        raise NoMission(f"{result.status}: {result.reason}")
+    return organised_mission(world, result.plan_net, knowledge_base)
+
+
+def organised_mission(world: WorldFile, plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mission:
+    """Organise a plan-net.
+
+    :raises NoMission: if that fails.
+    """
+    repertoires = {robot.name: robot.repertoire for robot in world.robots}
+    organised = organise(plan_net, load_library(knowledge_base), repertoires, "mission", knowledge_base)
+    if not isinstance(organised, Organised):
+        raise NoMission(organised.reason)
+    goals = symbolic_all(plan_net.goals, knowledge_base)
+    return Mission(world=world, goals=goals, plan_net=plan_net, scripts=organised.scripts)

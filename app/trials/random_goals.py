@@ -1,0 +1,41 @@
+"""Goals drawn by chance among those that a world can take."""
+
+import random
+
+from app.domain.errors import Invalid
+from app.domain.goal_language.check import check_goals
+from app.domain.goal_language.reachability import free_for
+from app.domain.world_model import Facts
+from planner import KnowledgeBase
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+PASSING = frozenset({"interchange", "home"})
+"""Kinds of places where no sample is to stay: it would be in the way."""
+DRAWS = 200
+
+
+def drawn_goals(
+    world: WorldFile, facts: Facts, count: int, seed: int, knowledge_base: KnowledgeBase
+) -> tuple[SymbolicFact, ...]:
+    """So many different samples, each to a location with room for it that it can be carried to.
+
+    :raises Invalid: if no such goals are found.
+    """
+    chance = random.Random(seed)
+    places = {
+        sample.name: [p for p in free_for(sample.name, world, facts) if world.location(p).kind not in PASSING]
+        for sample in world.samples
+    }
+    movable = [sample for sample in places if places[sample]]
+    for _ in range(DRAWS if len(movable) >= count else 0):
+        samples = chance.sample(movable, count)
+        goals = tuple(
+            SymbolicFact(predicate="in", args=(sample, chance.choice(places[sample]))) for sample in samples
+        )
+        if not check_goals(goals, world, facts, knowledge_base):
+            return goals
+    raise Invalid(
+        f"found no {count} goals at once that {world.name} can take: it has {len(movable)} samples that can be carried "
+        "to a free place; ask for fewer goals, or state them"
+    )

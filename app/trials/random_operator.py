@@ -1,0 +1,221 @@
+"""A random operator: submits sensible and senseless goals, decides on plans, pauses and cancels."""
+
+import random
+import uuid
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import httpx2
+
+from app.trials.observer import ENDED, Observer
+from app.trials.random_goals import PASSING
+from robots.world import WorldFile
+
+MAX_OPEN = 8
+DEADLINE_S = 100_000.0
+"""Never missed: the check is that the deadline does not move."""
+NONSENSE = (
+    "move sample_99 to bay_1",
+    "move {sample} to the moon",
+    "move {sample} to {sample}",
+    "dance",
+    "move {sample} to {home}",
+)
+ACTS = {
+    "state": 10,
+    "compete": 2,
+    "talk nonsense": 1,
+    "decide": 8,
+    "pause": 2,
+    "resume": 3,
+    "cancel a mission": 1,
+    "cancel a goal": 1,
+    "submit again": 2,
+    "read": 3,
+}
+"""Acts with their weights."""
+READS = ("/v1/goals", "/v1/plans", "/v1/missions", "/v1/robots", "/v1/executors", "/readyz")
+
+
+@dataclass(slots=True, kw_only=True)
+class SubmittedGoal:
+    """A submitted goal. `goal_id` is None until it is answered."""
+
+    key: str
+    body: Mapping[str, Any]
+    goal_id: str | None = None
+
+
+@dataclass(slots=True, kw_only=True)
+class RandomOperator:
+    """Acts on the API, one act at a time. Answers outside the allowed statuses are complaints."""
+
+    world: WorldFile
+    seed: int
+    observer: Observer
+    submitted: list[SubmittedGoal] = field(default_factory=list)
+    unanswered: list[SubmittedGoal] = field(default_factory=list)
+    """Submissions without an answer: whether they were accepted is unknown until they are repeated."""
+    done: Counter[str] = field(default_factory=Counter)
+    complaints: list[str] = field(default_factory=list)
+    _rng: random.Random = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._rng = random.Random(self.seed)
+
+    @property
+    def open(self) -> Sequence[str]:
+        """The goals that are not known to have ended."""
+        known = self.observer.goals
+        ids = [one.goal_id for one in self.submitted if one.goal_id is not None]
+        return [one for one in ids if one not in known or known[one]["state"] not in ENDED]
+
+    def act(self, api: httpx2.Client) -> None:
+        """Perform one random act.
+
+        :raises httpx2.TransportError: if the service ends meanwhile.
+        """
+        self.catch_up(api)
+        match self._rng.choices(list(ACTS), list(ACTS.values()))[0]:
+            case "state" if len(self.open) < MAX_OPEN:
+                self._state(api, self._errand())
+            case "compete" if len(self.open) < MAX_OPEN:
+                sample = self._sample()
+                self._state(api, f"move {sample} to {self._place()}")
+                self._state(api, f"move {sample} to {self._place()}")
+            case "talk nonsense":
+                self._submit_nonsense(api)
+            case "decide":
+                self._decide(api)
+            case "pause" | "resume" | "cancel a mission" as order:
+                self._order(api, order.split()[0])
+            case "cancel a goal":
+                self._cancel_goal(api)
+            case "submit again":
+                self._submit_again(api)
+            case "read":
+                self._ask(api, "GET", self._rng.choice(READS), may=(200,))
+
+    def settle(self, api: httpx2.Client) -> None:
+        """Take the decisions that let every goal end.
+
+        :raises httpx2.TransportError: if the service ends meanwhile.
+        """
+        self.catch_up(api)
+        for goal_id in self.open:
+            goal = self.observer.goals.get(goal_id)
+            if goal is None:
+                continue
+            if goal["state"] == "planned":
+                self._decide_on(api, goal["plan_id"], "approve")
+            elif goal["state"] == "committed":
+                self._settle_mission(api, goal["mission_id"])
+
+    def catch_up(self, api: httpx2.Client) -> None:
+        """Repeat what got no answer; its idempotency key makes it the same goal if it was accepted."""
+        while self.unanswered:
+            self._submit(api, self.unanswered[-1])
+            self.unanswered.pop()
+
+    def _errand(self) -> str:
+        if self._rng.random() < 0.3 and len(self.world.samples) > 1:
+            one, other = self._rng.sample([sample.name for sample in self.world.samples], 2)
+            return f"move {one} to {self._place()} and move {other} to {self._place()}"
+        return f"move {self._sample()} to {self._place()}"
+
+    def _sample(self) -> str:
+        return self._rng.choice(self.world.samples).name
+
+    def _place(self) -> str:
+        return self._rng.choice([one.name for one in self.world.locations if one.kind not in PASSING])
+
+    def _state(self, api: httpx2.Client, text: str) -> None:
+        body = {
+            "world": self.world.name,
+            "text": text,
+            "auto_approve": self._rng.random() < 0.6,
+            "priority": self._rng.randint(-2, 2),
+            "deadline_s": self._rng.choice([None, DEADLINE_S]),
+            "recovery": self._rng.choice([None, "auto", "ask", "never"]),
+        }
+        goal = SubmittedGoal(key=uuid.UUID(int=self._rng.getrandbits(128)).hex, body=body)
+        self.unanswered.append(goal)
+        self._submit(api, goal)
+        self.unanswered.remove(goal)
+
+    def _submit(self, api: httpx2.Client, goal: SubmittedGoal) -> None:
+        """A refusal is allowed: places may be taken."""
+        answer = self._ask(api, "POST", "/v1/goals", goal.body, may=(202, 409, 422, 429), key=goal.key)
+        if answer.status_code != 202:
+            self.done["goals refused"] += 1
+            if goal.goal_id is not None:
+                self.complaints.append(f"{goal.goal_id} was accepted, and refused later: {answer.text}")
+            return
+        goal_id = answer.json()["id"]
+        if goal.goal_id is None:
+            goal.goal_id = goal_id
+            self.submitted.append(goal)
+            self.done["goals taken"] += 1
+        elif goal.goal_id != goal_id:
+            self.complaints.append(f"{goal.goal_id}, submitted again, became {goal_id}")
+
+    def _submit_again(self, api: httpx2.Client) -> None:
+        if self.submitted:
+            self._submit(api, self._rng.choice(self.submitted[-20:]))
+
+    def _submit_nonsense(self, api: httpx2.Client) -> None:
+        home = next((one.name for one in self.world.locations if one.kind == "home"), "nowhere")
+        text = self._rng.choice(NONSENSE).format(sample=self._sample(), home=home)
+        body = {"world": self.world.name, "text": text}
+        self._ask(api, "POST", "/v1/goals", body, may=(409, 422), key=uuid.uuid4().hex)
+        self.done["nonsense refused"] += 1
+
+    def _decide(self, api: httpx2.Client) -> None:
+        proposed = self._ask(api, "GET", "/v1/plans?state=proposed", may=(200,)).json()["items"]
+        if proposed:
+            verb = self._rng.choices(["approve", "reject"], [85, 15])[0]
+            self._decide_on(api, self._rng.choice(proposed)["id"], verb)
+
+    def _decide_on(self, api: httpx2.Client, plan_id: str, verb: str) -> None:
+        self._order_to(api, f"/v1/plans/{plan_id}:{verb}", f"plans: {verb}")
+
+    def _order(self, api: httpx2.Client, verb: str) -> None:
+        missions = [goal["mission_id"] for goal in self.observer.open if goal["mission_id"]]
+        if missions:
+            self._order_to(api, f"/v1/missions/{self._rng.choice(missions)}:{verb}", f"missions: {verb}")
+
+    def _cancel_goal(self, api: httpx2.Client) -> None:
+        if self.open:
+            self._order_to(api, f"/v1/goals/{self._rng.choice(self.open)}:cancel", "goals: cancel")
+
+    def _settle_mission(self, api: httpx2.Client, mission_id: str) -> None:
+        mission = self._ask(api, "GET", f"/v1/missions/{mission_id}", may=(200,)).json()
+        if mission["state"] == "paused":
+            self._order_to(api, f"/v1/missions/{mission_id}:resume", "missions: resume")
+        elif mission["recovery"]["step"] == "deciding":
+            self._decide_on(api, mission["recovery"]["attempts"][-1]["plan_id"], "approve")
+        elif mission["recovery"]["step"] == "stuck":
+            self._order_to(api, f"/v1/missions/{mission_id}:cancel", "missions: cancel")
+
+    def _order_to(self, api: httpx2.Client, path: str, name: str) -> None:
+        """An order that may come too late (409)."""
+        answer = self._ask(api, "POST", path, may=(202, 409))
+        self.done[name if answer.status_code == 202 else "orders that came too late"] += 1
+
+    def _ask(
+        self,
+        api: httpx2.Client,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None = None,
+        *,
+        may: Sequence[int],
+        key: str | None = None,
+    ) -> httpx2.Response:
+        headers = {"idempotency-key": key} if key is not None else {}
+        answer = api.request(method, path, json=body, headers=headers)
+        if answer.status_code not in may:
+            self.complaints.append(f"{method} {path}: {answer.status_code} {answer.text[:500]}")
+        return answer

@@ -1,0 +1,53 @@
+"""The private names of DBOS (3.4) that this service depends on, one function a use.
+
+No other module touches a private name of DBOS. `tests/app/workflows/test_dbos_internals.py` has one contract test for
+each function: with a new minor version of DBOS, those tests say which use has to change, and only this module does.
+"""
+
+import threading
+from collections.abc import Callable
+
+from dbos import DBOS, Queue
+from dbos._queue import queue_worker_thread
+
+
+def work_queue(dbos: DBOS, queue: Queue, stop_event: threading.Event) -> None:
+    """Dequeue and start workflows of one queue until `stop_event` is set. Blocks.
+
+    Between polls it calls `stop_event.wait(timeout=…)`, so an event that returns early makes it poll at once. The
+    public `DBOS.listen_queues` polls at a fixed interval: a new workflow would wait for half of it on average, and
+    could not be left to other executors while this process may be taken for dead.
+    """
+    queue_worker_thread(stop_event, dbos, queue)
+
+
+def executing_workflows(dbos: DBOS) -> set[str]:
+    """The ids of the workflows that run in this process, from being dequeued until their outcome is recorded.
+
+    The public `list_workflows` tells what the database says of an executor, which differs after a lost commit.
+    """
+    return set(dbos._active_workflows_set.activeList())
+
+
+def reenqueue(dbos: DBOS, workflow_id: str, *, executor: str, default_queue: str) -> bool:
+    """Put a pending workflow back into its queue, if it is still that executor's; True if it was.
+
+    The public `resume_workflow` does not check the executor: it would start a second run of a workflow that another
+    process has taken over meanwhile.
+    """
+    return dbos._sys_db.reenqueue_for_recovery(workflow_id, [executor], default_queue)
+
+
+def message_waker(dbos: DBOS) -> Callable[[], None]:
+    """A function that makes every workflow of this process that waits in `recv` look into the database at once.
+
+    DBOS itself looks once a minute if a notification was lost, and offers no way to end a wait at shutdown. The
+    function works after `DBOS.destroy`, too.
+    """
+    waiters = dbos._sys_db.notifications_map
+
+    def wake() -> None:
+        for _, _, signal in waiters.snapshot():
+            signal.set()
+
+    return wake

@@ -1,0 +1,107 @@
+"""Resumes a world from its snapshot, and commits its output: messages leave only after a snapshot contains them.
+
+So whatever a receiver hears from a world is also true of the world resumed from its snapshot. Telemetry is exempt:
+nothing is based on it.
+"""
+
+import logging
+from dataclasses import dataclass
+
+from robots.clock import Clock
+from robots.world import WorldFile
+from sim.error import NotResumable
+from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
+from sim.world.agents import behavioural_agent
+from sim.world.hub import Hub
+from sim.world.simulation import Simulation
+
+MAX_INTERVAL_S = 1.0
+"""Wall-clock time after which a snapshot is taken even if no message waits."""
+MAX_SHARE = 0.1
+"""Share of the wall-clock time that snapshots may take; messages sent meanwhile leave with the next one."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class StartedWorld:
+    """A world, and why it was not resumed if it might have been."""
+
+    simulation: Simulation
+    not_resumed_because: str = ""
+
+
+def resume_or_start(
+    world: WorldFile,
+    settings: SnapshotSettings,
+    file: SnapshotFile,
+    hub: Hub,
+    *,
+    seed: int,
+    jitter_m: float,
+) -> StartedWorld:
+    """The world from its snapshot; else a new one by the seed.
+
+    :raises NotResumable: if it cannot be resumed and must not be started new.
+    """
+    try:
+        return StartedWorld(_resumed(world, settings, file, hub))
+    except NotResumable as reason:
+        if settings.resume_only:
+            raise
+        expected = settings.run is not None or settings.path_of(world).exists()
+        simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=jitter_m, hub=hub)
+        file.write_clock(0.0)
+        return StartedWorld(simulation, str(reason) if expected else "")
+
+
+def _resumed(world: WorldFile, settings: SnapshotSettings, file: SnapshotFile, hub: Hub) -> Simulation:
+    if settings.start_new:
+        raise NotResumable("an operator wished it so")
+    snapshot = file.read(world)
+    if snapshot.run != settings.run and not settings.any_run:
+        raise NotResumable("its snapshot is of a run that the record does not tell of")
+    try:
+        return Simulation(world, make_agent=behavioural_agent, hub=hub, snapshot=snapshot)
+    except Exception as error:  # a snapshot of other software may fail anywhere
+        raise NotResumable(f"its snapshot does not fit: {type(error).__name__}: {error}") from error
+
+
+class OutputCommit:
+    """Takes the snapshots of a world whose hub holds messages until they are committed."""
+
+    def __init__(self, simulation: Simulation, file: SnapshotFile, wall_clock: Clock) -> None:
+        self._simulation = simulation
+        self._file = file
+        self._wall_clock = wall_clock
+        self._earliest_s = wall_clock.now_s()
+        self._latest_s = self._earliest_s
+        self._failed = False
+
+    def take_if_due(self) -> None:
+        """Between two ticks: take a snapshot if a message waits for it, or the last one is old."""
+        now_s = self._wall_clock.now_s()
+        if now_s >= self._latest_s or (self._simulation.hub.is_holding and now_s >= self._earliest_s):
+            self.take()
+
+    def take(self) -> None:
+        """Take a snapshot, then release the messages so far. If it cannot be written, they wait."""
+        started_s = self._wall_clock.now_s()
+        try:
+            self._file.write(self._simulation.snapshot())
+        except OSError as error:
+            if not self._failed:
+                world = self._simulation.world.name
+                logger.error(
+                    "cannot store the snapshot of world %s: %s; its robots' messages wait", world, error
+                )
+            self._failed = True
+            self._earliest_s = started_s + MAX_INTERVAL_S
+            self._latest_s = self._earliest_s
+            return
+        self._failed = False
+        self._simulation.hub.release()
+        self._simulation.hub.flush(self._simulation.clock.now_s())
+        done_s = self._wall_clock.now_s()
+        self._earliest_s = done_s + (done_s - started_s) * (1 / MAX_SHARE - 1)
+        self._latest_s = max(started_s + MAX_INTERVAL_S, self._earliest_s)

@@ -1,0 +1,102 @@
+from collections.abc import Callable
+
+import pytest
+
+from app.domain.errors import IllegalTransition
+from app.domain.lifecycles import recovery
+from app.domain.lifecycles.recovery import AttemptOutcome, RecoveryStep
+from app.domain.recovery_rules import TRIES, Measure, Trouble
+from robots.wire import FailureCategory
+from tests.app.domain.lifecycles.records import PlainMission
+
+TROUBLE = Trouble(robot="fred", category=FailureCategory.ROBOT, detail="the gripper does not close")
+
+
+def begin(mission: PlainMission) -> None:
+    recovery.begin_attempt(mission, [TROUBLE], at_s=5.0, failure="robot", reason="fred failed")
+
+
+def propose(mission: PlainMission) -> None:
+    recovery.propose(mission, plan_id="plan-2", measure=Measure.REPAIR, detail="")
+
+
+def deciding() -> PlainMission:
+    mission = PlainMission()
+    begin(mission)
+    propose(mission)
+    recovery.ask_operator(mission)
+    return mission
+
+
+def stands(mission: PlainMission) -> tuple[str | None, str]:
+    return mission.recovery_step, mission.attempts[-1]["outcome"]
+
+
+def test_a_repair_that_is_approved_leaves_nothing_to_recover() -> None:
+    mission = deciding()
+    assert stands(mission) == (RecoveryStep.DECIDING, AttemptOutcome.PROPOSED)
+    recovery.approve(mission, "plan-2")
+    assert stands(mission) == (None, AttemptOutcome.APPROVED)
+    assert mission.tries_left == TRIES - 1
+    assert recovery.troubles_of(mission) == [TROUBLE]
+
+
+def test_a_repair_that_is_rejected_ends_the_mission() -> None:
+    mission = deciding()
+    recovery.reject(mission, "plan-2", "the repair was rejected")
+    assert stands(mission) == (RecoveryStep.ENDING, AttemptOutcome.REJECTED)
+    assert recovery.why_no_plan(mission) == "the repair was rejected"
+    with pytest.raises(IllegalTransition):
+        begin(mission)
+
+
+def test_a_repair_that_the_world_has_overtaken_is_sought_again() -> None:
+    mission = deciding()
+    recovery.overtake(mission, "sample_1 was moved")
+    begin(mission)
+    assert [one["outcome"] for one in mission.attempts] == [AttemptOutcome.OVERTAKEN, AttemptOutcome.PLANNING]
+    assert [one["number"] for one in mission.attempts] == [1, 2]
+
+
+def test_a_mission_that_is_stuck_is_tried_again_with_all_its_tries() -> None:
+    mission = PlainMission(tries_left=1)
+    begin(mission)
+    recovery.find_no_plan(mission, "no robot is left")
+    assert recovery.why_no_plan(mission) == "no robot is left"
+    recovery.get_stuck(mission)
+    recovery.try_again(mission)
+    assert stands(mission) == (None, AttemptOutcome.TAKEN_UP)
+    assert (mission.tries_left, recovery.why_no_plan(mission)) == (TRIES, "")
+
+
+def test_a_plan_that_others_stand_in_the_way_of_is_sought_later() -> None:
+    mission = PlainMission()
+    begin(mission)
+    recovery.wait(mission, "waits for mission-2")
+    assert stands(mission) == (RecoveryStep.WAITING, AttemptOutcome.NO_PLAN)
+    begin(mission)
+    assert mission.recovery_step == RecoveryStep.PLANNING
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        recovery.ask_operator,
+        propose,
+        lambda mission: recovery.approve(mission, "plan-2"),
+        lambda mission: recovery.reject(mission, "plan-2", ""),
+        lambda mission: recovery.overtake(mission, ""),
+    ],
+    ids=["ask", "propose", "approve", "reject", "overtake"],
+)
+def test_without_a_repaired_plan_there_is_nothing_to_decide(change: Callable[[PlainMission], None]) -> None:
+    mission = PlainMission()
+    begin(mission)
+    recovery.find_no_plan(mission, "no robot is left")
+    with pytest.raises(IllegalTransition):
+        change(mission)
+
+
+def test_a_mission_that_is_not_stuck_cannot_be_taken_up_again() -> None:
+    with pytest.raises(IllegalTransition):
+        recovery.try_again(deciding())

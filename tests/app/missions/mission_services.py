@@ -1,0 +1,205 @@
+"""The services behind missions on a real database, without threads, workflows and robots: a test calls each step."""
+
+from collections.abc import Callable, Mapping
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.agents import RobotBoard
+from app.core import Core
+from app.domain.mission_organiser import Library, Margin, load_library
+from app.missions.dispatch import ScriptDispatcher
+from app.missions.life import MissionLife, WorldTime
+from app.missions.lost_robots import LostRobots
+from app.missions.mission_service import MissionService
+from app.missions.recovery import RecoveryJob, RecoverySteps
+from app.missions.reports import MissionReports
+from app.missions.world_start import start_world_run
+from app.planning.approval import PlanApproval
+from app.planning.goal_planning import GoalPlanningJob
+from app.planning.limits import PlanningLimits
+from app.planning.problem_builder import ProblemBuilder
+from app.planning.proposals import Proposals
+from app.planning.requests import PlanningRequests
+from app.planning.waiting_goals import WaitingGoals
+from app.store import Database, GoalRow, MissionRow, ScriptRow
+from app.store.event_log import EventLog
+from app.store.facts import FactStore
+from app.store.plan_nets import PlanNets
+from app.store.reservations import Reservations
+from app.workflows.mission_wakeups import wake_missions
+from planner import UNOBSERVED, PlanNet
+from robots.clock import ManualClock
+from robots.wire import Message
+from tests.app.sample_store import Store
+from tests.app.scripted import ScriptedEngine, ScriptedWorker
+from tests.app.stepped_clock import SteppedClock
+
+WORLD = "sample_store"
+PATIENCE_S = 10.0
+
+
+class NoWorkflows:
+    """Stands for durable workflows; the test does what they would."""
+
+    def start(self, *_: object) -> None: ...
+
+    def wake(self, *_: object) -> None: ...
+
+
+class MissionServices:
+    """One process on a database, with the sample store and a plan for its main job."""
+
+    def __init__(
+        self,
+        database_url: str,
+        *,
+        store: Store,
+        plan_net: PlanNet,
+        library: Library,
+        clock: ManualClock,
+        wall_clock: SteppedClock,
+        silent: Mapping[str, bool],
+    ) -> None:
+        """:param silent: the robots that are silent for longer than their radio explains."""
+        self.database = Database(database_url)
+        self.store = store
+        events = EventLog(self.database)
+        nets = PlanNets(store.base)
+        self.core = Core(
+            database=self.database,
+            events=events,
+            facts=FactStore(events, store.base),
+            workflows=NoWorkflows(),  # type: ignore[arg-type]
+            knowledge_base=store.base,
+            plan_nets=nets,
+            holdings=Reservations(nets),
+        )
+        clocks = {WORLD: clock}
+        files = {WORLD: store.world}
+        self.board = RobotBoard.of(files, clocks=clocks, low_battery=0.1)
+        self.waiting = WaitingGoals(self.core)
+        requests = PlanningRequests(self.core, clocks=clocks)
+        self.plans = PlanApproval(self.core, margin=Margin(), requests=requests)
+        self._engine = ScriptedEngine(plan_net)
+        planning: dict[str, Any] = {
+            "problems": ProblemBuilder(
+                self.core, worlds=files, clocks=clocks, points=self.board.points, resting=self.board.resting
+            ),
+            "proposals": Proposals(self.core, clocks=clocks),
+            "worker": ScriptedWorker(plan_net),
+            "limits": PlanningLimits(),
+            "approval": self.plans,
+        }
+        self._goals = GoalPlanningJob(self.core, waiting=self.waiting, **planning)
+        self._recovery = RecoveryJob(self.core, clocks=clocks, requests=requests, **planning)
+        self.missions = MissionService(self.core)
+        self.reports = MissionReports(self.core, waiting=self.waiting)
+        self.lost = LostRobots(
+            self.core, clocks=clocks, board=self.board, waiting=self.waiting, wall_clock=wall_clock
+        )
+        self.life = MissionLife(
+            self.core,
+            dispatcher=ScriptDispatcher(self.core, library=library, repertoires={WORLD: store.repertoires}),
+            times={WORLD: WorldTime(clock=clock, rate=lambda: None)},
+            patience_s=PATIENCE_S,
+            recovery=RecoverySteps(events, requests=requests),
+            waiting=self.waiting,
+            silent_in_s=lambda robot: 0.0 if silent.get(robot) else inf,
+            clock=wall_clock,
+        )
+
+    def start_world(self, run: str = "run-1") -> None:
+        with self.database.write() as session:
+            start_world_run(session, self.core, self.store.world, run)
+
+    def plan(self, goal_id: str = "goal-1", *, recovery: str = "ask", deadline_s: float | None = None) -> str:
+        """Submit and plan the main job; the plan's id."""
+        with self.database.write() as session:
+            goal = GoalRow(
+                id=goal_id,
+                world=WORLD,
+                text="move sample_1 to bay_7",
+                goal=[{"predicate": "in", "args": ["sample_1", "bay_7"]}],
+                priority=0,
+                deadline_at_s=deadline_s,
+                auto_approve=False,
+                recovery=recovery,
+                state="submitted",
+                created_by="operator",
+            )
+            session.add(goal)
+            session.flush()
+            task = self._goals.begin(session, goal)
+            assert task is not None
+            self._goals.conclude(session, goal, task, task.work(self._engine, UNOBSERVED))
+            assert goal.plan_id is not None, goal.reason
+            return goal.plan_id
+
+    def repair(self, mission_id: str, *, finds_plan: bool) -> None:
+        """Plan the repair that the mission wants, if it wants one."""
+        with self.database.write() as session:
+            mission = self._recovery.load(session, mission_id, lock=True)
+            task = self._recovery.begin(session, mission)
+            if task is None:
+                return
+            if finds_plan:
+                self._recovery.conclude(session, mission, task, task.work(self._engine, UNOBSERVED))
+            else:
+                self._recovery.give_up(session, mission, "the planner was unlucky")
+
+    def record(self, message: Message) -> bool:
+        return self.reports.record(message, WORLD)
+
+    def believe(self, add: str, remove: str = "") -> None:
+        """An operator corrects a fact."""
+        with self.database.write() as session:
+            self.core.facts.change(
+                session,
+                WORLD,
+                add=[self.store.fact(add)],
+                remove=[self.store.fact(remove)] if remove else [],
+                source="operator",
+                at_s=0.0,
+                corrects=True,
+            )
+            wake_missions(session, self.core.workflows, WORLD, "facts")
+
+    def mission(self, mission_id: str) -> MissionRow:
+        with self.database.read() as session:
+            return session.get_one(MissionRow, mission_id)
+
+    def scripts(self, mission_id: str) -> list[ScriptRow]:
+        with self.database.read() as session:
+            query = select(ScriptRow).where(ScriptRow.mission_id == mission_id).order_by(ScriptRow.id)
+            return list(session.scalars(query))
+
+    def read(self, query: Callable[[Session], Any]) -> Any:
+        with self.database.read() as session:
+            return query(session)
+
+    def close(self) -> None:
+        self.database.close()
+
+
+def services(
+    folder: Path,
+    *,
+    store: Store,
+    clock: ManualClock | None = None,
+    wall_clock: SteppedClock | None = None,
+    silent: Mapping[str, bool] | None = None,
+) -> MissionServices:
+    """Services on the database in the folder."""
+    return MissionServices(
+        f"sqlite:///{folder / 'record.sqlite'}",
+        store=store,
+        plan_net=store.store_sample_1(),
+        library=load_library(store.base),
+        clock=clock or ManualClock(),
+        wall_clock=wall_clock or SteppedClock(),
+        silent=silent or {},
+    )

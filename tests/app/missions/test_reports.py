@@ -1,0 +1,125 @@
+"""Robots' reports as they are recorded: what each costs, and which of them are not believed."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import event
+
+from app.store import GoalRow, ScriptRow
+from app.store.migrate import migrate
+from robots.clock import ManualClock
+from robots.wire import Acknowledgement, Body, Message, PacketReport, PacketState, Performative
+from tests.app.missions.mission_services import MissionServices, services
+from tests.app.sample_store import Store
+
+STORE = Store()
+
+
+class Mission:
+    """The main job under way, with its robots' reports made by hand."""
+
+    def __init__(self, services: MissionServices, clock: ManualClock) -> None:
+        self.services = services
+        self.clock = clock
+        services.start_world()
+        _, self.id = services.plans.approve(services.plan(), actor="operator")
+        services.life.monitor(self.id)
+        for script in services.scripts(self.id):
+            agreed = Acknowledgement(script_id=script.id)
+            services.record(self.message(script, agreed, in_reply_to=f"{script.id}:request"))
+
+    def script(self, robot: str) -> ScriptRow:
+        (script,) = (one for one in self.services.scripts(self.id) if one.robot == robot)
+        return script
+
+    def message(self, script: ScriptRow, body: Body, in_reply_to: str | None = None) -> Message:
+        return Message(
+            performative=Performative.AGREE if in_reply_to else Performative.INFORM,
+            sender=script.robot,
+            receiver="service",
+            sent_at_s=self.clock.now_s(),
+            in_reply_to=in_reply_to,
+            body=body,
+        )
+
+    def packet_report(self, robot: str, packet: int, state: PacketState, at_s: float) -> Message:
+        script = self.script(robot)
+        packet_id = script.body["packets"][packet]["id"]
+        report = PacketReport(script_id=script.id, packet_id=packet_id, state=state, at_s=at_s)
+        return self.message(script, report)
+
+    def report(self, robot: str, packet: int, state: PacketState, at_s: float) -> None:
+        assert self.services.record(self.packet_report(robot, packet, state, at_s))
+
+    def known(self, robot: str, packet: int) -> dict[str, Any]:
+        script = self.script(robot)
+        known: dict[str, Any] = script.packets.get(script.body["packets"][packet]["id"], {})
+        return known
+
+
+@pytest.fixture
+def mission(tmp_path: Path) -> Iterator[Mission]:
+    clock = ManualClock()
+    made = services(tmp_path, store=STORE, clock=clock)
+    migrate(made.database)
+    yield Mission(made, clock)
+    made.close()
+
+
+@contextmanager
+def statements(services: MissionServices) -> Iterator[list[str]]:
+    """The SQL statements of the block."""
+    sent: list[str] = []
+
+    def note(_: object, __: object, statement: str, *___: object) -> None:
+        sent.append(" ".join(statement.split()))
+
+    event.listen(services.database.engine, "before_cursor_execute", note)
+    yield sent
+    event.remove(services.database.engine, "before_cursor_execute", note)
+
+
+def reads(sent: list[str], table: str) -> int:
+    return sum(one.startswith("SELECT") and f"FROM {table} " in one for one in sent)
+
+
+def test_the_report_that_a_packet_has_finished_reads_and_locks_the_facts_once(mission: Mission) -> None:
+    mission.report("yard_1", 0, PacketState.RUNNING, 1.0)
+    finished = mission.packet_report("yard_1", 0, PacketState.FINISHED, 9.0)
+    with statements(mission.services) as sent:
+        mission.services.record(finished)
+    assert mission.known("yard_1", 0)["state"] == "finished"
+    assert (reads(sent, "facts"), reads(sent, "unknowns")) == (1, 1)
+    assert reads(sent, "worlds") == 3  # locked for the facts, and to count what became free; that count
+    assert reads(sent, "scripts") == 2
+
+
+def test_the_report_that_a_packet_runs_reads_no_facts(mission: Mission) -> None:
+    running = mission.packet_report("yard_1", 0, PacketState.RUNNING, 1.0)
+    with statements(mission.services) as sent:
+        mission.services.record(running)
+    assert [reads(sent, table) for table in ("facts", "worlds", "plans")] == [0, 0, 0]
+
+
+def test_a_report_that_a_newer_one_has_overtaken_is_not_believed(mission: Mission) -> None:
+    mission.report("yard_1", 0, PacketState.RUNNING, 3.0)
+    mission.report("yard_1", 0, PacketState.INITIALIZING, 1.0)
+    assert (mission.known("yard_1", 0)["state"], mission.known("yard_1", 0)["at_s"]) == ("running", 3.0)
+    mission.report("yard_1", 0, PacketState.PAUSED, 3.0)  # of the same instant, the last counts
+    assert mission.known("yard_1", 0)["state"] == "paused"
+    mission.report("yard_1", 0, PacketState.FINISHED, 2.0)
+    assert mission.known("yard_1", 0)["state"] == "paused"
+
+
+def test_the_end_of_a_packet_is_not_taken_back(mission: Mission) -> None:
+    mission.report("yard_1", 0, PacketState.FINISHED, 3.0)
+    mission.report("yard_1", 0, PacketState.RUNNING, 5.0)
+    assert mission.known("yard_1", 0)["state"] == "finished"
+
+
+def test_the_goal_is_committed_while_its_mission_runs(mission: Mission) -> None:
+    goal = mission.services.read(lambda session: session.get_one(GoalRow, "goal-1"))
+    assert (goal.state, goal.mission_id) == ("committed", mission.id)

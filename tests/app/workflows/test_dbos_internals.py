@@ -1,0 +1,112 @@
+"""Contracts of DBOS's private names: what breaks in the service if a new version of DBOS changes one of them."""
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from dbos import DBOS, DBOSPortableJSONSerializer, EnqueueOptions, Queue
+
+from app.workflows import dbos_internals
+from tests.waiting import until
+
+HARDLY_EVER_S = 3600.0
+EXECUTOR = "contract"
+
+
+class Pause(threading.Event):
+    """A stop event that counts its waits and returns from each at once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waits_s: list[float | None] = []
+
+    def wait(self, timeout: float | None = None) -> bool:
+        self.waits_s.append(timeout)
+        return self.is_set()
+
+
+@pytest.fixture
+def dbos(tmp_path: Path) -> Iterator[DBOS]:
+    dbos = DBOS(
+        config={
+            "name": "contract",
+            "system_database_url": f"sqlite:///{tmp_path / 'dbos.sqlite'}",
+            "application_version": "1",
+            "executor_id": EXECUTOR,
+            "serializer": DBOSPortableJSONSerializer(),
+            "notification_listener_polling_interval_sec": 0.05,
+            "console_log_level": "CRITICAL",
+        }
+    )
+    DBOS.listen_queues([])
+
+    @DBOS.workflow(name="wait")
+    def wait(subject: str) -> str:
+        return subject + str(DBOS.recv("topic", timeout_seconds=HARDLY_EVER_S))
+
+    DBOS.launch()
+    yield dbos
+    DBOS.destroy(destroy_registry=True)
+
+
+@pytest.fixture
+def queue(dbos: DBOS) -> Queue:
+    return DBOS.register_queue("work", polling_interval_sec=0.25)
+
+
+@pytest.fixture
+def worker(dbos: DBOS, queue: Queue) -> Iterator[Pause]:
+    """The queue's worker runs until its pause is set; its workflows are dequeued here."""
+    pause = Pause()
+    thread = threading.Thread(target=dbos_internals.work_queue, args=(dbos, queue, pause), daemon=True)
+    thread.start()
+    yield pause
+    pause.set()
+    DBOS.cancel_workflows([one.workflow_id for one in DBOS.list_workflows(status=["PENDING", "ENQUEUED"])])
+    dbos_internals.message_waker(dbos)()
+    until(lambda: not dbos_internals.executing_workflows(dbos))
+    thread.join(timeout=30)
+    assert not thread.is_alive(), "a worker that does not end holds up the service's shutdown"
+
+
+def wait_for_message(name: str) -> None:
+    """Have a workflow run here and wait for a message."""
+    options: EnqueueOptions = {"queue_name": "work", "workflow_id": name, "workflow_name": "wait"}
+    DBOS.enqueue_workflow_with_options(options, "heard ")
+    until(lambda: [step for step in DBOS.list_workflow_steps(name) if step["function_name"] == "DBOS.sleep"])
+
+
+def test_a_queues_worker_pauses_on_its_stop_event_between_polls(worker: Pause) -> None:
+    """Else `PollPause` could neither hasten a poll nor hold one back: workflows start late, or in a dead process."""
+    until(lambda: len(worker.waits_s) > 2)
+    assert all(0.2 < (waited_s or 0.0) < 0.3 for waited_s in worker.waits_s)
+    wait_for_message("dequeued")
+
+
+def test_a_workflow_counts_as_executing_until_its_outcome_is_recorded(dbos: DBOS, worker: Pause) -> None:
+    """Else `Workflows.recover_lost` would run healthy workflows twice, or leave lost ones pending for ever."""
+    wait_for_message("mine")
+    assert dbos_internals.executing_workflows(dbos) == {"mine"}
+    DBOS.send("mine", "this", "topic")
+    assert DBOS.retrieve_workflow("mine").get_result() == "heard this"
+    until(lambda: not dbos_internals.executing_workflows(dbos))
+
+
+def test_only_a_pending_workflow_of_the_named_executor_is_enqueued_again(dbos: DBOS, worker: Pause) -> None:
+    """Else two processes that recover the same workflow would both run it."""
+    wait_for_message("mine")
+    worker.set()
+    assert not dbos_internals.reenqueue(dbos, "mine", executor="another", default_queue="work")
+    assert dbos_internals.reenqueue(dbos, "mine", executor=EXECUTOR, default_queue="work")
+    status = DBOS.get_workflow_status("mine")
+    assert status is not None
+    assert (status.status, status.queue_name) == ("ENQUEUED", "work")
+    assert not dbos_internals.reenqueue(dbos, "mine", executor=EXECUTOR, default_queue="work")
+
+
+def test_a_workflow_that_waits_looks_for_a_message_when_woken(dbos: DBOS, worker: Pause) -> None:
+    """Else a lost notification delays a mission by a minute, and workflows that wait hold up the shutdown."""
+    wait_for_message("mine")
+    dbos_internals.message_waker(dbos)()
+    assert DBOS.retrieve_workflow("mine").get_result() == "heard None"

@@ -1,0 +1,106 @@
+"""The loop of a world's process, run in this process and stepped by a manual wall clock."""
+
+from collections.abc import Iterator
+from multiprocessing import Pipe
+from types import SimpleNamespace
+
+import pytest
+
+from robots.clock import ManualClock
+from robots.link import PipeLink
+from robots.wire import Telemetry
+from sim import SimulationError, Truth
+from sim.clock import TICK_S
+from sim.process.control import AskTruth, Done, Pause, Ready, Stop
+from sim.process.world_loop import TELEMETRY_GAP_S, Channels, WorldLoop, WorldOrder
+from tests.sim.rig import two_rooms
+
+
+class LoopUnderTest:
+    """A loop with the far ends of its channels."""
+
+    def __init__(self, speed: float | None, clock: ManualClock | None = None) -> None:
+        self.clock = clock or ManualClock()
+        self.now = SimpleNamespace(value=0.0)
+        self.control, control = Pipe()
+        link, robots_link = Pipe()
+        self.link = PipeLink(link)
+        order = WorldOrder(world=two_rooms(samples={"rock": "corner"}), seed=1, speed=speed, jitter_m=0.4)
+        self.channels = Channels(control, robots_link, self.now)
+        self.loop = WorldLoop(order, self.channels, self.clock)
+
+    def run(self, wall_s: float, step_s: float = 0.05) -> None:
+        for _ in range(round(wall_s / step_s)):
+            self.clock.advance(step_s)
+            self.loop.cycle()
+
+    def command(self, command: object) -> object:
+        self.control.send(command)
+        self.loop.cycle()
+        return self.control.recv()
+
+
+@pytest.fixture
+def double() -> Iterator[LoopUnderTest]:
+    yield from closing(LoopUnderTest(2.0))
+
+
+def closing(loop: LoopUnderTest) -> Iterator[LoopUnderTest]:
+    yield loop
+    for connection in (loop.control, loop.link, loop.channels.control, loop.channels.link):
+        connection.close()
+
+
+def test_the_world_follows_its_speed(double: LoopUnderTest) -> None:
+    double.run(1.0)
+    assert double.now.value == pytest.approx(2.0, abs=2 * TICK_S)
+
+
+def test_a_paused_world_stands_and_then_continues_without_catching_up(double: LoopUnderTest) -> None:
+    double.run(0.5)
+    assert double.command(Pause(True)) == Done()
+    stood_s = double.now.value
+    double.clock.advance(60.0)
+    assert double.command(Pause(False)) == Done()
+    assert double.now.value == stood_s
+    double.run(0.5)
+    assert double.now.value == pytest.approx(stood_s + 1.0, abs=2 * TICK_S)
+
+
+def test_the_truth_is_answered_on_the_control_channel(double: LoopUnderTest) -> None:
+    truth = double.command(AskTruth())
+    assert isinstance(truth, Truth)
+    assert truth.samples["rock"].place == "corner"
+    assert set(truth.robots) == {"fred"}
+
+
+def test_the_first_message_says_ready_and_stop_ends_the_loop(double: LoopUnderTest) -> None:
+    double.control.send(Stop())
+    double.loop.run()
+    assert isinstance(double.control.recv(), Ready)
+    assert double.loop.stopped
+
+
+class BusyClock(ManualClock):
+    """Wall time passes with every reading, as if the ticks took it."""
+
+    def now_s(self) -> float:
+        self.advance(0.001)
+        return super().now_s()
+
+
+def test_a_world_without_a_speed_runs_on_between_polls_and_telemetry_is_thinned_to_the_wall_clock() -> None:
+    for fast in closing(LoopUnderTest(None, BusyClock())):
+        began_s = fast.clock.now_s()
+        for _ in range(40):
+            fast.loop.cycle()
+        wall_s = fast.clock.now_s() - began_s
+        told = [one for one in fast.link.receive(0.0) if isinstance(one.body, Telemetry)]
+        assert fast.now.value > 5 * wall_s
+        assert wall_s / TELEMETRY_GAP_S - 2 <= len(told) <= wall_s / TELEMETRY_GAP_S + 1
+        assert told[-1].sent_at_s - told[0].sent_at_s > 2
+
+
+def test_a_speed_of_nothing_is_refused() -> None:
+    with pytest.raises(SimulationError, match="speed must be above 0"):
+        LoopUnderTest(0.0)

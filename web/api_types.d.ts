@@ -1,0 +1,313 @@
+/* The bodies of the service's HTTP API, as far as the console reads them. Times `*_at_s` are seconds of the world's clock. */
+
+type Point = [x_m: number, y_m: number];
+
+interface Fact {
+  predicate: string;
+  args: string[];
+}
+
+interface World {
+  id: string;
+  name: string;
+  title?: string;
+  time_s: number;
+  version?: number;
+}
+
+interface Floor {
+  name: string;
+  x: Point;
+  y: Point;
+  aisles?: Floor[];
+}
+
+interface Wall {
+  start: Point;
+  end: Point;
+  openings?: { kind: string; at_m: number; width_m: number }[];
+}
+
+interface Place {
+  name: string;
+  kind: string;
+  at: Point;
+}
+
+interface WorldLayout {
+  compartments: Floor[];
+  walls?: Wall[];
+  locations?: Place[];
+  obstacles?: { at: Point; radius_m: number }[];
+  robots: { name: string; body: { kind: string } }[];
+  link?: unknown;
+}
+
+interface UnknownThing {
+  name: string;
+  reason: string;
+  since_s?: number | null;
+  last_believed?: (Fact & { source: string; at_s: number }) | null;
+}
+
+interface Goal {
+  id: string;
+  world: string;
+  text: string;
+  goal?: Fact[];
+  state: string;
+  reason?: string | null;
+  outcome?: string | null;
+  plan_id?: string | null;
+  mission_id?: string | null;
+  planning?: { engine: string; elapsed_s: number; makespan_s: number | null; lower_bound_s: number | null } | null;
+  alternatives?: { state: string; reason?: string } | null;
+  deadline_s?: number | null;
+  deadline_at_s?: number | null;
+  priority?: number;
+  created_at: string;
+}
+
+interface CheckedSentence {
+  goals: Fact[];
+  issue: { detail: string } | null;
+  completions: string[];
+}
+
+interface PlannedAction {
+  id: string;
+  tag: string;
+  agents: string[];
+  description?: string;
+  duration_s: number;
+  earliest_start_s: number;
+  latest_start_s: number;
+  slack_s: number;
+  critical: boolean;
+  preconditions?: Fact[];
+  intended_effects?: Fact[];
+  other_effects?: Fact[];
+  deletes?: Fact[];
+}
+
+interface CausalLink {
+  producer: string;
+  consumer: string;
+  fact: Fact;
+}
+
+/** By action of the previous plan (kept, reassigned) or of this one (shifted, seconds later), and by name. */
+interface PlanDifference {
+  kept?: Record<string, string>;
+  reassigned?: Record<string, string>;
+  shifted?: Record<string, number>;
+  dropped?: string[];
+  added?: string[];
+  elapsed_s?: number;
+  words: string[];
+}
+
+interface Plan {
+  id: string;
+  goal_id: string;
+  state: string;
+  actions: PlannedAction[];
+  causal_links?: CausalLink[];
+  robots: string[];
+  makespan_s: number;
+  lower_bound_s?: number | null;
+  engine?: string;
+  planning_s?: number;
+  distance_m: number;
+  energy_j: number;
+  clearances: number;
+  label?: string;
+  comparison?: string;
+  lanes: Record<string, [start_s: number, end_s: number, tag: string][]>;
+  late?: { goal: Fact; late_s: number }[];
+  overtaken?: string[];
+  repairs?: { plan_id: string; course: string; difference: PlanDifference } | null;
+  recruitment?: Record<string, string>;
+  comment?: string | null;
+  reason?: string | null;
+  decided_by?: string | null;
+  decided_at?: string | null;
+}
+
+interface ActionExplanation {
+  action: string;
+  because: string[];
+  robots: Record<string, string>;
+  order: string[];
+}
+
+interface PlanExplanation {
+  makespan: string[];
+  waits: { words: string }[];
+  robots: Record<string, string>;
+  actions: ActionExplanation[];
+}
+
+interface PacketProgress {
+  tag: string;
+  state: string;
+  description?: string;
+  detail?: string;
+  waits_for?: string[];
+  started_at_s?: number | null;
+  finished_at_s?: number | null;
+  expected_start_s: number;
+  expected_duration_s: number;
+}
+
+interface ScriptProgress {
+  robot: string;
+  state: string;
+  delivery?: string;
+  order?: string | null;
+  lost?: boolean;
+  packets?: PacketProgress[];
+}
+
+interface RecoveryAttempt {
+  number: number;
+  failure: string;
+  reason: string;
+  measure?: string | null;
+  without?: string[];
+  outcome: string;
+  detail?: string | null;
+}
+
+interface Mission {
+  id: string;
+  goal_id: string;
+  plan_id: string;
+  world: string;
+  state: string;
+  reason?: string | null;
+  failure?: string | null;
+  cancel_requested?: boolean;
+  estimate_s: number;
+  original_estimate_s?: number | null;
+  started_at_s: number;
+  revised_at_s?: number | null;
+  ended_at_s?: number | null;
+  deadline_s?: number | null;
+  enquire_at_s?: number | null;
+  progress?: ScriptProgress[];
+  recovery?: { policy: string; step: string | null; attempts: RecoveryAttempt[] };
+  created_at: string;
+}
+
+interface Robot {
+  name: string;
+  world: string;
+  connection: string;
+  lost?: unknown;
+  silent?: boolean;
+  last_heard_s?: number | null;
+  heard_at_s?: number | null;
+  next_contact_s: number;
+  mission_id?: string | null;
+  driven_by?: string | null;
+  packet?: string | null;
+  holding?: string | null;
+  battery?: number | null;
+  repertoire?: string[];
+  reach?: string[];
+}
+
+/** A response in [-1, 1] and its utility in [0, 1]. */
+type Utilitor = [response: number, utility: number];
+
+interface RobotTelemetry {
+  x_m: number;
+  y_m: number;
+  heading_rad: number;
+  holding?: string | null;
+  packet_tag?: string | null;
+  packet_state?: string | null;
+  patterns?: Record<string, Utilitor>;
+  resultants?: Record<string, Utilitor>;
+  ranges_m?: (number | null)[];
+  tags?: Record<string, Point>;
+  sensors?: string[];
+  degraded?: string[];
+  battery?: number;
+  charging?: boolean;
+  goal_m?: number | null;
+  at_s: number;
+}
+
+/** Consecutive control ticks of one packet with the same active patterns. */
+interface TraceStretch {
+  patterns: { name: string; level: string }[];
+  dofs: string[];
+  ticks: { at_s: number; patterns: Utilitor[]; resultants: Utilitor[] }[];
+}
+
+interface Trace {
+  at_s: number;
+  stretches: TraceStretch[];
+  conditions?: { when: string; words: string; holds: boolean | null }[];
+}
+
+/** By packet tag, pattern and parameter. */
+type PatternParameters = Record<string, Record<string, Record<string, number>>>;
+
+interface Tuning {
+  version: number;
+  delivery: string;
+  detail?: string;
+  tuning: PatternParameters;
+  packets: PatternParameters;
+}
+
+interface TeleoperationState {
+  driving: boolean;
+  last_heard_s: number;
+  most_m_s: number;
+  most_rad_s: number;
+}
+
+interface EventData {
+  goal?: string;
+  mission?: string;
+  robot?: string;
+  packet?: string;
+  actor?: string;
+  source?: string;
+  text?: string;
+  reason?: string;
+  detail?: string;
+  events?: string[];
+  at_s?: number;
+}
+
+/** `time` is null in an event that reports the state of something, not a change. */
+interface ServiceEvent {
+  type?: string;
+  subject?: string;
+  time?: string | null;
+  data?: EventData;
+}
+
+type RecordedPose = [at_s: number, x_m: number, y_m: number, heading_rad: number, holding: string | null, packet_tag: string | null];
+
+interface RecordedEvent {
+  at_s: number;
+  type: string;
+  data?: EventData;
+}
+
+interface Replay {
+  world: { layout: WorldLayout };
+  robots: Record<string, RecordedPose[]>;
+  telemetry?: Record<string, { at_s: number }[]>;
+  missions: { at_s: number; mission: Mission }[];
+  samples: { at_s: number; lying: Record<string, string> }[];
+  events: RecordedEvent[];
+  goal?: Goal | null;
+  plans: Record<string, Plan>;
+}
