@@ -9,10 +9,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from app.domain.events import RobotFound
 from contextlib import ExitStack
 from pathlib import Path
 
+from app.domain.events import RobotFound
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate

@@ -7,6 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MissionRepairProposed, MissionStuck
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState, has_ended
@@ -76,8 +77,9 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         clocks: Mapping[str, Clock],
         requests: PlanningRequests,
         approval: PlanApproval,
+        clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        super().__init__(core, worker=worker)
+        super().__init__(core, worker=worker, clock=clock)
         self._plan_nets = core.plan_nets
         self._problems = problems
         self._proposals = proposals

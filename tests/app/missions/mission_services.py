@@ -21,6 +21,7 @@ from app.missions.world_start import start_world_run
 from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
 from app.planning.limits import PlanningLimits
+from app.planning.pool.pool import PlanningWorker
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
@@ -33,13 +34,21 @@ from app.store.reservations import Reservations
 from app.workflows.mission_wakeups import wake_missions
 from planner import UNOBSERVED, PlanNet
 from robots.clock import ManualClock
-from robots.wire import Message
+from robots.wire import Message, SymbolicFact
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedEngine, ScriptedWorker
 from tests.app.stepped_clock import SteppedClock
 
 WORLD = "sample_store"
 PATIENCE_S = 10.0
+
+
+def at_home(robot: str) -> tuple[SymbolicFact, ...]:
+    """What a robot perceives that stands where it started, with nothing in its gripper."""
+    return (
+        SymbolicFact(predicate="robot_attribute", args=(robot, "gripper", "empty")),
+        SymbolicFact(predicate="near", args=(robot, f"home_{robot}")),
+    )
 
 
 class NoWorkflows:
@@ -63,6 +72,7 @@ class MissionServices:
         clock: ManualClock,
         wall_clock: SteppedClock,
         silent: Mapping[str, bool],
+        worker: PlanningWorker | None = None,
     ) -> None:
         """:param silent: the robots that are silent for longer than their radio explains."""
         self.database = Database(database_url)
@@ -90,12 +100,12 @@ class MissionServices:
                 self.core, worlds=files, clocks=clocks, points=self.board.points, resting=self.board.resting
             ),
             "proposals": Proposals(self.core, clocks=clocks),
-            "worker": ScriptedWorker(plan_net),
+            "worker": worker or ScriptedWorker(plan_net),
             "limits": PlanningLimits(),
             "approval": self.plans,
         }
         self._goals = GoalPlanningJob(self.core, waiting=self.waiting, **planning)
-        self._recovery = RecoveryJob(self.core, clocks=clocks, requests=requests, **planning)
+        self.recovery = RecoveryJob(self.core, clocks=clocks, requests=requests, clock=wall_clock, **planning)
         self.missions = MissionService(self.core)
         self.reports = MissionReports(self.core, waiting=self.waiting)
         self.lost = LostRobots(
@@ -142,14 +152,14 @@ class MissionServices:
     def repair(self, mission_id: str, *, finds_plan: bool) -> None:
         """Plan the repair that the mission wants, if it wants one."""
         with self.database.write() as session:
-            mission = self._recovery.load(session, mission_id, lock=True)
-            task = self._recovery.begin(session, mission)
+            mission = self.recovery.load(session, mission_id, lock=True)
+            task = self.recovery.begin(session, mission)
             if task is None:
                 return
             if finds_plan:
-                self._recovery.conclude(session, mission, task, task.work(self._engine, UNOBSERVED))
+                self.recovery.conclude(session, mission, task, task.work(self._engine, UNOBSERVED))
             else:
-                self._recovery.give_up(session, mission, "the planner was unlucky")
+                self.recovery.give_up(session, mission, "the planner was unlucky")
 
     def record(self, message: Message) -> bool:
         return self.reports.record(message, WORLD)
@@ -192,6 +202,7 @@ def services(
     clock: ManualClock | None = None,
     wall_clock: SteppedClock | None = None,
     silent: Mapping[str, bool] | None = None,
+    worker: PlanningWorker | None = None,
 ) -> MissionServices:
     """Services on the database in the folder."""
     return MissionServices(
@@ -201,5 +212,6 @@ def services(
         library=load_library(store.base),
         clock=clock or ManualClock(),
         wall_clock=wall_clock or SteppedClock(),
-        silent=silent or {},
+        silent={} if silent is None else silent,
+        worker=worker,
     )

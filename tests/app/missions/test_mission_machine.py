@@ -34,7 +34,7 @@ from robots.wire import (
     ScriptState,
     StatusReport,
 )
-from tests.app.missions.mission_services import WORLD, MissionServices, services
+from tests.app.missions.mission_services import WORLD, MissionServices, at_home, services
 from tests.app.sample_store import Store
 from tests.app.stepped_clock import SteppedClock
 
@@ -270,7 +270,13 @@ class MissionMachine(RuleBasedStateMachine):
 
     def end(self, script: ScriptRow, state: ScriptState, *, arrives: bool) -> None:
         category = FailureCategory.ROBOT if state is ScriptState.FAILED else None
-        report = ScriptReport(script_id=script.id, state=state, at_s=self.clock.now_s(), category=category)
+        report = ScriptReport(
+            script_id=script.id,
+            state=state,
+            at_s=self.clock.now_s(),
+            category=category,
+            perceived=at_home(script.robot) if self.reached[script.id] < 2 else (),
+        )
         self.say(script, report, arrives=arrives)
 
     def say(self, script: ScriptRow, body: Body, in_reply_to: str | None = None, *, arrives: bool) -> None:
