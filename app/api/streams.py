@@ -74,7 +74,7 @@ class Streams:
         """Every event after event `seen`.
 
         Begins with the current state if `seen` is None, greater than the newest event, or followed by events that are
-        not kept any more; in the last case a `stream.reset` comes first.
+        not kept any longer; in the last case a `stream.reset` comes first.
 
         :param seq: the newest event.
         :param state: False: a client without `seen` begins with the next event.
@@ -222,7 +222,7 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
 
 
 def _reset(seen: int | None) -> dict[str, Any]:
-    """The event that tells a client that events it missed are not kept any more."""
+    """The event that tells a client that events it missed are no longer kept."""
     return {"seq": seen, "time": None, "type": RESET, "subject": "events", "data": {"seen": seen}}
 
 

@@ -96,7 +96,7 @@ def serve(
     """Run until SIGINT or SIGTERM.
 
     :param worlds: one or more.
-    :param afresh: start the worlds anew instead of from their snapshots.
+    :param afresh: start the worlds again instead of from their snapshots.
     :raises Invalid: if a setting is wrong or the address is taken, before anything starts.
     """
     settings = settings_of(given)

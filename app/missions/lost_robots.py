@@ -1,6 +1,6 @@
 """Lost robots: an operator declares them lost; they count again when they are heard, or declared found.
 
-What a lost robot was to do is not waited for any more. It is told to stop whenever it is heard, also after its mission
+What a lost robot was to do is no longer waited for. It is told to stop whenever it is heard, also after its mission
 has ended, and counts again once it has said what became of its script.
 """
 
