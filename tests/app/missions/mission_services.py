@@ -22,6 +22,7 @@ from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.work import Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
@@ -32,7 +33,8 @@ from app.store.facts import FactStore
 from app.store.plan_nets import PlanNets
 from app.store.reservations import Reservations
 from app.workflows.mission_wakeups import wake_missions
-from planner import UNOBSERVED, PlanNet
+from planner import UNOBSERVED, PlanNet, PlanningRequest
+from planner.repair import Course, Repair
 from robots.clock import ManualClock
 from robots.wire import Message, SymbolicFact
 from tests.app.sample_store import Store
@@ -149,15 +151,22 @@ class MissionServices:
             assert goal.plan_id is not None, goal.reason
             return goal.plan_id
 
-    def repair(self, mission_id: str, *, finds_plan: bool) -> None:
-        """Plan the repair that the mission wants, if it wants one."""
+    def repair(self, mission_id: str, course: Course | None) -> None:
+        """Answer the mission's wish for a repair, if it has one, with the main job's plan; without a course with none.
+
+        Nothing is planned: whether the plan fits the world is found out when it is approved.
+        """
         with self.database.write() as session:
             mission = self.recovery.load(session, mission_id, lock=True)
             task = self.recovery.begin(session, mission)
             if task is None:
                 return
-            if finds_plan:
-                self.recovery.conclude(session, mission, task, task.work(self._engine, UNOBSERVED))
+            if course is not None:
+                problem = task.problem.problem
+                result = self._engine.plan(problem, PlanningRequest(time_limit_s=1.0))
+                repair = Repair(course=course, result=result, problem=problem)
+                solved = WorkResult[Solutions].solved((Solution(result=result, repair=repair),))
+                self.recovery.conclude(session, mission, task, solved)
             else:
                 self.recovery.give_up(session, mission, "the planner was unlucky")
 

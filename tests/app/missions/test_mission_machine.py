@@ -6,6 +6,7 @@ recorded, without the service's rules. Time is stepped.
 
 import shutil
 from collections import defaultdict
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -19,6 +20,7 @@ from app.domain.errors import Conflict
 from app.domain.recovery_rules import Policy
 from app.store import EventRow, FactRow, GoalRow, MissionRow, PlanRow, ScriptRow
 from app.store.migrate import migrate
+from planner.repair import Course
 from robots.clock import ManualClock
 from robots.wire import (
     Acknowledgement,
@@ -74,6 +76,8 @@ class MissionMachine(RuleBasedStateMachine):
         self.packets: dict[str, dict[str, tuple[float, str]]] = defaultdict(dict)
         self.over: dict[str, str] = {}
         self.reached: dict[str, int] = defaultdict(int)
+        self.stands: dict[str, ScriptState] = defaultdict(lambda: ScriptState.RUNNING)
+        self.is_second_run = False
         self.paused = False
         self.cancelled = False
         self.ended: tuple[str, float | None] | None = None
@@ -113,14 +117,21 @@ class MissionMachine(RuleBasedStateMachine):
 
     # Operators
 
-    @initialize(policy=st.sampled_from(Policy), deadline_s=st.sampled_from([None, 20.0]))
-    def approve_the_plan(self, policy: Policy, deadline_s: float | None) -> None:
+    @initialize(
+        policy=st.sampled_from(Policy),
+        deadline_s=st.sampled_from([None, 20.0]),
+        rounds=st.integers(0, 3),
+        failing=st.sampled_from([*ROBOTS, None]),
+    )
+    def begin(self, policy: Policy, deadline_s: float | None, rounds: int, failing: str | None) -> None:
+        """Approve the plan, and let the mission run for a while."""
         with self.services.database.write() as session:
             goal = session.get_one(GoalRow, "goal-1")
             goal.recovery = policy
             goal.deadline_at_s = deadline_s
         (plan,) = self.open_plans()
         _, self.id = self.services.plans.approve(plan, actor="operator")
+        self.run_for(rounds, steps=1, course=Course.ANEW, failing=failing, arrives=True)
 
     @rule()
     def pause(self) -> None:
@@ -208,16 +219,18 @@ class MissionMachine(RuleBasedStateMachine):
                 self.answer(
                     script, f"{script.control}:{script.control_number}", agrees=agrees, arrives=arrives
                 )
-                if script.control == ControlVerb.CANCEL and agrees and script.id not in self.over:
+                if script.control == ControlVerb.CANCEL and agrees and self.stands[script.id] not in OVER:
                     self.end(script, ScriptState.CANCELLED, arrives=arrives)
 
     @rule(robot=st.sampled_from(ROBOTS), arrives=st.booleans())
     def answer_the_question(self, robot: str, arrives: bool) -> None:
         for script in self.scripts:
             if script.robot == robot and script.question is not None:
-                state = ScriptState(self.over.get(script.id, "running"))
                 status = StatusReport(
-                    script_id=script.id, state=state, at_s=self.clock.now_s(), order=script.orders
+                    script_id=script.id,
+                    state=self.stands[script.id],
+                    at_s=self.clock.now_s(),
+                    order=script.orders,
                 )
                 self.say(script, status, script.question, arrives=arrives)
 
@@ -228,23 +241,23 @@ class MissionMachine(RuleBasedStateMachine):
         """The robot begins its next packet, or ends it, or with the last one its script."""
         for _ in range(steps):
             script = self.script(robot)
-            if script is None or script.delivery != "acknowledged" or script.id in self.over:
+            if script is None or script.delivery != "acknowledged" or self.stands[script.id] in OVER:
                 return
             self.clock.advance(1.0)
             names = [packet["id"] for packet in script.body["packets"]]
             step = self.reached[script.id]
             self.reached[script.id] += 1
-            if step == 2 * len(names):
+            if step == 3 * len(names):
                 self.end(script, ScriptState.FINISHED, arrives=arrives)
             else:
-                state = PacketState.FINISHED if step % 2 else PacketState.RUNNING
-                self.report(script, names[step // 2], state, arrives=arrives)
+                state = (PacketState.INITIALIZING, PacketState.RUNNING, PacketState.FINISHED)[step % 3]
+                self.report(script, names[step // 3], state, arrives=arrives)
 
     @rule(robot=st.sampled_from(ROBOTS), arrives=st.booleans())
     def fail(self, robot: str, arrives: bool) -> None:
         script = self.script(robot)
-        if script is not None and script.delivery == "acknowledged" and script.id not in self.over:
-            step = min(self.reached[script.id] // 2, len(script.body["packets"]) - 1)
+        if script is not None and script.delivery == "acknowledged" and self.stands[script.id] not in OVER:
+            step = min(self.reached[script.id] // 3, len(script.body["packets"]) - 1)
             self.report(script, script.body["packets"][step]["id"], PacketState.FAILED, arrives=arrives)
             self.end(script, ScriptState.FAILED, arrives=arrives)
 
@@ -253,6 +266,12 @@ class MissionMachine(RuleBasedStateMachine):
     def arrive(self, data: st.DataObject) -> None:
         """Something that was said arrives: late, or again."""
         self.deliver(data.draw(st.sampled_from(self.said)))
+
+    @precondition(lambda self: self.said)
+    @rule(count=st.integers(2, 6))
+    def arrive_in_reverse(self, count: int) -> None:
+        for message in self.said[: -count - 1 : -1]:
+            self.deliver(message)
 
     @rule(robot=st.sampled_from(ROBOTS))
     def fall_silent_or_speak_again(self, robot: str) -> None:
@@ -269,13 +288,14 @@ class MissionMachine(RuleBasedStateMachine):
         self.say(script, report, arrives=arrives)
 
     def end(self, script: ScriptRow, state: ScriptState, *, arrives: bool) -> None:
+        self.stands[script.id] = state
         category = FailureCategory.ROBOT if state is ScriptState.FAILED else None
         report = ScriptReport(
             script_id=script.id,
             state=state,
             at_s=self.clock.now_s(),
             category=category,
-            perceived=at_home(script.robot) if self.reached[script.id] < 2 else (),
+            perceived=at_home(script.robot) if self.reached[script.id] < 3 else (),
         )
         self.say(script, report, arrives=arrives)
 
@@ -321,9 +341,42 @@ class MissionMachine(RuleBasedStateMachine):
         self.services.life.monitor(self.id)
 
     @precondition(lambda self: self.mission.recovery_step == "planning")
-    @rule(finds_plan=st.sampled_from([True, True, False]))
-    def plan_the_repair(self, finds_plan: bool) -> None:
-        self.services.repair(self.id, finds_plan=finds_plan)
+    @rule(course=st.sampled_from([*Course, None]))
+    def plan_the_repair(self, course: Course | None) -> None:
+        self.services.repair(self.id, course)
+
+    @rule(
+        rounds=st.integers(1, 5),
+        steps=st.integers(1, 3),
+        course=st.sampled_from([Course.KEPT, Course.ANEW]),
+        failing=st.sampled_from([*ROBOTS, None]),
+        arrives=st.sampled_from([True, True, True, False]),
+    )
+    def go_on(self, rounds: int, steps: int, course: Course, failing: str | None, arrives: bool) -> None:
+        """Everybody does as asked for a while, but for a robot that fails."""
+        self.run_for(rounds, steps=steps, course=course, failing=failing, arrives=arrives)
+
+    def run_for(self, rounds: int, *, steps: int, course: Course, failing: str | None, arrives: bool) -> None:
+        for number in range(rounds):
+            self.monitor(after_s=1.0)
+            if self.mission.recovery_step == "planning":
+                self.plan_the_repair(course)
+            for robot in ROBOTS:
+                self.answer_the_script(robot, agrees=True, arrives=arrives)
+                self.answer_the_order(robot, agrees=True, arrives=arrives)
+                self.answer_the_question(robot, arrives=arrives)
+                if robot == failing and number == 0:
+                    self.fail(robot, arrives=arrives)
+                else:
+                    self.work(robot, steps=steps, arrives=arrives)
+
+    @precondition(lambda self: not self.is_second_run)
+    @rule(starts=st.sampled_from([False, False, True]))
+    def start_the_world_again(self, starts: bool) -> None:
+        if starts:  # most runs are to come further
+            self.is_second_run = True
+            self.services.start_world("run-2")
+            assert self.mission.state in ENDED
 
     @rule()
     def restart(self) -> None:
@@ -333,20 +386,35 @@ class MissionMachine(RuleBasedStateMachine):
     # What must hold
 
     @invariant()
-    def what_was_reported_is_known(self) -> None:
-        for script in self.scripts:
-            known = {name: (one["at_s"], one["state"]) for name, one in script.packets.items()}
-            assert known == self.packets[script.id]
-            if script.id in self.over:
-                assert script.state == self.over[script.id]
-            elif script.state in OVER:  # it was told to drop what it had not agreed to
-                assert (script.state, script.delivery) == ("cancelled", "withdrawn")
-                self.over[script.id] = script.state
+    def the_record_is_as_the_model_expects(self) -> None:
+        of_mission = (EventRow.subject == self.id, EventRow.type.startswith("mission."))
+        with self.services.database.read() as session:
+            mission = session.get_one(MissionRow, self.id)
+            goal = session.get_one(GoalRow, mission.goal_id)
+            query = select(ScriptRow).where(ScriptRow.mission_id == self.id)
+            scripts = session.scalars(query).all()
+            plans = session.scalars(select(PlanRow.id).where(PlanRow.state == "proposed")).all()
+            told = session.scalars(select(EventRow.data).where(*of_mission).order_by(EventRow.seq.desc()))
+            assert next(data["state"] for data in told if "state" in data) == mission.state
+        for script in scripts:
+            self.check_reports(script)
+        self.check_end(mission, goal, plans)
+        for script in scripts:
+            self.check_orders(script)
+        self.check_recovery(mission, plans)
 
-    @invariant()
-    def a_mission_that_has_ended_stays_as_it_is(self) -> None:
-        mission = self.mission
-        goal = self.services.read(lambda session: session.get_one(GoalRow, mission.goal_id))
+    def check_reports(self, script: ScriptRow) -> None:
+        """What was reported is known, and nothing else."""
+        known = {name: (one["at_s"], one["state"]) for name, one in script.packets.items()}
+        assert known == self.packets[script.id]
+        if script.id in self.over:
+            assert script.state == self.over[script.id]
+        elif script.state in OVER:  # it was told to drop what it had not agreed to
+            assert (script.state, script.delivery) == ("cancelled", "withdrawn")
+            self.over[script.id] = script.state
+
+    def check_end(self, mission: MissionRow, goal: GoalRow, open_plans: Sequence[str]) -> None:
+        """A mission that has ended stays as it is, and ended for what was believed and ordered."""
         if self.ended is not None:
             assert (mission.state, mission.ended_at_s) == self.ended
         elif mission.state in ENDED:
@@ -361,23 +429,21 @@ class MissionMachine(RuleBasedStateMachine):
         if self.ended is not None:
             assert (goal.state, goal.outcome) == ("finished", mission.state)
             assert mission.recovery_step is None
-            assert self.open_plans() == []
+            assert not open_plans
         assert mission.cancel_requested == self.cancelled
 
-    @invariant()
-    def orders_are_numbered_and_the_last_is_to_stop(self) -> None:
-        for script in self.scripts:
-            assert script.orders >= self.orders[script.id]
-            self.orders[script.id] = script.orders
-            if script.stopping:
-                assert script.control in (None, "cancel")
-            if self.ended is not None and not script.abandoned:
-                assert (script.control, script.question, script.clearance) == (None, None, None)
-                assert script.delivery != "pending"
+    def check_orders(self, script: ScriptRow) -> None:
+        """Orders are numbered, the last is to stop, and none outlives the mission."""
+        assert script.orders >= self.orders[script.id]
+        self.orders[script.id] = script.orders
+        if script.stopping:
+            assert script.control in (None, "cancel")
+        if self.ended is not None and not script.abandoned:
+            assert (script.control, script.question, script.clearance) == (None, None, None)
+            assert script.delivery != "pending"
 
-    @invariant()
-    def only_the_last_attempt_at_recovery_is_open(self) -> None:
-        mission = self.mission
+    def check_recovery(self, mission: MissionRow, open_plans: Sequence[str]) -> None:
+        """Only the last attempt at recovery is open."""
         outcomes = [attempt["outcome"] for attempt in mission.attempts]
         assert [attempt["number"] for attempt in mission.attempts] == list(range(1, len(outcomes) + 1))
         assert not {"planning", "proposed"} & set(outcomes[:-1])
@@ -386,19 +452,15 @@ class MissionMachine(RuleBasedStateMachine):
             assert outcomes[-1] == "planning"
         if mission.recovery_step == "deciding":
             assert outcomes[-1] == "proposed"
-            assert len(self.open_plans()) == 1
-
-    @invariant()
-    def the_last_event_has_the_missions_state(self) -> None:
-        query = select(EventRow.data).where(EventRow.subject == self.id).order_by(EventRow.seq.desc())
-        told = self.services.read(lambda session: session.scalars(query).all())
-        assert next(data["state"] for data in told if "state" in data) == self.mission.state
+            assert len(open_plans) == 1
 
     def teardown(self) -> None:
-        """Once every robot answers, a mission that is cancelled ends."""
+        """Once all that was said arrives and every robot answers, a mission that is cancelled ends."""
         if self.ended is None and hasattr(self, "id"):
             self.cancel(often=True)
             for _ in range(6):
+                for message in self.said:
+                    self.deliver(message)
                 self.monitor(after_s=300.0)
                 for robot in ROBOTS:
                     self.answer_the_script(robot, agrees=False, arrives=True)
@@ -410,8 +472,8 @@ class MissionMachine(RuleBasedStateMachine):
 
 TestMissionMachine = MissionMachine.TestCase
 TestMissionMachine.settings = settings(
-    max_examples=15,
-    stateful_step_count=30,
+    max_examples=30,
+    stateful_step_count=25,
     deadline=None,
     derandomize=True,
     suppress_health_check=list(HealthCheck),
