@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Settings(BaseSettings):
-    """What an installation may set. Unset, everything runs embedded in the data folder, on loopback."""
+    """Settings of an installation. By default everything runs embedded in the data folder, on loopback."""
 
     model_config = SettingsConfigDict(env_prefix="MACTA_")
 
@@ -26,17 +26,17 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535)
     database_url: str | None = None
     token: str | None = Field(default=None, min_length=16)
-    planning_time_limit_s: float = Field(default=30.0, gt=0, description="for goals that ask for none")
-    planning_longest_s: float = Field(default=600.0, gt=0, description="the longest a goal may ask for")
+    planning_time_limit_s: float = Field(default=30.0, gt=0, description="default for goals")
+    planning_longest_s: float = Field(default=600.0, gt=0, description="maximum for goals")
     planning_effort_s: float | None = Field(
-        default=None, ge=0, description="to improve a first plan; unset: by the problem's size"
+        default=None, ge=0, description="time to improve a first plan (default: by the problem's size)"
     )
     planning_memory_mb: int = Field(default=2048, ge=64)
     planning_processes: int = Field(
         default=2,
         ge=0,
         le=64,
-        description="goals planned side by side; 0: planning is left to `macta worker`",
+        description="goals planned in parallel; 0: planning is left to `macta worker`",
     )
     answer_patience_s: float = Field(
         default=10.0, gt=0, description="wall-clock seconds before a robot is silent"
@@ -44,36 +44,36 @@ class Settings(BaseSettings):
     margin_relative: float = Field(default=0.5, ge=0)
     margin_s: float = Field(default=20.0, ge=0)
     open_goals: int = Field(
-        default=2000, ge=1, description="goals that may be open at a time; of more is said to come later"
+        default=2000, ge=1, description="maximum of open goals; further ones are refused for now"
     )
-    open_streams: int = Field(default=500, ge=1, description="clients that may follow a stream at a time")
+    open_streams: int = Field(default=500, ge=1, description="maximum of clients that follow a stream")
     keep_days: float = Field(
         default=30.0,
         gt=0,
-        description="how long events, robots' messages and workflows that are over are kept",
+        description="retention of events, robots' messages and finished workflows",
     )
     keep_goals_days: float = Field(
         default=365.0,
         gt=0,
-        description="how long goals that are over are kept, with their plans, missions and scripts",
+        description="retention of finished goals with their plans, missions and scripts",
     )
-    keep_events: int = Field(default=1_000_000, ge=1000, description="so many events at most are kept")
+    keep_events: int = Field(default=1_000_000, ge=1000, description="maximum of kept events")
     recordings_mb: int = Field(
         default=1000,
         ge=0,
-        description="how much recordings of missions may take, the oldest go first; 0: none are made",
+        description="maximum size of all recordings; the oldest are deleted first; 0: none are made",
     )
     low_battery: float = Field(
-        default=0.2, ge=0, le=1, description="a robot whose battery holds less is not recruited"
+        default=0.2, ge=0, le=1, description="battery level, 0 to 1, below which a robot is not recruited"
     )
 
     broker_url: str | None = Field(
-        default=None, description="MQTT broker that robots are reached over; unset: the world is embedded"
+        default=None, description="MQTT broker of the robots (default: the world is embedded)"
     )
     broker_username: str | None = None
     broker_password: SecretStr | None = None
-    broker_ca: Path | None = Field(default=None, description="authority of the broker's certificate, PEM")
-    broker_certificate: Path | None = Field(default=None, description="our own certificate for it, PEM")
+    broker_ca: Path | None = Field(default=None, description="certificate authority of the broker, PEM")
+    broker_certificate: Path | None = Field(default=None, description="client certificate, PEM")
     broker_key: Path | None = None
 
     @field_validator(
@@ -87,17 +87,17 @@ class Settings(BaseSettings):
     )
     @classmethod
     def _unset(cls, value: object) -> object:
-        """A variable that is empty, as Compose leaves those that nobody sets, is not set."""
+        """Treat an empty variable as unset, for Compose passes unset variables as empty."""
         return None if value == "" else value
 
     def broker(self) -> "Broker | None":
-        """Where robots are reached; None if the world is embedded.
+        """The MQTT broker; None if the world is embedded.
 
         :raises Invalid: if address or credentials cannot be used.
         """
         if self.broker_url is None:
             return None
-        # NOTE: imported here, for an embedded service has no use for it.
+        # Imported here, for an embedded service does not need it.
         from robots.link.mqtt import Broker, BrokerError
 
         try:
@@ -117,22 +117,22 @@ class Settings(BaseSettings):
 
     @property
     def database_is_shared(self) -> bool:
-        """True if other processes may work on the record, too."""
+        """True if other processes may use the database, too."""
         return not self.resolved_database_url().startswith("sqlite")
 
     @property
-    def place_of_record(self) -> str:
-        """Where the record is, for people; without the password."""
+    def database_location(self) -> str:
+        """Where the database is, for people; without the password."""
         url = make_url(self.resolved_database_url())
         return f"database {url.database} on {url.host}" if self.database_is_shared else str(self.data)
 
     def resolved_token(self) -> str:
-        """The administrator's token: from the environment, else the one kept in the data folder, else a new one."""
+        """The administrator's token: from the environment, else from the data folder, else a new one stored there."""
         if self.token is not None:
             return self.token
         if self.database_is_shared:
             raise Invalid(
-                "set MACTA_TOKEN: of a token made here the other processes on MACTA_DATABASE_URL would not know",
+                "set MACTA_TOKEN: other processes on MACTA_DATABASE_URL would not know a token generated here",
                 code="token-needed",
             )
         path = self.data / "token"
@@ -145,7 +145,7 @@ class Settings(BaseSettings):
 
 
 def lock_folder(data: Path) -> TextIO:
-    """Make the data folder and keep it for this process until the answer is closed, or the process ends.
+    """Create the data folder and lock it for this process until the returned file is closed.
 
     :raises Unavailable: if another service works in it.
     """

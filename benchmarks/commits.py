@@ -12,6 +12,7 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
+from app.domain.events import RobotFound
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
@@ -53,7 +54,7 @@ def write(url: str, seconds: float) -> None:
     count, end = 0, time.monotonic() + seconds
     while time.monotonic() < end:
         with database.write() as session:
-            log.append(session, "benchmark.written", str(count))
+            log.append(session, RobotFound(subject=str(count), world="", actor="", comment=""))
         count += 1
     print(count, flush=True)
     database.close()

@@ -4,9 +4,9 @@
 
 Cosmic Ray makes the mutants: one operator, comparison, boolean, number, loop, decorator or exception is changed in one
 place. Annotations, decorators and constants on a module's top level (limits and waiting times that are chosen, not
-derived) are left as they are. Each mutant is tried in a copy of the checkout, first with the test files that import the module most
-directly, then with the package's others that reach it; end-to-end scenarios are left out, so the printed rate is a
-lower bound. A mutant that no test fails on survives and is printed with its change.
+derived) are left as they are. Each mutant is tried in a copy of the checkout, first with the test files that import the
+module most directly, then with the package's others that reach it; end-to-end scenarios are left out, so the printed
+rate is a lower bound. A mutant that no test fails on survives and is printed with its change.
 """
 
 import argparse

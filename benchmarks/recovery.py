@@ -14,7 +14,8 @@ import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from app.missions.life import TURNS
+from app.domain.events import RobotFound
+from app.missions.life import LOOKS_PER_WORKFLOW
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
@@ -82,7 +83,7 @@ def execute(url: str, name: str, turns: int) -> None:
 
     def tick() -> None:
         with database.write() as session:
-            log.append(session, "workflow.ticked", name)
+            log.append(session, RobotFound(subject=name, world="", actor="", comment=""))
 
     def life(_: str) -> None:
         for turn in itertools.count(1):
@@ -101,7 +102,7 @@ def execute(url: str, name: str, turns: int) -> None:
     time.sleep(10 * GIVE_UP_S)
 
 
-def main(runs: int = 5, turns: int = TURNS, server: str = SERVER) -> None:
+def main(runs: int = 5, turns: int = LOOKS_PER_WORKFLOW, server: str = SERVER) -> None:
     took: list[float] = []
     for _ in range(runs):
         with database_on(server) as url:

@@ -131,7 +131,7 @@ class _Pool:
 
 
 def _spare_robots(pool: _Pool, statics: StaticFacts, *, most: int) -> None:
-    """Solve without each robot of the shortest plan, which a plan found so may turn out not to be any more."""
+    """Solve without each robot of the shortest plan, which a plan found so may turn out not to be any longer."""
     spared: list[str] = []
     while len(spared) < most:
         robots = (robot for robot in robots_by_work(pool.best(_time)) if robot not in spared)

@@ -136,7 +136,7 @@ def _folder(name: str, bases: Iterable[Path]) -> Path:
 
 def _remove_unused(current: Path) -> None:
     """Remove all but the newest folders. One in use by another process is too new to be removed; if it is removed all
-    the same, numba compiles anew.
+    the same, numba compiles again.
     """
     before_s = time.time() - UNUSED_S
     used_s = {}

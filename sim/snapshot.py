@@ -1,7 +1,7 @@
 """A world's snapshot: everything needed to resume it, as JSON data.
 
 World frame, metres, radians; complex numbers of the simulation are pairs here. It contains neither what is derived from
-the world file (walls, beacons, sensors) nor what the physics engine computes anew each tick.
+the world file (walls, beacons, sensors) nor what the physics engine computes again each tick.
 """
 
 from collections.abc import Mapping

@@ -19,11 +19,26 @@ WIRING = {Path("app/composition.py"), *(p.relative_to(ROOT) for p in (ROOT / "ap
 """The composition root and the command line: the only places that wire everything together."""
 SERVICE_SIDE = {Path("robots/world")}
 """World files: known to simulation and service, not to a robot."""
-LONGEST_MODULE = 300
+ORDER = {
+    "app": """cli composition trials api missions planning recordings agents core workflows settings store domain""",
+    "planner": """up_engine up_registration repair engines alternatives interchange explanation bounds relaxation
+        problem plan_nets knowledge native_process compiled fact errors""",
+    "robots": """executive repertoire reactive conditions perception physical world link wire kernels clock data
+        errors""",
+    "sim": """trials process world bodies physics truth snapshot clock error""",
+    "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",
+}
+"""The rooms and loose modules of each package, from the top down: each imports only what stands below it."""
+MAX_ROOMS = 10
+MAX_LOOSE = {"app": 5, "planner": 8, "robots": 8, "sim": 8, "web": 8}
+"""Modules that may lie beside the rooms of a package, its `__init__` not counted."""
 
 
 def modules(package: str) -> list[Path]:
-    return sorted(path.relative_to(ROOT) for path in (ROOT / package).rglob("*.py"))
+    paths = (path.relative_to(ROOT) for path in (ROOT / package).rglob("*.py"))
+    return sorted(
+        path for path in paths if "migrations" not in path.parts and "node_modules" not in path.parts
+    )
 
 
 def imports(module: Path) -> Iterator[str]:
@@ -82,6 +97,76 @@ def test_only_one_package_knows_the_workflow_engine() -> None:
 
 
 @pytest.mark.parametrize("package", sorted(OURS))
-def test_no_module_outgrows_a_room(package: str) -> None:
-    for module in modules(package):
-        assert len((ROOT / module).read_text().splitlines()) <= LONGEST_MODULE, module
+def test_every_room_and_loose_module_has_its_place_in_the_order(package: str) -> None:
+    units = {module.parts[1].removesuffix(".py") for module in modules(package)} - {"__init__"}
+    assert units == set(ORDER[package].split())
+    loose = [module for module in modules(package) if len(module.parts) == 2 and module.stem != "__init__"]
+    assert len(loose) <= MAX_LOOSE[package]
+    assert len(units) - len(loose) <= MAX_ROOMS
+
+
+@pytest.mark.parametrize("package", sorted(OURS))
+def test_rooms_import_only_what_stands_below_them(package: str) -> None:
+    order = ORDER[package].split()
+    for module, targets in graph(package).items():
+        if module == package:
+            continue  # the package's public face
+        room = module.split(".")[1]
+        for target in targets:
+            assert target != package, f"{module} imports its own package's face"
+            below = target.split(".")[1]
+            assert order.index(room) <= order.index(below), (
+                f"{module} imports {target}, which stands above it"
+            )
+
+
+@pytest.mark.parametrize("package", sorted(OURS))
+def test_no_modules_import_each_other_in_a_circle(package: str) -> None:
+    left = graph(package)
+    while free := {module for module, targets in left.items() if not targets & left.keys()}:
+        left = {module: targets for module, targets in left.items() if module not in free}
+    assert not left, f"in a circle, or above one: {sorted(left)}"
+
+
+def test_the_wire_the_link_and_the_world_file_import_no_part_of_a_robots_runtime() -> None:
+    allowed = {"wire": {"wire"}, "link": {"link", "wire"}, "world": {"world", "wire"}}
+    for room, rooms in allowed.items():
+        for module, targets in graph("robots").items():
+            if module.startswith(f"robots.{room}"):
+                used = {target.split(".")[1] for target in targets} - {"clock", "data", "errors", "kernels"}
+                assert used <= rooms, module
+
+
+def test_the_boxes_of_macta_figure_4_are_rooms_or_modules_with_their_names() -> None:
+    boxes = {
+        "HCI": "web/static",
+        "planner": "planner",
+        "world model": "app/domain/world_model",
+        "knowledge base": "planner/knowledge",
+        "mission organiser": "app/domain/mission_organiser",
+        "behaviours library": "app/domain/mission_organiser/behaviours_library.py",
+        "agent models": "app/agents/agent_models.py",
+        "communications": "app/agents/communications.py",
+        "mission monitor": "app/domain/mission_monitor.py",
+    }
+    assert [box for box, place in boxes.items() if not (ROOT / place).exists()] == []
+
+
+def graph(package: str) -> dict[str, set[str]]:
+    """Each module of the package with those of the package that it imports, itself left out."""
+    known = {
+        ".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in modules(package)
+    }
+    found = {}
+    for name, path in known.items():
+        targets = set()
+        for node in ast.walk(ast.parse((ROOT / path).read_text())):
+            if isinstance(node, ast.Import):
+                targets |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                full = {f"{node.module}.{alias.name}" for alias in node.names}
+                targets |= full & known.keys()
+                if not full <= known.keys():
+                    targets.add(node.module)
+        found[name] = targets & known.keys() - {name}
+    return found

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.states import Connection
+from app.domain.contact import Connection
 from robots.clock import Clock
 from robots.link.mqtt.topics import ConnectionState
 from robots.wire import Telemetry

@@ -8,10 +8,10 @@ from sqlalchemy import or_, select
 from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import RobotBoard, RobotView
 from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.domain.contact import Connection
 from app.domain.errors import NotFound
 from app.domain.lifecycles.mission import ENDED
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
-from app.domain.states import Connection
 from app.store import Database, LostRobotRow, MissionRow, ScriptRow
 from app.store.records import lost_robots
 from robots.world import WorldFile

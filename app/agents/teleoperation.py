@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.domain.contact import Connection
 from app.domain.errors import Conflict
-from app.domain.states import Connection
 from robots.wire import VALID_AT_MOST_S, Message, SetPoint, SetPointRefusal
 from robots.wire.operator import MAX_SPEED_M_S, MAX_TURN_RAD_S, RELEASE_FACTOR
 

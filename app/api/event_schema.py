@@ -128,7 +128,7 @@ def _of_the_stream() -> list[EventReference]:
         EventReference(
             name="StreamReset",
             types=(RESET,),
-            summary="What followed the event `seen` is not kept any more; the current state follows.",
+            summary="What followed the event `seen` is no longer kept; the current state follows.",
             data={"type": "object", "properties": {"seen": {"type": "integer"}}, "required": ["seen"]},
             definitions={},
         ),

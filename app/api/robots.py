@@ -99,7 +99,7 @@ def robots_router(
         """Override parameters of the robot's packets from its next packet on; replaces the earlier overrides.
 
         With `If-Match`, only if they were not changed since (412). Delivery is repeated until the robot answers, and
-        again when its world starts anew.
+        again when its world starts again.
         """
         tuned = tunings.put(
             name,

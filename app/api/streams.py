@@ -1,7 +1,6 @@
 """Server-sent events: the event log, resumable by `Last-Event-ID`, and the robots' telemetry."""
 
 import threading
-import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
@@ -15,6 +14,7 @@ from sqlalchemy.exc import DBAPIError
 from app.agents import RobotBoard
 from app.api.event_schema import RESET
 from app.api.problems import declared
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, NotFound
 from app.store import EventRow, is_unavailable
 from app.store.event_log import EventLog, envelope
@@ -66,7 +66,7 @@ class Streams:
     waiting: anyio.CapacityLimiter
     max_open: int
     open: OpenCount = field(default_factory=OpenCount)
-    monotonic_s: Callable[[], float] = time.monotonic
+    wall: WallClock = SYSTEM_CLOCK
 
     async def changes(
         self, request: Request, seen: int | None, seq: int, *, state: bool
@@ -74,7 +74,7 @@ class Streams:
         """Every event after event `seen`.
 
         Begins with the current state if `seen` is None, greater than the newest event, or followed by events that are
-        not kept any more; in the last case a `stream.reset` comes first.
+        not kept any longer; in the last case a `stream.reset` comes first.
 
         :param seq: the newest event.
         :param state: False: a client without `seen` begins with the next event.
@@ -114,14 +114,14 @@ class Streams:
         sent = None
         sent_at_s = 0.0
         while await self._open(request):
-            begun_s = self.monotonic_s()
+            begun_s = self.wall.monotonic_s()
             generation = await self._wait(self.board.wait, generation)
             newest = _telemetry_of(self.board, world)
             if sent is None or begun_s - sent_at_s >= AT_REST_INTERVAL_S or not _is_unchanged(sent, newest):
                 sent = newest
                 sent_at_s = begun_s
                 yield ServerSentEvent(data=_telemetry(world, self.clocks[world].now_s(), newest))
-            pause_s = TELEMETRY_INTERVAL_S - (self.monotonic_s() - begun_s)
+            pause_s = TELEMETRY_INTERVAL_S - (self.wall.monotonic_s() - begun_s)
             if pause_s > 0:
                 await anyio.sleep(pause_s)
 
@@ -222,7 +222,7 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
 
 
 def _reset(seen: int | None) -> dict[str, Any]:
-    """The event that tells a client that events it missed are not kept any more."""
+    """The event that tells a client that events it missed are no longer kept."""
     return {"seq": seen, "time": None, "type": RESET, "subject": "events", "data": {"seen": seen}}
 
 

@@ -51,7 +51,7 @@ def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
 
         The first takes control, and one operator at a time has it; send one about five times a second. What is in the
         robot's way still counts. 409 says why the robot is not to be driven: lost, out of contact, on a mission,
-        another's, or not willing; after that, or after three seconds without a set-point, take control anew.
+        another's, or not willing; after that, or after three seconds without a set-point, take control again.
         """
         drive = teleoperation.drive(
             name, _driver(body.session), speed_m_s=body.speed_m_s, turn_rad_s=body.turn_rad_s

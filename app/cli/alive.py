@@ -1,12 +1,13 @@
 """`macta alive`: health checks of the planning worker and the fleet, for supervisors that restart them."""
 
 import socket
-import time
+import threading
 
 from sqlalchemy.exc import SQLAlchemyError
 
 from app.cli.long_running import world_over_broker
 from app.cli.settings import settings_of
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Invalid, Unavailable
 from app.store import Database
 from app.workflows import PLANNING
@@ -39,7 +40,7 @@ def worker_alive() -> str:
     raise Unavailable(f"no living process on {host} plans")
 
 
-def fleet_alive(world: WorldFile) -> str:
+def fleet_alive(world: WorldFile, *, wall: WallClock = SYSTEM_CLOCK) -> str:
     """The state of the world's fleet.
 
     :raises Unavailable: if it is not heard.
@@ -50,9 +51,10 @@ def fleet_alive(world: WorldFile) -> str:
     with world_over_broker(broker, world) as running:
         assert running.fleet is not None
         running.fleet.start()
-        give_up = time.monotonic() + TIMEOUT_S
+        never = threading.Event()
+        give_up = wall.monotonic_s() + TIMEOUT_S
         while running.fleet.run is None:
-            if time.monotonic() > give_up:
+            if wall.monotonic_s() > give_up:
                 raise Unavailable(f"the fleet of {world.name} is not heard at {broker}")
-            time.sleep(0.05)
+            wall.wait(never, 0.05)
         return f"the fleet of {world.name} is running, at {running.clock.now_s():.0f} s"

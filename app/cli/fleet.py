@@ -22,7 +22,7 @@ def fleet(
 ) -> None:
     """Run until SIGINT or SIGTERM. The world goes on from its snapshot in the data folder.
 
-    :param afresh: start the world anew instead of from its snapshot.
+    :param afresh: start the world again instead of from its snapshot.
     :raises Invalid: if no broker is set, or it refuses the fleet.
     :raises Unavailable: if another fleet drives the world, or the simulation has ended.
     """

@@ -64,5 +64,5 @@ def warn_if_unencrypted(broker: Broker) -> None:
 
 
 def report_new_run(world: str, why: str) -> None:
-    """Say why a world starts anew instead of going on from its snapshot."""
+    """Say why a world starts again instead of going on from its snapshot."""
     Console(stderr=True).print(f"World {world} begins afresh: {escape(why)}.", soft_wrap=True)

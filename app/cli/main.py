@@ -51,7 +51,7 @@ def serve(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
     broker: Broker = None,
     afresh: Annotated[
-        bool, typer.Option("--afresh", help="Start the world anew, not from its snapshot.")
+        bool, typer.Option("--afresh", help="Start the world again, not from its snapshot.")
     ] = False,
 ) -> None:
     """Serve the HTTP API and the console; worlds are simulated here or, with --broker, by `macta fleet`."""

@@ -15,7 +15,7 @@ def fleet(
     data: Annotated[Path | None, typer.Option(help="Folder of the world's snapshots.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
     afresh: Annotated[
-        bool, typer.Option("--afresh", help="Start the world anew, not from its snapshot.")
+        bool, typer.Option("--afresh", help="Start the world again, not from its snapshot.")
     ] = False,
 ) -> None:
     """Simulate a world and its robots for `macta serve --broker`."""

@@ -1,8 +1,6 @@
 """A progress line for planning in a terminal; Ctrl-C takes the best plan so far."""
 
 import signal
-import time
-from collections.abc import Callable
 from types import FrameType
 from typing import Self
 
@@ -10,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.status import Status
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from planner import Observer, Progress
 
 REFRESH_S = 0.1
@@ -19,14 +18,9 @@ STOPPING = "stopping with the best plan so far; Ctrl-C again aborts"
 class ProgressLine(Observer):
     """Within a `with` block, the first Ctrl-C asks the engine to stop; the second one interrupts."""
 
-    def __init__(
-        self, console: Console, *, is_shown: bool, now_s: Callable[[], float] = time.monotonic
-    ) -> None:
-        """
-        :param is_shown: draw the line; for terminals only.
-        :param now_s: a monotonic clock.
-        """
-        self._now_s = now_s
+    def __init__(self, console: Console, *, is_shown: bool, wall: WallClock = SYSTEM_CLOCK) -> None:
+        """:param is_shown: draw the line; for terminals only."""
+        self._wall = wall
         self._status: Status | None = Status("planning …", console=console) if is_shown else None
         self._stopping = False
         self._shown_at_s = 0.0
@@ -43,7 +37,7 @@ class ProgressLine(Observer):
             self._status.stop()
 
     def progress(self, progress: Progress) -> None:
-        now_s = self._now_s()
+        now_s = self._wall.monotonic_s()
         if self._status is not None and now_s >= self._shown_at_s + REFRESH_S:
             self._status.update(escape(self.line(progress)))
             self._shown_at_s = now_s

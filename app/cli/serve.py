@@ -96,7 +96,7 @@ def serve(
     """Run until SIGINT or SIGTERM.
 
     :param worlds: one or more.
-    :param afresh: start the worlds anew instead of from their snapshots.
+    :param afresh: start the worlds again instead of from their snapshots.
     :raises Invalid: if a setting is wrong or the address is taken, before anything starts.
     """
     settings = settings_of(given)
@@ -209,5 +209,5 @@ def _announce(
     print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
     names = ", ".join(world.name for world in worlds)
     Console(stderr=True).print(
-        f"[dim]World {names}; the record is in {escape(service.settings.place_of_record)}. Ctrl-C ends.[/]"
+        f"[dim]World {names}; the record is in {escape(service.settings.database_location)}. Ctrl-C ends.[/]"
     )

@@ -131,7 +131,8 @@ def _run(trial: SoakTrial, request: SoakRequest, console: Console) -> None:
 def _line(trial: SoakTrial, result: RoundResult) -> str:
     faults = sum(trial.faults.done.values())
     return (
-        f"{result.at_s:6.0f} s: {result.goals} goals, {faults} faults, process {result.process}, {result.memory_mb:.0f} MiB: "
+        f"{result.at_s:6.0f} s: {result.goals} goals, {faults} faults, process {result.process}, "
+        f"{result.memory_mb:.0f} MiB: "
         + ("all checks passed" if not result.wrong else f"[red]{len(result.wrong)} checks failed[/]")
     )
 

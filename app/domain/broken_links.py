@@ -35,7 +35,8 @@ def _with_predecessors(plan_net: PlanNet, begun: Collection[str]) -> set[str]:
     before: dict[str, set[str]] = {}
     for ordering in plan_net.orderings:
         before.setdefault(ordering.after, set()).add(ordering.before)
-    found, left = set(begun), list(begun)
+    found = set(begun)
+    left = list(begun)
     while left:
         fresh = before.get(left.pop(), set()) - found
         found |= fresh

@@ -129,7 +129,7 @@ class GoalStopRequested(GoalEvent):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalWithdrawn(GoalEvent):
-    """The goal is not pursued any more: cancelled, its last plan rejected, or its world does not run any more."""
+    """The goal is no longer pursued: cancelled, its last plan rejected, or its world no longer runs."""
 
     TYPE: ClassVar[str] = "goal.withdrawn"
     reason: str
@@ -210,7 +210,7 @@ class PlanDecided(PlanEvent):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanClosed(PlanEvent):
-    """The plan is not open to decision any more: overtaken by the world (expired) or by another plan (superseded)."""
+    """The plan is not open to decision any longer: overtaken by the world (expired) or by another plan (superseded)."""
 
     TYPE: ClassVar[str] = "plan.{0.state}"
     STATES: ClassVar[Collection[PlanState]] = (PlanState.EXPIRED, PlanState.SUPERSEDED)

@@ -60,7 +60,7 @@ class ScriptView:
 
     @property
     def trouble(self) -> Trouble:
-        """Only of one that failed. A robot that refuses, or is lost, is of no use for the mission any more."""
+        """Only of one that failed. A robot that refuses, or is lost, is of no use for the mission any longer."""
         if self.abandoned:
             lost = FailureCategory.UNREACHABLE
             return Trouble(robot=self.robot, category=lost, detail="was declared lost", fit=False)
@@ -83,7 +83,7 @@ class MissionView:
     :param asked_for_s: wall-clock seconds since the monitor's open question, None without one.
     :param scripts: of the plan that it carries out now.
     :param missed: its goals that are not believed true, in words.
-    :param broken: what it counts on and is not believed any more, in words.
+    :param broken: what it counts on and is no longer believed, in words.
     :param tries_left: how often it may still be recovered.
     :param no_way: why no plan was found to recover it by, or why it was turned down; empty if none was sought.
     :param done_before: a robot has finished a script of an earlier plan.
@@ -124,7 +124,7 @@ class MissionView:
         """What has gone wrong, in words; empty if nothing has."""
         if troubles := self.troubles:
             return "; ".join(map(str, troubles))
-        return self.stopped_for or (f"{', '.join(self.broken)} is not true any more" if self.broken else "")
+        return self.stopped_for or (f"{', '.join(self.broken)} is no longer true" if self.broken else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,7 +180,8 @@ def _review(view: MissionView, patience_s: float) -> Verdict:
 
 def cancelled() -> Verdict:
     """Of a mission that the operator cancelled, when no robot is at work for it."""
-    reason, why = "cancelled by the operator", FailureCategory.CANCELLED
+    reason = "cancelled by the operator"
+    why = FailureCategory.CANCELLED
     return Verdict(state=MissionState.CANCELLED, wait_s=0, reason=reason, failure=why)
 
 
@@ -267,7 +268,7 @@ def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
 def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
     """Robots have been asked: all answered that they are at work, or some are still silent.
 
-    Paused meanwhile, nothing is concluded from either: the question is asked anew later.
+    Paused meanwhile, nothing is concluded from either: the question is asked again later.
     """
     if view.state is MissionState.PAUSED:
         later_s = max(view.enquire_at_s, view.now_s + EXTENSION_S)

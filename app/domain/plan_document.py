@@ -133,7 +133,7 @@ class PlanBody(PlanPart):
     repairs: RepairsBody | None = Field(default=None, description="if the world had overtaken a plan before")
     overtaken: tuple[str, ...] = Field(
         default=(),
-        description="of a single plan that is proposed: what it rests on and is not so any more, and what is instead; "
+        description="of a single plan that is proposed: what it rests on and is no longer so, and what is instead; "
         "approving has it repaired",
     )
     engine: str = ""

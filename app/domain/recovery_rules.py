@@ -1,7 +1,7 @@
 """The rules of recovery, as pure functions: what has befallen a mission, who is left out, what may be tried.
 
 In this order: the same again, as far as its pre-conditions hold; a repair that keeps what is done; a plan without the
-robots that are of no use any more; the operator.
+robots that are of no use any longer; the operator.
 """
 
 from collections import Counter
@@ -18,7 +18,7 @@ from robots.wire import FailureCategory
 TRIES = 4
 """So often a mission is recovered before an operator is asked, or it has failed (our choice)."""
 FAILURES = 2
-"""What a robot has failed at so often in a mission it is not planned to do there any more (our choice)."""
+"""What a robot has failed at so often in a mission it is not planned to do there any longer (our choice)."""
 
 
 class Policy(StrEnum):
@@ -89,7 +89,7 @@ def category_of(troubles: Sequence[Trouble]) -> FailureCategory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """What a mission is not planned with any more: robots altogether, and packets of robots.
+    """What a mission is not planned with any longer: robots altogether, and packets of robots.
 
     A robot that fails at one thing may still do others: to drive out of the way, for one.
     """

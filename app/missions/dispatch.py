@@ -22,7 +22,9 @@ class ScriptDispatcher:
         self, core: Core, *, library: Library, repertoires: Mapping[str, Mapping[str, Sequence[str]]]
     ) -> None:
         """:param repertoires: by world and robot, the packet tags the robot can carry out."""
-        self._core, self._library, self._repertoires = core, library, repertoires
+        self._core = core
+        self._library = library
+        self._repertoires = repertoires
 
     def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
         """True if the scripts of the mission's plan are there."""

@@ -26,7 +26,7 @@ def end_mission(
     failure: FailureCategory | None,
     now_s: float,
 ) -> None:
-    """Nothing of an ended mission is delivered any more, but the order to stop to robots that were declared lost; its
+    """Nothing of an ended mission is delivered any longer, but the order to stop to robots that were declared lost; its
     goal is finished with the mission's outcome, and a repair that waits for a decision is closed.
 
     It ended when its robots were last heard of it, or at `now_s` if they never were (world's clock).
@@ -38,7 +38,8 @@ def end_mission(
     ended_at_s = max((s.heard_at_s for s in scripts if s.heard_at_s is not None), default=now_s)
     late_s = 0.0 if mission.deadline_s is None else ended_at_s - mission.deadline_s
     if state is MissionState.COMPLETED and late_s > 0:
-        reason, failure = f"came true {late_s:.0f} s after the deadline", FailureCategory.DEADLINE
+        reason = f"came true {late_s:.0f} s after the deadline"
+        failure = FailureCategory.DEADLINE
     mission_lifecycle.end(mission, state, reason=reason, failure=failure, ended_at_s=ended_at_s)
     recovery.end(mission)
     goal = session.get_one(GoalRow, mission.goal_id)

@@ -1,6 +1,6 @@
 """Lost robots: an operator declares them lost; they count again when they are heard, or declared found.
 
-What a lost robot was to do is not waited for any more. It is told to stop whenever it is heard, also after its mission
+What a lost robot was to do is no longer waited for. It is told to stop whenever it is heard, also after its mission
 has ended, and counts again once it has said what became of its script.
 """
 
@@ -12,11 +12,11 @@ from sqlalchemy.orm import Session
 from app.agents.robot_board import RobotBoard
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.domain.contact import Connection
 from app.domain.errors import Conflict
 from app.domain.events import RobotDeclaredLost, RobotFound, ScriptAbandoned
 from app.domain.lifecycles.mission import ENDED, MissionState
 from app.domain.lifecycles.script import abandon
-from app.domain.states import Connection
 from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
 from app.store.records import UNENDED_SCRIPT, lost_robots

@@ -25,7 +25,9 @@ class MissionService:
     """Reads missions and takes operators' orders on them."""
 
     def __init__(self, core: Core) -> None:
-        self._database, self._events, self._workflows = core.database, core.events, core.workflows
+        self._database = core.database
+        self._events = core.events
+        self._workflows = core.workflows
 
     def get(self, mission_id: str) -> Mission:
         with self._database.read() as session:
@@ -128,7 +130,7 @@ def _mission(session: Session, mission_id: str, *, to_change: bool = False) -> M
 def _refuse_ended(mission: MissionRow, verb: str) -> None:
     if has_ended(mission):
         raise Conflict(
-            f"mission {mission.id} is {mission.state}: it cannot be {verb} any more", code="mission-ended"
+            f"mission {mission.id} is {mission.state}: it cannot be {verb} any longer", code="mission-ended"
         )
 
 

@@ -15,7 +15,7 @@ from app.domain.lifecycles.script import Delivery
 from app.domain.mission_monitor import EXTENSION_S, MissionView, ScriptView
 from app.domain.recovery_rules import Policy
 from app.domain.world_model.vocabulary import symbolic
-from app.planning.mission_progress import begun, done
+from app.missions.mission_progress import begun, done
 from app.store import MissionRow, ScriptRow
 from planner import Fact
 from robots.wire import FailureCategory, PacketState, ScriptState

@@ -15,10 +15,10 @@ from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
 from app.domain.recovery_rules import LeftOut, Policy, category_of, left_out, measure_of, needs_decision
 from app.domain.world_model.beliefs import OBJECT_POSITION
+from app.missions.mission_progress import progress_of
 from app.planning.approval import RECOVERY, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
-from app.planning.mission_progress import progress_of
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import RepairWork, Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder

@@ -181,7 +181,7 @@ class MissionReports:
     def _ask_why(self, script: ScriptRow, refused: str, reason: str) -> None:
         """Ask the robot how it stands after it refused an order or a clearance.
 
-        The script has ended and its report is on the way, or it is not known any more, or the robot has followed an
+        The script has ended and its report is on the way, or it is no longer known, or the robot has followed an
         order with a greater number, of a record that was lost.
         """
         if not has_terminated(script):

@@ -100,10 +100,10 @@ def _forget_abandoned(session: Session, world_id: str) -> None:
 
 
 def end_missions_of_absent_worlds(session: Session, core: Core, running: Collection[str]) -> None:
-    """End what ran in worlds of the record that do not run any more, and withdraw their goals."""
+    """End what ran in worlds of the record that no longer run, and withdraw their goals."""
     for row in session.scalars(select(WorldRow).where(WorldRow.id.not_in(running))).all():
         row.run = None
-        reason = f"world {row.id} does not run any more"
+        reason = f"world {row.id} no longer runs"
         _end_missions(session, core.events, row.id, reason)
         _reopen_goals(session, core.events, row.id, reason, runs=False)
 

@@ -58,7 +58,7 @@ class PlanApproval:
         self._workflows = core.workflows
         self._facts = core.facts
         self._plan_nets = core.plan_nets
-        self._staleness = _Staleness(core)
+        self._staleness = Staleness(core)
         self._margin = margin
         self._requests = requests
 
@@ -260,7 +260,7 @@ def _refuse_decided(plan: PlanRow) -> None:
         raise Conflict(f"plan {plan.id} is {plan.state}, not proposed{why}", code="plan-decided")
 
 
-class _Staleness:
+class Staleness:
     """Compares plans that wait for a decision with the present world."""
 
     def __init__(self, core: Core) -> None:

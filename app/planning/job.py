@@ -1,8 +1,8 @@
 """The skeleton of the durable jobs that plan: a goal, alternatives to its plan, the repair of a mission's plan.
 
 First, in one transaction, the record is locked and checked and the problem is built. Then a planning process works on
-it, watched, without a lock. Last, in another transaction, the result is recorded, unless the record does not want it
-any more: the goal was cancelled, say, or another process has begun to plan it. If the job keeps failing it is given up.
+it, watched, without a lock. Last, in another transaction, the result is recorded, unless it is no longer wanted: the
+goal was cancelled, say, or another process has begun to plan it. If the job keeps failing it is given up.
 """
 
 from abc import ABC, abstractmethod
@@ -79,7 +79,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
 
     @abstractmethod
     def begin(self, session: Session, subject: Row) -> Task | None:
-        """What is to be planned; None if a plan is not wanted any more."""
+        """What is to be planned; None if a plan is no longer wanted."""
 
     @abstractmethod
     def turn(self, subject: Row) -> Hashable:

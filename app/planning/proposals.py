@@ -1,4 +1,4 @@
-"""Plans in the record: proposed to operators, read, and closed when they are not open to decision any more."""
+"""Plans in the record: proposed to operators, read, and closed when they are not open to decision any longer."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil

@@ -59,6 +59,7 @@ class WaitingGoals:
             if goal_id is None:
                 return
             plan(goal_id)
+        # The step's name is recorded with workflows that earlier versions have begun.
         step("begin anew", lambda: self._continue_as_new(world))
 
     def _next(self, world: str) -> str | None:

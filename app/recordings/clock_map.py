@@ -1,11 +1,11 @@
 """Maps wall-clock times to times of a world's clock: events of the log have only wall-clock times."""
 
-import time
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import datetime
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from robots.clock import Clock
 
 INTERVAL_S = 1.0
@@ -16,10 +16,9 @@ KEPT_READINGS = 7200
 class ClockMap:
     """Reads the wall clock and the worlds' clocks together, once a second, and interpolates between readings."""
 
-    def __init__(self, clocks: Mapping[str, Clock], *, wall_s: Callable[[], float] = time.time) -> None:
-        """:param wall_s: the wall clock, epoch seconds."""
+    def __init__(self, clocks: Mapping[str, Clock], *, wall: WallClock = SYSTEM_CLOCK) -> None:
         self._clocks = clocks
-        self._wall_s = wall_s
+        self._wall = wall
         self._readings: dict[str, deque[tuple[float, float]]] = {
             world: deque(maxlen=KEPT_READINGS) for world in clocks
         }
@@ -27,7 +26,7 @@ class ClockMap:
 
     def read(self) -> None:
         """Take a reading of all clocks if the last one is old enough."""
-        wall_s = self._wall_s()
+        wall_s = self._wall.epoch_s()
         if abs(wall_s - self._read_at_s) < INTERVAL_S:
             return
         self._read_at_s = wall_s
@@ -40,7 +39,7 @@ class ClockMap:
     def at_s(self, world: str, wall_time: str) -> float:
         """The world's clock at a wall-clock time, given as ISO 8601."""
         wall_s = datetime.fromisoformat(wall_time).timestamp()
-        readings = [*self._readings[world], (self._wall_s(), self.now_s(world))]
+        readings = [*self._readings[world], (self._wall.epoch_s(), self.now_s(world))]
         after = bisect_right(readings, (wall_s,))
         if after == 0:
             return readings[0][1]

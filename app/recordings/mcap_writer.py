@@ -8,7 +8,6 @@ Log times are the world's clock from its building on, publish times the wall clo
 """
 
 import json
-import time
 from collections.abc import Callable, Collection, Mapping
 from math import cos, sin
 from pathlib import Path
@@ -23,6 +22,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from robots.physical.body import GRIPPER_REACH_M
 from robots.wire import Telemetry
 
@@ -73,13 +73,10 @@ class McapWriter:
         path: Path,
         *,
         wrote: Callable[[int], None] = lambda size_bytes: None,
-        wall_ns: Callable[[], int] = time.time_ns,
+        wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        """
-        :param wrote: called with the number of bytes after each write.
-        :param wall_ns: the wall clock, nanoseconds since the epoch.
-        """
-        self._wall_ns = wall_ns
+        """:param wrote: called with the number of bytes after each write."""
+        self._wall = wall
         self.path = path
         path.touch(exist_ok=False)
         self._writer = Writer(cast(IO[bytes], _Appended(path, wrote)), chunk_size=CHUNK_BYTES)
@@ -147,7 +144,9 @@ class McapWriter:
         self._add(channel, message.SerializeToString(), at_s)
 
     def _add(self, channel: int, data: bytes, at_s: float) -> None:
-        self._writer.add_message(channel, log_time=int(at_s * NANO), data=data, publish_time=self._wall_ns())
+        self._writer.add_message(
+            channel, log_time=int(at_s * NANO), data=data, publish_time=int(self._wall.epoch_s() * NANO)
+        )
 
 
 def _transform(name: str, told: Telemetry) -> FrameTransform:

@@ -44,7 +44,7 @@ class EventLog:
             return session.scalar(query) or 0
 
     def has_forgotten(self, seq: int) -> bool:
-        """True if something after `seq` is not kept any more."""
+        """True if something after `seq` is no longer kept."""
         with self._database.read() as session:
             oldest = session.scalar(select(EventRow.seq).order_by(EventRow.seq).limit(1))
         return oldest is not None and seq + 1 < oldest

@@ -264,7 +264,7 @@ class ExecutorRow(Base):
 
 
 class LeaseRow(Base):
-    """Which executor speaks for a world, towards its robots; as long as it lives."""
+    """Which executor holds the lease of a world: it delivers to its robots and records their reports."""
 
     __tablename__ = "leases"
     world: Mapped[str] = mapped_column(String(64), primary_key=True)

@@ -137,7 +137,8 @@ def lost_events(seen: Sequence[int], kept: Sequence[int]) -> list[str]:
     """
     if list(seen) == list(kept):
         return []
-    missing, doubled = sorted(set(kept) - set(seen)), len(seen) - len(set(seen))
+    missing = sorted(set(kept) - set(seen))
+    doubled = len(seen) - len(set(seen))
     return [
         f"the event stream had {len(seen)} of {len(kept)}: not {missing[:5]}, {doubled} twice, "
         f"{'in' if list(seen) == sorted(seen) else 'out of'} order"

@@ -118,7 +118,8 @@ class SoakTrial:
         self.observer.read(api, self.operator.open)
 
     def _settle_all(self) -> bool:
-        give_up, began_s = time.monotonic() + SETTLE_WALL_S, self.observer.time_s
+        give_up = time.monotonic() + SETTLE_WALL_S
+        began_s = self.observer.time_s
         while time.monotonic() < give_up and self.observer.time_s < began_s + SETTLE_WORLD_S:
             if self._with_api(self._settle) and not self.operator.open:
                 return True
@@ -142,7 +143,8 @@ class SoakTrial:
         wrong += executed_twice(self._record())
         if over:
             time.sleep(SNAPSHOT_S)
-            true_state, found = self.true_state(), self._found()
+            true_state = self.true_state()
+            found = self._found()
             wrong += disagreements(found, true_state.lies, self.world.owners)
             wrong += untrue_goals(self._latest(), true_state.is_true)
         wrong += self._lost_events()

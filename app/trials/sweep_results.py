@@ -114,7 +114,8 @@ def wilson(good: int, of: int) -> tuple[float, float]:
 
     :param of: at least 1.
     """
-    share, weight = good / of, Z_95**2 / of
+    share = good / of
+    weight = Z_95**2 / of
     middle = (share + weight / 2) / (1 + weight)
     half = Z_95 * sqrt(share * (1 - share) / of + weight / (4 * of)) / (1 + weight)
     return max(0.0, middle - half), min(1.0, middle + half)

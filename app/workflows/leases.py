@@ -27,7 +27,7 @@ from app.workflows.background import Background
 HEARTBEAT_S = 1.0
 DEAD_AFTER_S = 6.0
 FORGOTTEN_AFTER_S = 60.0
-"""A dead process's row is deleted then. Until then it is checked again: it may have come back and died anew."""
+"""A dead process's row is deleted then. Until then it is checked again: it may have come back and died again."""
 LEASE_S = DEAD_AFTER_S - HEARTBEAT_S
 """How long after a heartbeat a process relies on its leases and dequeues workflows: less than others take to take over.
 """

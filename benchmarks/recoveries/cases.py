@@ -75,7 +75,7 @@ class Case:
 
 
 def radio_broken(stage: MissionStage) -> None:
-    """It goes on, and nothing is heard of it any more."""
+    """It goes on, and nothing is heard of it any longer."""
     stage.radios[stage.robot].broken = True
 
 

@@ -69,7 +69,7 @@ class _Shortening:
                 yield action
 
     def _replayed(self, trial: Sequence[GroundAction]) -> list[GroundAction] | None:
-        """The trial, actions bound anew where they must be; None if it does not reach the goals."""
+        """The trial, actions bound again where they must be; None if it does not reach the goals."""
         state = set(self._problem.facts)
         achieved = set(self._problem.facts)
         replayed = []

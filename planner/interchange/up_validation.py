@@ -142,7 +142,7 @@ class _Stretch:
 
 
 def _strips(environment: Any) -> Any:
-    """A problem that does not work out anew each time it is asked that it is typed STRIPS."""
+    """A problem that does not work out again each time it is asked that it is typed STRIPS."""
     from unified_planning.model import Problem, ProblemKind
 
     kind = ProblemKind({"ACTION_BASED", "FLAT_TYPING", "HIERARCHICAL_TYPING"})

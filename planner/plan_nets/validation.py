@@ -146,7 +146,7 @@ def _schedule_faults(plan_net: PlanNet) -> list[str]:
 def unjustified(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[str]:
     """The actions that are there for no intended effect of their own and do not make way, in words.
 
-    Table 3: other effects are not what a planner chooses an action for. What is under way is not chosen any more.
+    Table 3: other effects are not what a planner chooses an action for. What is under way is no longer chosen.
     """
     return [
         f"{action.id} {action.tag} would be there only for {', '.join(map(str, used)) or 'nothing'}, "

@@ -80,7 +80,7 @@ class _Joining:
         return min(joined, key=_merit) if joined else self._none(self._why)
 
     def _alone(self) -> PlanNet | str:
-        """What is committed, from now on; or why it does not work any more."""
+        """What is committed, from now on; or why it no longer works."""
         committed = (*self._remaining.under_way, *self._remaining.rest)
         if len(committed) < len(self._remaining.actions):
             return "a robot is lost, or one of its places is"

@@ -80,9 +80,9 @@ def repair(
     """A plan-net from now on that keeps what is done, what is under way, and as much of the rest as pays.
 
     Tried in turn: the rest as it is; what leads to those goals that it still reaches, the others planned after that
-    and beside it where they can be; the same with the beginnings of what leads to no goal any more; all goals anew.
+    and beside it where they can be; the same with the beginnings of what leads to no goal any longer; all goals again.
     The next is tried unless the one before is good enough: no longer than any plan is expected to take at least, and
-    what planning anew would change. The best is the one least late, then with the shortest makespan, each changed
+    what planning again would change. The best is the one least late, then with the shortest makespan, each changed
     action counting `stability_s`.
 
     :param problem: the present facts, and all the goals from now on.
@@ -159,7 +159,7 @@ class _PlanRepair:
         return tuple(able), [goal for goal in self._goals if goal in achieved]
 
     def _repaired(self, kept: Sequence[GroundAction], *, at_most_s: float = inf) -> _RepairedPlan | None:
-        """What is kept, then what it misses; to keep nothing but what is under way is to plan anew."""
+        """What is kept, then what it misses; to keep nothing but what is under way is to plan again."""
         if len(kept) == len(self._remaining.under_way):
             return None
         return self._made(Course.MENDED, kept) or self._followed(Course.MENDED, kept, at_most_s=at_most_s)
@@ -167,7 +167,7 @@ class _PlanRepair:
     def _followed(
         self, course: Course, kept: Sequence[GroundAction], *, at_most_s: float = inf
     ) -> _RepairedPlan | None:
-        """The kept actions with a plan for all goals from where they lead to. Planning anew is left half the time."""
+        """The kept actions with a plan for all goals from where they lead to. Planning again is left half the time."""
         if course is Course.MENDED:
             at_most_s = min(at_most_s, self._planner.left_s / 2)
         fresh = self._planner.plan(self._remaining.after(kept), at_most_s=at_most_s).plan_net

@@ -26,7 +26,7 @@ class MissionProgress:
 
     :param done: ids of the actions that have ended.
     :param under_way: id → seconds left, of the actions that run and are expected to end well.
-    :param lost: robots that are not to be planned with any more; what they do counts as not done.
+    :param lost: robots that are not to be planned with any longer; what they do counts as not done.
     :param elapsed_s: since the plan's start.
     """
 
@@ -44,7 +44,7 @@ class Remaining:
 
     `problem`: the one that plan-nets from now on solve; its facts as of when what is under way began, without what
     lets lost robots be planned with. `actions`: as they stand in the plan-net. `under_way` and `rest`: as the
-    knowledge base makes them now, in an order of the plan-net; `rest` lacks those it cannot make any more.
+    knowledge base makes them now, in an order of the plan-net; `rest` lacks those it cannot make any longer.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Remaining:
         return next((f"{a.id} {a.tag} is under way, yet would wait" for a in held_up), "")
 
     def _ground(self, action: PlanNetAction, problem: PlanningProblem) -> GroundAction | None:
-        """The action with its duration as it is expected now; None if it cannot be any more."""
+        """The action with its duration as it is expected now; None if it cannot be any longer."""
         if not self._progress.lost.isdisjoint(action.agents):
             return None
         try:

@@ -38,7 +38,8 @@ class Close(Strict):
     m: Annotated[float, Field(gt=0, le=10)] = 1.0
 
     def check(self, percepts: Percepts) -> Verdict:
-        at, evidence = percepts.locate(self.object), percepts.evidence(self.object)
+        at = percepts.locate(self.object)
+        evidence = percepts.evidence(self.object)
         if at is None or evidence < BELIEVED:
             return Verdict(False, f"has evidence {evidence:.2f} of {self.object}")
         return Verdict(abs(at) <= self.m, f"is {abs(at):.2f} m from {self.object}")
@@ -53,7 +54,8 @@ class Moving(Strict):
     object: str
 
     def check(self, percepts: Percepts) -> Verdict:
-        cursor, evidence = percepts.cursors.get(self.object), percepts.evidence(self.object)
+        cursor = percepts.cursors.get(self.object)
+        evidence = percepts.evidence(self.object)
         if cursor is None or evidence < BELIEVED:
             return Verdict(False, f"has evidence {evidence:.2f} of {self.object}")
         moving = cursor.moving_at(percepts.time_s)

@@ -37,7 +37,8 @@ def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
     """
     if percepts is None or not percepts.data.holds(REPORTED):
         return ()
-    me, holding = percepts.me, percepts.holding
+    me = percepts.me
+    holding = percepts.holding
     facts = [_fact("robot_attribute", me, "gripper", "full" if holding else "empty")]
     if holding:
         facts.append(_fact("in", holding, me))
@@ -69,7 +70,8 @@ def _position(percepts: Percepts) -> list[SymbolicFact]:
 
 
 def _relation(percepts: Percepts, place: str, near_m: float) -> str | None:
-    beacon, point = percepts.locate(place), percepts.approach_point(place)
+    beacon = percepts.locate(place)
+    point = percepts.approach_point(place)
     if beacon is None or point is None:
         return None
     if abs(beacon - GRIPPER_REACH_M) < AT_M:

@@ -66,10 +66,12 @@ class JointNear(Strict):
 
     def check(self, percepts: Percepts) -> Verdict:
         whole = formation_with(percepts, self.object)
-        point, beacon = percepts.approach_point(self.place), percepts.locate(self.place)
+        point = percepts.approach_point(self.place)
+        beacon = percepts.locate(self.place)
         if whole is None or point is None or beacon is None:
             return Verdict(False, f"does not perceive {self.place} and {self.object} in its jaws")
-        off_m, turn_rad = abs(whole.to_formation(point)), phase(whole.to_formation(beacon))
+        off_m = abs(whole.to_formation(point))
+        turn_rad = phase(whole.to_formation(beacon))
         holds = off_m <= self.within_m and abs(turn_rad) <= self.facing_rad
         said = f"has {self.object} {off_m:.2f} m short of {self.place}, the beacon at {turn_rad:+.2f} rad"
         return Verdict(holds, said)
@@ -88,7 +90,8 @@ class LinedUp(Strict):
     widening: Annotated[float, Field(ge=0)] = 0.12
 
     def check(self, percepts: Percepts) -> Verdict:
-        at, axis = percepts.locate(self.target), percepts.axis(self.target)
+        at = percepts.locate(self.target)
+        axis = percepts.axis(self.target)
         if at is None or axis is None:
             return Verdict(False, f"does not see {self.target}")
         off = -at * rect(1.0, -axis)

@@ -26,7 +26,8 @@ class Near(Strict):
     facing_rad: float = 0.16
 
     def check(self, percepts: Percepts) -> Verdict:
-        point, beacon = percepts.approach_point(self.place), percepts.locate(self.place)
+        point = percepts.approach_point(self.place)
+        beacon = percepts.locate(self.place)
         if point is None or beacon is None:
             return Verdict(False, f"does not know where {self.place} is")
         holds = abs(point) <= self.within_m and abs(phase(beacon)) <= self.facing_rad

@@ -20,7 +20,7 @@ SHARED_M = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LiesAt(Strict):
-    """Sees an object's tag at a location, lying still. `left`: and no robot stands by it any more.
+    """Sees an object's tag at a location, lying still. `left`: and no robot stands by it any longer.
 
     Our choice: a sample that is carried up to a location shows its tag there before it is let go.
     """
@@ -36,7 +36,8 @@ class LiesAt(Strict):
         if not percepts.sees(self.object):
             unseen = not percepts.sees(self.place)
             return Verdict(False, f"does not see {self.object}{_seen(percepts)}", unseen)
-        tag, place = percepts.locate(self.object), percepts.locate(self.place)
+        tag = percepts.locate(self.object)
+        place = percepts.locate(self.place)
         if tag is None or place is None:
             return Verdict(False, f"does not know where {self.place} is")
         off_m = abs(tag - place)
@@ -90,7 +91,8 @@ class Beside(Strict):
     m: float
 
     def check(self, percepts: Percepts) -> Verdict:
-        target, other = percepts.locate(self.target), percepts.locate(self.other)
+        target = percepts.locate(self.target)
+        other = percepts.locate(self.other)
         if (
             target is None
             or other is None

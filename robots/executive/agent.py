@@ -65,7 +65,7 @@ class BehaviouralAgent:
         repertoire: Repertoire | None = None,
         memory: RobotMemory | None = None,
     ) -> None:
-        """:param memory: the state saved before a power failure; None for a robot that starts anew."""
+        """:param memory: the state saved before a power failure; None for a robot that starts again."""
         self.profile = profile
         self._body = body
         self._clock = clock

@@ -201,7 +201,8 @@ class Executive:
         """Advance the script by one tick. No motion without a running script, nor before its sensors have read."""
         self.responses = Responses()
         self._stop_on_low_battery(percepts)
-        run, behaviour = self.current, self.behaviour
+        run = self.current
+        behaviour = self.behaviour
         if run is None or behaviour is None or not percepts.data.holds(behaviour.needs):
             return Motion()
         self._states.note(self._active_script.id, ScriptState.RUNNING)
@@ -249,7 +250,8 @@ class Executive:
 
     def take_reports(self) -> Sequence[Report]:
         """The reports made since they were last taken, oldest first."""
-        reports, self._reports = self._reports, []
+        reports = self._reports
+        self._reports = []
         return reports
 
     def _not_current(self, script_id: str) -> str | None:

@@ -59,7 +59,9 @@ class Formation:
 
 def formation_with(percepts: Percepts, thing: str) -> Formation | None:
     """The formation that carries an object; None if it is not in the robot's jaws or not in view."""
-    at, axis, length_m = percepts.locate(thing), percepts.axis(thing), percepts.profile.lengths_m.get(thing)
+    at = percepts.locate(thing)
+    axis = percepts.axis(thing)
+    length_m = percepts.profile.lengths_m.get(thing)
     if percepts.holding != thing or at is None or axis is None or length_m is None:
         return None
     middle = at + rect(GRIPPER_REACH_M, axis)
@@ -73,7 +75,8 @@ def guide_formation(percepts: Percepts, thing: str, place: str) -> Guidance | No
 
 def _guide(percepts: Percepts, thing: str, place: str) -> Guidance | None:
     whole = formation_with(percepts, thing)
-    point, beacon = percepts.approach_point(place), percepts.locate(place)
+    point = percepts.approach_point(place)
+    beacon = percepts.locate(place)
     if whole is None or point is None or beacon is None:
         return None
     in_the_way = _obstacles(percepts, whole)

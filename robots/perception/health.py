@@ -66,7 +66,8 @@ class SensorHealth:
         return replace(readings, battery=battery, sightings=sightings, ranges_m=ranges_m)
 
     def _moved_m(self, odometry: Pose) -> float:
-        last, self._at = self._at, odometry
+        last = self._at
+        self._at = odometry
         if last is None:
             return 0.0
         way_m = hypot(odometry.x_m - last.x_m, odometry.y_m - last.y_m)
@@ -106,7 +107,8 @@ class SensorHealth:
         self, ranges_m: NDArray[np.float64] | None, moved_m: float, defects: list[Defect]
     ) -> NDArray[np.float64] | None:
         """Each failed whisker gets the shorter range of its nearest sound neighbours."""
-        last, self._ranges_m = self._ranges_m, ranges_m
+        last = self._ranges_m
+        self._ranges_m = ranges_m
         if ranges_m is None:
             self._same_m = np.empty(0)
             return None

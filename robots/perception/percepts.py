@@ -144,7 +144,9 @@ class Percepts:
     @property
     def tags(self) -> tuple[str, ...]:
         """Samples in view, without the one held."""
-        places, fellows, mine = self.profile.places, self.profile.fellows, (self.me, self.holding)
+        places = self.profile.places
+        fellows = self.profile.fellows
+        mine = (self.me, self.holding)
         seen = self.sightings.names
         return tuple([one for one in seen if one not in places and one not in fellows and one not in mine])
 

@@ -53,7 +53,8 @@ class SensingMeter:
         """:param used_j, saved_j: what has been added up before."""
         self._powers = powers
         self._all_w = powers.sensing_w(ALL_SENSORS)
-        self.used_j, self.saved_j = used_j, saved_j
+        self.used_j = used_j
+        self.saved_j = saved_j
 
     def count(self, running: frozenset[Sensor], step_s: float) -> None:
         used_j = self._powers.sensing_w(running) * step_s

@@ -48,7 +48,8 @@ class VirtualSonar:
     def __init__(self, workbench: Workbench, *, beams: int, range_m: float, least_m: float = 0.0) -> None:
         self._workbench = workbench
         self._beams = np.exp(1j * np.arange(beams) * tau / beams)
-        self._range_m, self._least_m = range_m, least_m
+        self._range_m = range_m
+        self._least_m = least_m
 
     def process(self, readings: Readings) -> Readings:
         if readings.ranges_m is None:

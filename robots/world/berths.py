@@ -12,10 +12,12 @@ from math import cos, dist, radians, sin
 from robots.world.parts import NARROWEST_PITCH_M, Aisle, Location, Point
 from robots.world.walls import WALL_THICKNESS_M, Panel
 
-WIDEST_PITCH_M, STEP_M = 0.7, 0.05
+WIDEST_PITCH_M = 0.7
+STEP_M = 0.05
 ABREAST_PITCH_M = 0.5
 """Where two robots may stand at neighbouring berths at once."""
-DOCK_M, STAND_M = 0.34, 0.8
+DOCK_M = 0.34
+STAND_M = 0.8
 """How far before a berth the middle of a robot is that docks, and that stands near it."""
 ROOM_M: Mapping[float, float] = {0.0: 0.15, DOCK_M: 0.25, STAND_M: 0.42}
 """Free room needed before a berth, by the distance from it: for the sample, for who docks, for who turns with it."""

@@ -18,11 +18,15 @@ from robots.world.file import WorldFile
 
 YARD_DEPTH_M = 4.2
 AISLE_WIDTH_M = 4.0
-BAY_PITCH_M, FIRST_BAY_M = 1.4, 1.6
+BAY_PITCH_M = 1.4
+FIRST_BAY_M = 1.6
 TO_WALL_M = 0.5
 START_FROM_HOME_M = 0.8
-DOOR_PITCH_M, HOME_PITCH_M, HATCH_PITCH_M = 1.0, 1.2, 1.2
-DOOR_WIDTH_M, HATCH_WIDTH_M = 1.2, 0.4
+DOOR_PITCH_M = 1.0
+HOME_PITCH_M = 1.2
+HATCH_PITCH_M = 1.2
+DOOR_WIDTH_M = 1.2
+HATCH_WIDTH_M = 0.4
 
 
 class StoreShapeError(ValueError):
@@ -229,7 +233,8 @@ class _Plan:
                 yield bay if self._shape.bay_capacity == 1 else bay | {"capacity": self._shape.bay_capacity}
 
     def yard_robots(self) -> Iterator[tuple[Entry, Entry]]:
-        middle, half = YARD_DEPTH_M / 2, START_FROM_HOME_M / 2
+        middle = YARD_DEPTH_M / 2
+        half = START_FROM_HOME_M / 2
         for number, x in enumerate(_spread(0, self._across, self._shape.yard_robots), start=1):
             robot = {"name": f"yard_{number}", "compartment": "yard"}
             yield _at_home(robot, (x - half, middle), (x + half, middle), 0)

@@ -21,7 +21,7 @@ RESENT_S = 1.0
 
 
 class Outage(Checked):
-    """A time without contact that nobody knows of beforehand; every `every_s` seconds anew, if given."""
+    """A time without contact that nobody knows of beforehand; every `every_s` seconds again, if given."""
 
     start_s: float = Field(ge=0)
     end_s: float
@@ -126,7 +126,7 @@ class LinkSpec(Checked):
 
     @property
     def quiet_s(self) -> float:
-        """After so long without a word in which one could have come, it is not the radio's doing any more.
+        """After so long without a word in which one could have come, it is not the radio's doing any longer.
 
         That is the time in which loss does not let nothing through, but for one time in `ONE_SILENCE_IN`; and
         `QUIET_S`, or a whole contact where that is shorter.

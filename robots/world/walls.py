@@ -38,7 +38,8 @@ def solid_pieces(wall: Wall) -> tuple[Panel, ...]:
     pieces: list[Panel] = []
     reached_m = 0.0
     for opening in sorted(wall.openings, key=lambda each: each.at_m):
-        low_m, high_m = opening.at_m - opening.width_m / 2, opening.at_m + opening.width_m / 2
+        low_m = opening.at_m - opening.width_m / 2
+        high_m = opening.at_m + opening.width_m / 2
         pieces.append(_piece(wall, reached_m, low_m))
         if opening.kind == "door":
             pieces.append(_piece(wall, max(reached_m, low_m), high_m, door=True))
@@ -64,5 +65,6 @@ def _between(start: Point, end: Point, share: float) -> Point:
 
 
 def _along(start: Point, end: Point, point: Point) -> float:
-    dx, dy = end[0] - start[0], end[1] - start[1]
+    dx = end[0] - start[0]
+    dy = end[1] - start[1]
     return ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / (dx * dx + dy * dy)

@@ -15,7 +15,7 @@ from robots.wire import Message, Telemetry
 from robots.world import LinkSpec, WorldFile
 
 MAX_UNDER_WAY = 1000
-"""Messages under way in one direction beyond which telemetry, which nobody repeats, is not sent any more."""
+"""Messages under way in one direction beyond which telemetry, which nobody repeats, is no longer sent."""
 
 
 class Direction(StrEnum):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from app.cli import ground_truth
 from app.cli.ground_truth import holds
 from app.store import Database, WorldRow
 from app.trials.checks import RecordedReports, executed_twice, unfinished_goals, untrue_goals
@@ -28,7 +29,7 @@ def judge(seen: Witness, *, data: Path, database_url: str) -> None:
 
 def snapshot_truth(data: Path) -> Truth:
     """The world as the last snapshot in a data folder has it."""
-    return truth.snapshot_truth(data, load_world(WORLD))
+    return ground_truth.snapshot_truth(data, load_world(WORLD))
 
 
 def run_of(database_url: str) -> str | None:

@@ -16,8 +16,8 @@ from app.missions.world_start import recorded_run
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from sim import SnapshotSettings, SupervisedWorld
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 
 GOAL = "move sample_1 to bay_7"
 SPEED = 15.0

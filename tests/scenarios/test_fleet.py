@@ -10,7 +10,7 @@ import httpx2
 import pytest
 
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
-from tests.scenarios.judge import truth_of
+from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family, process_of_the_world
 from tests.scenarios.serving import macta_fleet, macta_serve
 from tests.waiting import awaited, in_state, read_until
@@ -72,7 +72,7 @@ def test_a_mission_outlives_broker_and_world_its_fleet_ends_in_order_and_may_beg
             fleet.send_signal(signal.SIGTERM)
             assert fleet.wait(timeout=60) == 0
             awaited(lambda: connections(api), {"offline"}.__eq__, GIVE_UP_S)
-            assert truth_of(kept).samples["sample_1"].ref == "bay_7"
+            assert snapshot_truth(kept).samples["sample_1"].ref == "bay_7"
 
         with macta_fleet(kept, "--broker", broker.url, "--afresh", *SPEED) as fleet:
             awaited(lambda: place_of(api, "sample_1"), "door_1".__eq__, GIVE_UP_S)

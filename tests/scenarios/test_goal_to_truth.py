@@ -7,11 +7,10 @@ by clearance where that does not suffice.
 from functools import cache
 
 import pytest
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
+from app.trials.offline_mission import Mission, goal_problem, organised_mission, plan_mission
 from benchmarks.errands import with_sample
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
@@ -24,8 +23,10 @@ from tests.app.sample_store import Store
 def mission(sentence: str) -> Mission:
     store = Store()
     goals = parse_goals(store.world, store.facts, [sentence], store.base)
-    problem = posed(store.world, store.facts, goals, store.base)
-    return prepare(store.world, problem, portfolio(store.base), store.base, PlanningRequest(time_limit_s=60))
+    problem = goal_problem(store.world, store.facts, goals, store.base)
+    return plan_mission(
+        store.world, problem, portfolio(store.base), store.base, PlanningRequest(time_limit_s=60)
+    )
 
 
 @pytest.mark.parametrize(

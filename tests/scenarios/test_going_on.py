@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from app.trials.checks import RecordedReports, executed_twice
-from tests.scenarios.judge import truth_of
+from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family
 
 KILLS = 4
@@ -65,7 +65,7 @@ def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
     last = lives.said[-1]
     assert last["outcome"] == "completed", (last, lives.complaints)
     assert {one["goal"] for one in lives.said} == {last["goal"]}
-    assert truth_of(lives.data).samples["sample_1"].ref == "bay_7"
+    assert snapshot_truth(lives.data).samples["sample_1"].ref == "bay_7"
     assert not executed_twice(RecordedReports.read(f"sqlite:///{lives.data}/macta.sqlite"))
     times_s = [one["time_s"] for one in lives.said]
     assert times_s == sorted(times_s)

@@ -57,7 +57,7 @@ def picture(page: Page, name: str) -> None:
     """Keep pictures of the page, dark and light, where MACTA_PICTURES says; the documentation's are made so."""
     for theme in ("dark", "light") if PICTURES else ():
         page.locator("#theme").select_option(theme)
-        page.wait_for_timeout(5000)  # the view of the world draws in its own time, anew for another theme
+        page.wait_for_timeout(5000)  # the view of the world draws in its own time, again for another theme
         notice = page.frame_locator("iframe").locator(".mantine-Notification-closeButton")
         if notice.count() and notice.first.is_visible():
             notice.first.click()  # viser warns of software WebGL, which is all a test machine has

@@ -1,4 +1,4 @@
-"""The service is killed under an open page and started anew: the page says so, and goes on without a reload."""
+"""The service is killed under an open page and started again: the page says so, and goes on without a reload."""
 
 import shutil
 from pathlib import Path

@@ -1,11 +1,10 @@
 """Fred and Ginger relocate a rock sample (MACTA §1, §5): from the operator's sentence to the simulated truth."""
 
 import pytest
-from app.sweep import Mission, prepare
-from app.sweep.mission import posed
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
+from app.trials.offline_mission import Mission, goal_problem, plan_mission
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
 from robots.wire import ScriptState
@@ -16,8 +15,8 @@ from tests.app.laboratory import Laboratory
 def mission() -> Mission:
     lab = Laboratory()
     goals = parse_goals(lab.world, lab.facts, ["move rock_sample to lander"], lab.base)
-    problem = posed(lab.world, lab.facts, goals, lab.base)
-    return prepare(lab.world, problem, portfolio(lab.base), lab.base, PlanningRequest(time_limit_s=60))
+    problem = goal_problem(lab.world, lab.facts, goals, lab.base)
+    return plan_mission(lab.world, problem, portfolio(lab.base), lab.base, PlanningRequest(time_limit_s=60))
 
 
 @pytest.mark.parametrize("seed", [0, 1])

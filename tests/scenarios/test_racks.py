@@ -8,9 +8,9 @@ import pytest
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
 from app.domain.world_model import initial_facts
-from app.trials.offline_mission import Mission
+from app.trials.offline_mission import Mission, goal_problem, plan_mission
 from planner import PlanningRequest, load_knowledge_base
-from planner.engines import engine_named
+from planner.engines.registry import engine_named
 from robots.wire import ScriptState
 from robots.world import WorldFile, load_world
 
@@ -34,8 +34,8 @@ def mission(sentence: str, start: str) -> Mission:
     world = racks(FULL if start == "full" else AT_DOORS)
     base = load_knowledge_base()
     facts = initial_facts(world, base)
-    problem = posed(world, facts, parse_goals(world, facts, [sentence], base), base)
-    return prepare(
+    problem = goal_problem(world, facts, parse_goals(world, facts, [sentence], base), base)
+    return plan_mission(
         world, problem, engine_named("macta", base), base, PlanningRequest(time_limit_s=30, effort_s=0)
     )
 

@@ -22,8 +22,8 @@ from robots.link.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
 from sim.snapshot import digest_of
 from sim.world.radio import Direction
+from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.app.store import Store
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.serving import macta_fleet
 from tests.waiting import awaited

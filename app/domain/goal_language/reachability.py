@@ -22,7 +22,8 @@ from robots.world import WorldFile
 
 CARRYING = frozenset({"DOCK", "TRANSPORT", "RELEASE2"})
 """What a robot must be able to do to carry samples from one location to another."""
-FIRST, SECOND = frozenset({"DOCK", "TRANSPORT"}), frozenset({"TRACK", "DOCK2", "TRANSPORT"})
+FIRST = frozenset({"DOCK", "TRANSPORT"})
+SECOND = frozenset({"TRACK", "DOCK2", "TRANSPORT"})
 """What two robots must be able to do to carry a long sample between them: who grips it first, and who joins."""
 LETTING_GO = ("RELEASE1", "RELEASE2")
 """One of the two releases it to the other, who puts it down."""
@@ -33,7 +34,9 @@ Crews = Mapping[tuple[str, ...], frozenset[str]]
 
 def crews_for(sample: str, world: WorldFile, facts: Facts) -> Crews:
     """The crews that can carry the sample."""
-    able, reach, areas = _tags(facts), _reach(facts), _areas(facts)
+    able = _tags(facts)
+    reach = _reach(facts)
+    areas = _areas(facts)
     if not is_long(sample, world):
         return {(robot,): reach[robot] for robot, tags in able.items() if tags >= CARRYING}
     return {
@@ -52,7 +55,8 @@ def lacking_crew(sample: str, world: WorldFile, facts: Facts) -> str | None:
     """Why no two robots can carry a long sample, in words; None if two can, or if one is enough."""
     if not is_long(sample, world) or crews_for(sample, world, facts):
         return None
-    able, areas = _tags(facts), _areas(facts)
+    able = _tags(facts)
+    areas = _areas(facts)
     there = defaultdict(list)
     for robot in sorted(robots_in(facts), key=natural_key):
         there[areas.get(robot, "")].append(robot)
@@ -99,7 +103,8 @@ def free_for(sample: str, world: WorldFile, facts: Facts) -> tuple[str, ...]:
 
     Of a sample that is lost: those that some robots can carry it to.
     """
-    lies, crews = place_of(sample, facts), crews_for(sample, world, facts)
+    lies = place_of(sample, facts)
+    crews = crews_for(sample, world, facts)
     reached = frozenset[str]().union(*crews.values()) if lies is None else chain_from(lies, facts, crews)
     return tuple(
         dict.fromkeys(world.owners[place] for place in free_places(world, facts) if place in reached)

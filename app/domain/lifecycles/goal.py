@@ -25,7 +25,7 @@ class GoalState(StrEnum):
     FINISHED = "finished"
     """Over: its mission has ended. The outcome is the mission's state."""
     WITHDRAWN = "withdrawn"
-    """Over without a mission: cancelled, its last plan rejected, or its world does not run any more."""
+    """Over without a mission: cancelled, its last plan rejected, or its world no longer runs."""
 
 
 TO_BE_PLANNED = (GoalState.SUBMITTED, GoalState.WAITING, GoalState.PLANNING)

@@ -23,7 +23,7 @@ class Delivery(StrEnum):
     REFUSED = "refused"
     """The robot has not agreed to it."""
     WITHDRAWN = "withdrawn"
-    """It is not to be carried out any more: its mission or its world has ended, or it was cancelled on the way."""
+    """It is not to be carried out any longer: its mission or its world has ended, or it was cancelled on the way."""
 
 
 DELIVERABLE = (Delivery.PENDING, Delivery.ACKNOWLEDGED)
@@ -122,7 +122,7 @@ def end(
     category: FailureCategory | None,
     perceived: Sequence[Mapping[str, Any]],
 ) -> None:
-    """Note that the robot has ended the script: it is not asked or told anything any more."""
+    """Note that the robot has ended the script: it is not asked or told anything any longer."""
     _set_state(script, state)
     script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
     script.detail = detail
@@ -134,14 +134,14 @@ def end(
 
 
 def forget(script: Script, detail: str) -> None:
-    """Note that the robot does not know the script any more."""
+    """Note that the robot does not know the script any longer."""
     _set_state(script, ScriptState.FAILED)
     script.category = FailureCategory.ROBOT
     script.detail = detail
 
 
 def withdraw(script: Script) -> None:
-    """Have nothing of the script delivered any more: its mission has ended."""
+    """Have nothing of the script delivered any longer: its mission has ended."""
     _settle_all(script)
     if script.delivery == Delivery.PENDING:
         _deliver(script, Delivery.WITHDRAWN)
@@ -157,7 +157,7 @@ def abandon(script: Script) -> None:
 
 
 def release_abandoned(script: Script) -> None:
-    """A lost robot need not stop any more: its world was started again."""
+    """A lost robot need not stop any longer: its world was started again."""
     script.abandoned = False
     _settle_all(script)
     if script.delivery in DELIVERABLE:
@@ -216,7 +216,7 @@ def can_be_ordered(script: Script, mission: MissionOfScript) -> bool:
     """True if pausing and resuming concerns it.
 
     A script that is not agreed to yet is held back while the mission is paused; one that was told to stop is not told
-    anything else any more.
+    anything else any longer.
     """
     if script.stopping or script.abandoned or script.plan_id != mission.plan_id or has_ended(mission):
         return False

@@ -77,7 +77,7 @@ def belief_change(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ())
 def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Facts:
     """The facts after `news` became known and `gone` proved false.
 
-    News wins over older belief. `vacant(l)` as news means that nothing lies there any more; `clear` is always
+    News wins over older belief. `vacant(l)` as news means that nothing lies there any longer; `clear` is always
     derived.
     """
     kept = set(facts) - set(gone)
@@ -95,7 +95,7 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
 
 
 def _is_outdated(fact: Fact, facts: Collection[Fact]) -> bool:
-    """True for what is said of an object that two robots carry, when they do not any more."""
+    """True for what is said of an object that two robots carry, when they do not any longer."""
     match fact.predicate, fact.args:
         case "brought", (item, _):
             return not _holding(item, facts)

@@ -7,7 +7,8 @@ from robots.world import WorldFile
 
 def layout_of(world: WorldFile) -> dict[str, Any]:
     """The world file, but with the places that facts name for locations, and those that have berths as `racks`."""
-    written, lying = world.model_dump(mode="json"), world.lying
+    written = world.model_dump(mode="json")
+    lying = world.lying
     racks = [
         location | {"berths": [berth.name for berth in world.rows[location["name"]]]}
         for location in written["locations"]

@@ -60,7 +60,7 @@ def reconcile_report(
     gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot} - brought
     after = revise_beliefs(facts, news, gone)
     lost = [
-        f"{item} is lost: {robot} does not hold it any more"
+        f"{item} is lost: {robot} does not hold it any longer"
         for item in occupants(robot, facts)
         if place_of(item, after) is None
     ]
@@ -133,7 +133,7 @@ def _understood(
     understood: list[Fact] = []
     misfits: list[str] = []
     for percept in perceived:
-        # NOTE: a lost sample is in no fact any more; the robot that finds it names it again.
+        # NOTE: a lost sample is in no fact any longer; the robot that finds it names it again.
         unknown = {name: OBJECT for name in percept.args[:1] if name not in objects}
         try:
             fact = planner_fact(percept, knowledge_base, {**objects, **unknown})

@@ -35,7 +35,7 @@ class Watch(Observer):
     """An observer of planning that may also cancel it."""
 
     def is_cancelled(self) -> bool:
-        """True: the plan is not wanted any more; the process is ended at once."""
+        """True: the plan is no longer wanted; the process is ended at once."""
         return False
 
 

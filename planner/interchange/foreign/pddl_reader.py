@@ -37,7 +37,7 @@ def _read(domain: str, problem: str | None, agents: Collection[str]) -> ReadProb
     _check_names(domain, problem)
     with UNIFIED_PLANNING_LOCK:
         try:
-            with warnings.catch_warnings():  # the reader's own parser is used as it should not be any more
+            with warnings.catch_warnings():  # the reader's own parser is used as it should not be any longer
                 warnings.simplefilter("ignore", DeprecationWarning)
                 up_problem = PDDLReader().parse_problem_string(domain, problem)
         except RecursionError as error:

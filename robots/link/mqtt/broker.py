@@ -62,7 +62,8 @@ def _parsed(url: str) -> tuple[str, str, int]:
     example = "say mqtt://HOST[:PORT] or mqtts://HOST[:PORT]"
     try:
         parts = urlsplit(url)
-        host, port = parts.hostname, parts.port
+        host = parts.hostname
+        port = parts.port
     except ValueError as error:
         raise BrokerError(f"the broker's address cannot be read; {example}") from error
     if parts.username is not None or parts.password is not None:

@@ -82,7 +82,7 @@ class Presence(Wire):
 class WorldAnnouncement(Wire):
     """Retained on a world's topic, published by its fleet every second. `CONNECTION_BROKEN` is its last will.
 
-    `run` changes when the world starts anew. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
+    `run` changes when the world starts again. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
     None as fast as possible; `digest`: of the world file; `began_at`: when the fleet's process started, epoch seconds.
     Of two fleets the later one drives the world.
     """

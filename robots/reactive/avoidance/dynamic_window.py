@@ -16,7 +16,8 @@ from robots.physical.body import RADIUS_M
 from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
 from robots.reactive.avoidance.surroundings import Numbers, Points, Surroundings
 
-LINEAR, ANGULAR = 7, 21
+LINEAR = 7
+ANGULAR = 21
 """How many speeds and turn rates of the window are tried."""
 TOUCH_M = 0.005
 
@@ -63,8 +64,10 @@ class DynamicWindowRun:
 
     def window(self, now: Velocity, wanted: Wanted) -> tuple[Numbers, Numbers]:
         """The velocities that can be reached within the window (eq. 15): two arrays (LINEAR, ANGULAR)."""
-        s, rate = self.settings, wanted.limits.angular_rad_s
-        gain, turn = s.acceleration_m_s2 * s.window_s, s.turn_acceleration_rad_s2 * s.window_s
+        s = self.settings
+        rate = wanted.limits.angular_rad_s
+        gain = s.acceleration_m_s2 * s.window_s
+        turn = s.turn_acceleration_rad_s2 * s.window_s
         top = max(0.0, wanted.pace_m_s)
         speeds = np.clip(np.linspace(now.linear_m_s - gain, now.linear_m_s + gain, LINEAR), 0.0, top)
         rates = np.clip(np.linspace(now.angular_rad_s - turn, now.angular_rad_s + turn, ANGULAR), -rate, rate)
@@ -126,8 +129,10 @@ def clearance_m(
     """
     if not points.size:
         return np.full(linear.shape, np.inf)
-    speed, rate = linear[..., None], angular[..., None]
-    straight, still = np.abs(rate) < 1e-3, speed < 1e-6
+    speed = linear[..., None]
+    rate = angular[..., None]
+    straight = np.abs(rate) < 1e-3
+    still = speed < 1e-6
     radius = np.abs(speed / np.where(straight, 1.0, rate))
     mirrored = np.where(rate >= 0, points, np.conj(points))  # every arc turns left, about (0, radius)
     from_middle = mirrored - 1j * radius

@@ -17,7 +17,9 @@ from robots.physical.body import GRIPPER_REACH_M, RADIUS_M, Pose
 CELL_M = 0.1
 CELLS = 41
 """Cells a side; the robot is in the middle one, so it remembers 2 m around."""
-HIT, MISS, SURE = 5.0, -1.0, 15.0
+HIT = 5.0
+MISS = -1.0
+SURE = 15.0
 
 Points = NDArray[np.complex128]
 Numbers = NDArray[np.float64]
@@ -50,7 +52,8 @@ class Surroundings:
         """Keep the robot in the middle cell; what comes in at an edge is unknown."""
         half = CELLS // 2
         corner = (round(here.x_m / CELL_M) - half, round(here.y_m / CELL_M) - half)
-        last, self._corner = self._corner, corner
+        last = self._corner
+        self._corner = corner
         if last is None:
             return
         for axis in (0, 1):

@@ -89,7 +89,8 @@ class VfhPlusRun:
         if not candidates:
             return None
         previous = self.previous_rad if self.previous_rad is not None else heading
-        weights, aims = self._weights(), (target, heading, previous)
+        weights = self._weights()
+        aims = (target, heading, previous)
 
         def cost(candidate: float) -> float:
             return sum(w * abs(wrap(candidate - aim)) for w, aim in zip(weights, aims, strict=True))
@@ -152,11 +153,13 @@ def candidate_directions(blocked: Sectors, target: float, wide: int) -> list[flo
     first = int(np.argmax(blocked))
     edges = np.flatnonzero(np.diff(np.concatenate([shifted, [True]]).astype(np.int8)))
     for right, left in zip(edges[::2] + 1, edges[1::2], strict=True):
-        low, high = (first + right) * SECTOR_RAD, (first + left) * SECTOR_RAD
+        low = (first + right) * SECTOR_RAD
+        high = (first + left) * SECTOR_RAD
         if left - right < wide:
             found.append(wrap((low + high) / 2))
             continue
-        low, high = low + wide / 2 * SECTOR_RAD, high - wide / 2 * SECTOR_RAD
+        low = low + wide / 2 * SECTOR_RAD
+        high = high - wide / 2 * SECTOR_RAD
         found += [wrap(low), wrap(high)]
         if (target - low) % tau <= high - low:
             found.append(target)

@@ -24,7 +24,7 @@ class Run:
         return self._now_s
 
     def restart_world(self, now_s: float) -> None:
-        """Its time begins anew, the wall clock's goes on."""
+        """Its time begins again, the wall clock's goes on."""
         self._now_s = now_s
         self._wall.advance(1.0)
 

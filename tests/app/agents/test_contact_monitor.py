@@ -39,7 +39,7 @@ class Room:
         self._wall.advance(seconds)
 
     def restart(self) -> None:
-        """The world's time begins anew."""
+        """The world's time begins again."""
         self._now_s = 0.0
 
     def hear(self) -> None:

@@ -1,4 +1,7 @@
-"""A service that several tests share: for tests that change nothing in it."""
+"""A service that the tests of a module share, for modules whose tests change nothing in it.
+
+Such a module must not use `service` as well: there can be only one in a process at a time.
+"""
 
 from collections.abc import Iterator
 

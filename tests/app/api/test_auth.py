@@ -12,25 +12,20 @@ def stranger(service: Service) -> TestClient:
     return TestClient(service.api, follow_redirects=False)
 
 
-@pytest.fixture
-def shared_stranger(shared_service: Service) -> TestClient:
-    return TestClient(shared_service.api, follow_redirects=False)
-
-
-def test_every_route_but_health_wants_the_token(shared_service: Service, shared_stranger: TestClient) -> None:
-    paths = set(shared_service.api.openapi()["paths"])
+def test_every_route_but_health_wants_the_token(service: Service, stranger: TestClient) -> None:
+    paths = set(service.api.openapi()["paths"])
     assert {"/v1/goals", "/v1/events", "/healthz", "/readyz"} <= paths
     unlisted = {"/", "/index.html", "/viewer", "/viewer/", "/openapi.json", "/docs", "/nowhere", "/healthz/"}
     for path in (paths | unlisted) - {"/healthz", "/readyz"}:
         for method in ("GET", "POST", "PUT", "DELETE", "OPTIONS"):
-            answer = shared_stranger.request(method, path)
+            answer = stranger.request(method, path)
             assert answer.status_code == 401, f"{method} {path}"
             assert answer.headers["content-type"] == "application/problem+json"
 
 
 @pytest.mark.parametrize("path", ["/healthz", "/readyz"])
-def test_health_is_open(shared_stranger: TestClient, path: str) -> None:
-    assert shared_stranger.get(path).status_code == 200
+def test_health_is_open(stranger: TestClient, path: str) -> None:
+    assert stranger.get(path).status_code == 200
 
 
 def test_a_world_whose_link_is_broken_makes_the_service_not_ready(
@@ -60,22 +55,20 @@ def test_a_defect_is_answered_as_a_problem_without_its_text_which_is_logged(
     assert "swordfish" in caplog.text
 
 
-def test_a_wrong_token_opens_nothing(shared_stranger: TestClient) -> None:
+def test_a_wrong_token_opens_nothing(stranger: TestClient) -> None:
     for token in ("", "wrong", TOKEN[:-1], TOKEN + "x"):
-        assert (
-            shared_stranger.get("/v1/goals", headers={"authorization": f"Bearer {token}"}).status_code == 401
-        )
-        assert shared_stranger.get(f"/?token={token}").status_code == 401
+        assert stranger.get("/v1/goals", headers={"authorization": f"Bearer {token}"}).status_code == 401
+        assert stranger.get(f"/?token={token}").status_code == 401
 
 
-def test_the_console_gets_a_cookie_that_does_not_hold_the_token(shared_stranger: TestClient) -> None:
-    answer = shared_stranger.get(f"/?token={TOKEN}")
+def test_the_console_gets_a_cookie_that_does_not_hold_the_token(stranger: TestClient) -> None:
+    answer = stranger.get(f"/?token={TOKEN}")
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     cookie = answer.headers["set-cookie"]
     assert TOKEN not in cookie
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
-    assert shared_stranger.get("/v1/goals").status_code == 200
+    assert stranger.get("/v1/goals").status_code == 200
 
 
 def test_another_site_cannot_act_in_the_operators_name(stranger: TestClient) -> None:
@@ -88,77 +81,10 @@ def test_another_site_cannot_act_in_the_operators_name(stranger: TestClient) -> 
     assert own.status_code == 202
 
 
-def test_pages_carry_a_strict_content_policy(shared_api: TestClient) -> None:
-    policy = shared_api.get("/").headers["content-security-policy"]
+def test_pages_carry_a_strict_content_policy(api: TestClient) -> None:
+    policy = api.get("/").headers["content-security-policy"]
     assert "default-src 'self'" in policy
     assert "unsafe" not in policy
-
-
-@pytest.mark.parametrize(
-    ("text", "status", "code", "named", "choice"),
-    [
-        ("move sample_9 to bay_7", 422, "unknown-sample", "sample_9", "sample_1"),
-        ("move sample_1 to bay_77", 422, "unknown-place", "bay_77", "bay_7"),
-        ("move sample_1 to bay_2", 409, "place-occupied", "sample_2", "bay_1"),
-        ("move sample_1", 422, "place-needed", "sample_1", "bay_7"),
-        ("juggle sample_1", 422, "unknown-verb", "juggle", "move"),
-    ],
-)
-def test_a_goal_that_cannot_be_is_refused_by_name_with_choices_and_leaves_nothing(
-    shared_api: TestClient, text: str, status: int, code: str, named: str, choice: str
-) -> None:
-    answer = shared_api.post("/v1/goals", json={"text": text})
-    body = answer.json()
-    assert (answer.status_code, body["type"]) == (status, f"urn:macta:problem:{code}")
-    assert named in body["detail"]
-    assert choice in body["choices"]
-    assert shared_api.get("/v1/goals").json()["items"] == []
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        {},
-        {"text": "move sample_1 to bay_7", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}]},
-        {"text": "move sample_1 to bay_7", "urgency": 3},
-        {"goal": []},
-        {"text": "x" * 2000},
-        {"text": "move sample_1 to bay_7", "deadline_s": -1},
-    ],
-)
-def test_a_malformed_request_says_which_slot_is_wrong(
-    shared_api: TestClient, body: dict[str, object]
-) -> None:
-    answer = shared_api.post("/v1/goals", json=body)
-    assert answer.status_code == 422
-    assert answer.json()["errors"]
-
-
-def test_unknown_things_are_named(shared_api: TestClient) -> None:
-    for path in (
-        "/v1/goals/g",
-        "/v1/plans/p",
-        "/v1/missions/m",
-        "/v1/robots/r",
-        "/v1/worlds/w",
-        "/v1/nothing",
-    ):
-        answer = shared_api.get(path)
-        assert answer.status_code == 404
-        assert answer.headers["content-type"] == "application/problem+json"
-        assert path.rsplit("/", 1)[1] in answer.json()["detail"]
-
-
-@pytest.mark.parametrize(
-    ("things", "state"), [("goals", "committed"), ("plans", "superseded"), ("missions", "recovering")]
-)
-def test_a_state_that_does_not_exist_is_answered_with_those_that_do(
-    shared_api: TestClient, things: str, state: str
-) -> None:
-    answer = shared_api.get(f"/v1/{things}?state=bogus")
-    assert answer.status_code == 422
-    assert state in answer.json()["detail"]
-    assert shared_api.get(f"/v1/{things}?state={state}").json()["items"] == []
 
 
 def test_the_same_idempotency_key_is_the_same_goal(api: TestClient) -> None:

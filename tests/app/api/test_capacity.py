@@ -65,7 +65,7 @@ def test_of_goals_only_so_many_may_be_open_and_one_that_is_cancelled_makes_room(
 def test_of_streams_only_so_many_may_be_open(address: str) -> None:
     with ExitStack() as streams:
         telemetry = "/v1/telemetry?world=sample_store"
-        # NOTE: all are kept, for a stream that nobody holds any more is closed.
+        # NOTE: all are kept, for a stream that nobody holds any longer is closed.
         opened = [streams.enter_context(stream(address, telemetry)) for _ in range(STREAMS)]
         for events in opened:
             next(events)

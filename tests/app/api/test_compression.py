@@ -3,18 +3,18 @@
 from fastapi.testclient import TestClient
 
 
-def test_what_is_worth_it_is_packed_for_clients_that_take_it(shared_api: TestClient) -> None:
-    packed = shared_api.get("/main.js")
+def test_what_is_worth_it_is_packed_for_clients_that_take_it(api: TestClient) -> None:
+    packed = api.get("/main.js")
     assert packed.headers["content-encoding"] == "gzip"
     assert int(packed.headers["content-length"]) < len(packed.content) / 2
-    assert shared_api.get("/openapi.json").headers["content-encoding"] == "gzip"
-    plain = shared_api.get("/main.js", headers={"accept-encoding": "identity"})
+    assert api.get("/openapi.json").headers["content-encoding"] == "gzip"
+    plain = api.get("/main.js", headers={"accept-encoding": "identity"})
     assert "content-encoding" not in plain.headers
     assert plain.content == packed.content
 
 
-def test_what_is_small_is_not_packed(shared_api: TestClient) -> None:
-    assert "content-encoding" not in shared_api.get("/v1/goals").headers
+def test_what_is_small_is_not_packed(api: TestClient) -> None:
+    assert "content-encoding" not in api.get("/v1/goals").headers
 
 
 def test_events_go_out_as_they_come(api: TestClient) -> None:

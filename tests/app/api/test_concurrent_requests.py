@@ -7,11 +7,11 @@ from threading import Barrier, BrokenBarrierError
 from typing import Any
 
 import pytest
-from app.planning.staleness import Staleness
 from fastapi.testclient import TestClient
 
 from app.composition import Service
 from app.domain.errors import Conflict
+from app.planning.approval import Staleness
 from app.planning.goal_service import GoalRequest
 from tests.databases import ON_BOTH
 

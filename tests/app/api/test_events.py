@@ -13,6 +13,7 @@ from app.composition import Service
 from tests.app.conftest import TOKEN
 from tests.app.serving import served
 from tests.databases import ON_BOTH
+from tests.waiting import LONG_S
 
 pytestmark = ON_BOTH
 
@@ -27,7 +28,7 @@ def address(service: Service) -> Iterator[str]:
 def stream(address: str, path: str, **headers: str) -> Iterator[Iterator[dict[str, Any]]]:
     """The events of a stream, decoded."""
     headers["authorization"] = f"Bearer {TOKEN}"
-    with httpx2.stream("GET", address + path, headers=headers, timeout=10) as answer:
+    with httpx2.stream("GET", address + path, headers=headers, timeout=LONG_S) as answer:
         assert answer.status_code == 200
         assert answer.headers["content-type"].startswith("text/event-stream")
         yield (json.loads(line[5:]) for line in answer.iter_lines() if line.startswith("data:"))
@@ -111,7 +112,7 @@ def test_only_the_last_item_of_the_current_state_carries_the_id(address: str) ->
         post(address, f"move sample_1 to {place}")
     headers = {"authorization": f"Bearer {TOKEN}"}
     blocks: list[dict[str, str]] = [{}]
-    with httpx2.stream("GET", f"{address}/v1/events", headers=headers, timeout=10) as answer:
+    with httpx2.stream("GET", f"{address}/v1/events", headers=headers, timeout=LONG_S) as answer:
         for line in answer.iter_lines():
             if line:
                 slot, _, value = line.partition(":")

@@ -42,16 +42,16 @@ def named(fact: dict[str, Any]) -> str:
     ids=lambda said: f"{said[0]} {' '.join(said[1])} {said[2]}",
 )
 def test_facts_that_contradict_each_other_are_refused_and_both_named(
-    shared_api: TestClient, one: Said, other: Said
+    api: TestClient, one: Said, other: Said
 ) -> None:
-    before = held(shared_api)
+    before = held(api)
     for said in ((one, other), (other, one)):
-        answer = correct(shared_api, ("near", ["yard_2", "door_2"], True), *said)
+        answer = correct(api, ("near", ["yard_2", "door_2"], True), *said)
         assert (answer.status_code, answer.json()["type"]) == (422, "urn:macta:problem:contradicting-facts")
         assert all(
             f"{predicate}({', '.join(args)})" in answer.json()["detail"] for predicate, args, _ in said
         )
-    assert held(shared_api) == before
+    assert held(api) == before
 
 
 def test_samples_may_change_places_in_one_correction(api: TestClient) -> None:
@@ -61,13 +61,13 @@ def test_samples_may_change_places_in_one_correction(api: TestClient) -> None:
 
 
 @pytest.mark.parametrize("relation", ["near", "at"])
-def test_a_robot_is_not_believed_to_be_where_it_does_not_reach(shared_api: TestClient, relation: str) -> None:
-    answer = correct(shared_api, (relation, ["yard_1", "bay_7"], True))
+def test_a_robot_is_not_believed_to_be_where_it_does_not_reach(api: TestClient, relation: str) -> None:
+    answer = correct(api, (relation, ["yard_1", "bay_7"], True))
     assert (answer.status_code, answer.json()["type"]) == (422, "urn:macta:problem:place-unreachable")
     choices = set(answer.json()["choices"])
     assert {"door_1", "interchange_2"} <= choices
     assert not {"bay_7", "bay_1"} & choices
-    assert f"{relation}(yard_1, bay_7)" not in held(shared_api)
+    assert f"{relation}(yard_1, bay_7)" not in held(api)
 
 
 def test_a_robot_may_stand_on_the_open_floor(api: TestClient) -> None:

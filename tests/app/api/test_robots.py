@@ -60,10 +60,8 @@ def test_a_robot_that_is_silent_is_said_to_be_so(api: TestClient, team: FakeTeam
         ("/v1/robots/nobody/tuning", 404, "unknown robot 'nobody'"),
     ],
 )
-def test_what_cannot_be_asked_is_refused_by_name(
-    shared_api: TestClient, path: str, status: int, names: str
-) -> None:
-    answer = shared_api.get(path)
+def test_what_cannot_be_asked_is_refused_by_name(api: TestClient, path: str, status: int, names: str) -> None:
+    answer = api.get(path)
     assert answer.status_code == status
     assert names in answer.json()["detail"]
 
@@ -103,12 +101,12 @@ def test_tuning_from_an_outdated_version_is_refused(api: TestClient) -> None:
     ],
 )
 def test_tuning_that_does_not_fit_is_refused_by_packet_pattern_and_parameter(
-    shared_api: TestClient, tuning: dict[str, Any], names: str
+    api: TestClient, tuning: dict[str, Any], names: str
 ) -> None:
-    answer = shared_api.put(TUNING, json={"tuning": tuning})
+    answer = api.put(TUNING, json={"tuning": tuning})
     assert answer.status_code == 422
     assert names in answer.json()["detail"]
-    assert shared_api.get(TUNING).json()["version"] == 0
+    assert api.get(TUNING).json()["version"] == 0
 
 
 def test_tuning_that_the_robot_refuses_says_so(api: TestClient, team: FakeTeam) -> None:

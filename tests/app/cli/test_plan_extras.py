@@ -14,7 +14,7 @@ from planner import FastDownwardEngine, Observer, PlanningRequest, PlanningResul
 from tests.app.sample_store import Store
 
 STORE = Store()
-GOAL = ("plan", "--goal", "move sample_1 to bay_7", "--engine", "fast-downward")
+GOAL = ("plan", "--goal", "move sample_1 to bay_7", "--engine", "macta", "--time-limit", "300")
 
 
 def test_json_holds_the_plan_and_with_it_what_was_asked_for() -> None:

@@ -73,7 +73,7 @@ def test_a_record_that_others_share_wants_a_token_that_they_know() -> None:
 
 
 def test_where_the_record_is_told_without_the_password() -> None:
-    assert Settings(database_url=SHARED).place_of_record == "database macta on database.example"
+    assert Settings(database_url=SHARED).database_location == "database macta on database.example"
 
 
 def test_nothing_is_alive_where_nothing_is_shared() -> None:

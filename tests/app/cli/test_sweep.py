@@ -5,13 +5,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import pytest
-from app.sweep import Outcome
 from typer.testing import CliRunner, Result
 
 import app.cli.sweep
 from app.cli.main import app as macta
 from app.cli.simulated_mission import simulate_mission
 from app.cli.sweep import SweepRequest, row_of
+from app.trials.offline_mission import organised_mission
+from app.trials.sweep_results import Outcome, SeedResult
 from robots.world import load_world
 from tests.app.sample_store import Store
 

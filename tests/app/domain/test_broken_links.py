@@ -1,7 +1,7 @@
 """What a mission counts on: causal links that the world has cut, and links that only wait for their time."""
 
 from app.domain.broken_links import broken_links
-from app.domain.world_model import apply_action, revise_beliefs, revised
+from app.domain.world_model import apply_action, revise_beliefs
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -31,7 +31,7 @@ def test_a_sample_that_is_elsewhere_cuts_the_link_until_it_is_fetched() -> None:
 
 
 def test_what_comes_before_an_action_that_has_begun_has_begun_too() -> None:
-    moved = revised(STORE.facts, [STORE.fact("in(sample_1, yard_1)")])
+    moved = revise_beliefs(STORE.facts, [STORE.fact("in(sample_1, yard_1)")])
     assert not broken_links(NET, moved, begun={CARRIES[-1]}, done=set())
 
 
@@ -41,7 +41,9 @@ def test_a_bay_that_is_filled_meanwhile_cuts_the_link_of_its_vacancy() -> None:
 
 
 def test_a_robot_that_stands_in_the_way_or_elsewhere_cuts_nothing() -> None:
-    stands = revised(STORE.facts, [STORE.fact("near(yard_2, door_1)"), STORE.fact("near(yard_1, door_2)")])
+    stands = revise_beliefs(
+        STORE.facts, [STORE.fact("near(yard_2, door_1)"), STORE.fact("near(yard_1, door_2)")]
+    )
     assert not broken_links(NET, stands, begun=set(), done=set())
 
 

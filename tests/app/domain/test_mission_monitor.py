@@ -261,7 +261,7 @@ def test_a_repair_that_was_turned_down_ends_the_mission() -> None:
 def test_a_world_that_is_not_as_the_plan_counts_on_stops_the_robots() -> None:
     verdict = review(recovered(AT_WORK, broken=("in(sample_1, door_1)",)), patience_s=PATIENCE_S)
     assert verdict.cancel == ("yard_1",)
-    assert "in(sample_1, door_1) is not true any more" in verdict.reason
+    assert "in(sample_1, door_1) is no longer true" in verdict.reason
     again = review(recovered(replace(AT_WORK, stopping=True), asked_for_s=0.1), patience_s=PATIENCE_S)
     assert (again.state, again.cancel) == (MissionState.RECOVERING, ())
 

@@ -1,4 +1,4 @@
-"""A mission's workflow: it ends, and it is begun anew now and then, so that one taken over has little to do again."""
+"""A mission's workflow: it ends, and it is begun again now and then, so that one taken over has little to do again."""
 
 from collections.abc import Callable
 from typing import Any

@@ -112,5 +112,5 @@ def test_a_world_that_did_not_run_in_between_does_not_go_on(
     with begin(other) as second:
         ended = second.goals.get(running)
         assert ended.outcome == MissionState.FAILED
-        assert ended.reason == "world sample_store does not run any more"
+        assert ended.reason == "world sample_store no longer runs"
         assert second.goals.get(undecided).state == GoalState.WITHDRAWN

@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from app.domain.world_model import planning_problem
 from planner import (
     UNOBSERVED,
     Fact,
@@ -18,7 +19,9 @@ from planner import (
     PlanningStatus,
     Progress,
 )
+from planner.repair import NOT_BEGUN, repair
 from tests.app.planning.store_engine import StoreEngine
+from tests.app.sample_store import Store
 
 PLAN = PlanNet(goals=(), actions=(), causal_links=(), orderings=(), recruitment={})
 
@@ -106,6 +109,14 @@ class PatientEngine:
 
     def __init__(self) -> None:
         self._engine = StoreEngine()
+        self._warm_up()
+
+    def _warm_up(self) -> None:
+        """Repair a plan once: the first repair of a process loads compiled code."""
+        store = Store()
+        problem = planning_problem(store.world, store.facts, (store.fact("in(sample_1, bay_7)"),))
+        plan_net = store.store_sample_1()
+        repair(self._engine, store.base, plan_net, problem, NOT_BEGUN, PlanningRequest())
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED

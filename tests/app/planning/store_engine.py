@@ -103,13 +103,25 @@ class _Steps:
         one = {"object": sample, "robots": robot}
         leg = {"rel1": "at", "ref1": start, "rel2": "near", "ref2": end}
         area = {"area": self.area[robot]}
-        if self.at[robot] != start:
-            way = {"rel1": "near", "ref1": self.at[robot], "rel2": "near", "ref2": start}
-            self._add("NAVIGATE", {"robots": robot, **way, **area})
+        self._clear(start, robot)
+        self._drive(robot, start)
+        self._clear(end, robot)
         self._add("DOCK", {**one, "rel1": "near", "ref1": start})
         self._add("TRANSPORT", {**one, **leg, **area})
         self._add("RELEASE2", {**one, **leg})
         self.at[robot] = end
+
+    def _clear(self, place: str, robot: str) -> None:
+        """Send home whoever stands in the robot's way."""
+        for other, standing in self.at.items():
+            if other != robot and standing == place and self.area[other] == self.area[robot]:
+                self._drive(other, f"home_{other}")
+
+    def _drive(self, robot: str, end: str) -> None:
+        if self.at[robot] != end:
+            way = {"rel1": "near", "ref1": self.at[robot], "rel2": "near", "ref2": end}
+            self._add("NAVIGATE", {"robots": robot, **way, "area": self.area[robot]})
+            self.at[robot] = end
 
     def _add(self, tag: str, arguments: dict[str, str]) -> None:
         problem = self.problem

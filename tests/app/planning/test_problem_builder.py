@@ -8,50 +8,25 @@ from typing import Any
 import pytest
 from sqlalchemy.orm import Session
 
-from app.core import Core
 from app.domain.world_model import Reservation
-from app.planning.problem_builder import GoalProblem, ProblemBuilder
-from app.store import Database, DurationRow, GoalRow, WorldRow
-from app.store.event_log import EventLog
-from app.store.facts import FactStore
+from app.planning.problem_builder import GoalProblem
+from app.store import Database, DurationRow, GoalRow
 from app.store.migrate import migrate
-from app.store.plan_nets import PlanNets
-from app.store.reservations import MissionReservation, Reservations
-from planner import Fact, FastDownwardEngine, PlanningRequest, scale_term
-from robots.clock import ManualClock
-from tests.app.sample_store import Store, said
+from app.store.reservations import MissionReservation
+from planner import Fact, PlanningRequest, scale_term
+from tests.app.planning.record import STORE, StoreRecord
+from tests.app.planning.store_engine import StoreEngine
+from tests.app.sample_store import said
 
-STORE = Store()
 STORED = STORE.fact("in(sample_1, bay_7)")
 
 
 class StoreProblems:
-    """Builds problems of the sample store from a record of its own, at 100 s of the world's time."""
+    """Builds problems of the sample store from a record of its own."""
 
-    def __init__(self, database: Database, session: Session, resting: dict[str, str]) -> None:
+    def __init__(self, record: StoreRecord, session: Session) -> None:
+        self._record = record
         self._session = session
-        events, nets = EventLog(database), PlanNets(STORE.base)
-        core = Core(
-            database=database,
-            events=events,
-            facts=FactStore(events, STORE.base),
-            workflows=None,  # type: ignore[arg-type]
-            knowledge_base=STORE.base,
-            plan_nets=nets,
-            holdings=Reservations(nets),
-        )
-        clock = ManualClock()
-        clock.advance(100.0)
-        self._problems = ProblemBuilder(
-            core,
-            worlds={"sample_store": STORE.world},
-            clocks={"sample_store": clock},
-            points=lambda _: {},
-            resting=lambda _: resting,
-        )
-        session.add(WorldRow(id="sample_store", title="Store", layout={}, releases=7))
-        session.flush()
-        core.facts.change(session, "sample_store", add=STORE.facts, source="file", at_s=0.0)
 
     def knows(self, action: str, *, samples: int, mean: float) -> None:
         row = DurationRow(
@@ -63,7 +38,7 @@ class StoreProblems:
     def build(self, *texts: str, **more: Any) -> GoalProblem:
         goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
         goal = GoalRow(world="sample_store", goal=goals, priority=0, **more)
-        built = self._problems.build(self._session, goal)
+        built = self._record.problems.build(self._session, goal)
         assert built.releases == 7
         return built
 
@@ -77,8 +52,10 @@ def resting() -> dict[str, str]:
 def problems(tmp_path: Path, resting: dict[str, str]) -> Iterator[StoreProblems]:
     database = Database(f"sqlite:///{tmp_path / 'record.sqlite'}")
     migrate(database)
+    record = StoreRecord(database, resting=lambda _: resting)
     with database.write() as session:
-        yield StoreProblems(database, session, resting)
+        record.add_world(session)
+        yield StoreProblems(record, session)
     database.close()
 
 
@@ -94,7 +71,7 @@ def test_learned_durations_scale_the_plan(problems: StoreProblems) -> None:
     built = problems.build()
     assert built.factors == {("DOCK", 1): 1.97}
     assert built.problem.functions[scale_term("DOCK", 1)] == 1.97
-    result = FastDownwardEngine(STORE.base).plan(built.problem, PlanningRequest(time_limit_s=30))
+    result = StoreEngine().plan(built.problem, PlanningRequest())
     assert result.plan_net is not None
     docks = [action.duration_s for action in result.plan_net.actions if action.tag == "DOCK"]
     assert docks == [4.925] * len(docks)

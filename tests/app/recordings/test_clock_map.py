@@ -6,6 +6,7 @@ import pytest
 
 from app.recordings.clock_map import ClockMap
 from robots.clock import ManualClock
+from tests.app.stepped_clock import SteppedClock
 
 NOON_S = datetime(2026, 11, 21, 12, tzinfo=UTC).timestamp()
 
@@ -15,9 +16,9 @@ def written(after_s: float) -> str:
 
 
 def test_a_wall_clock_time_maps_to_what_the_worlds_clock_showed_then() -> None:
-    wall = ManualClock(NOON_S)
+    wall = SteppedClock(NOON_S)
     world = ManualClock(100.0)
-    clock_map = ClockMap({"store": world}, wall_s=wall.now_s)
+    clock_map = ClockMap({"store": world}, wall=wall)
     for step_s in (6.0, 0.0, 6.0):  # six times as fast as the wall clock, and at a stand in between
         clock_map.read()
         world.advance(step_s)

@@ -29,6 +29,13 @@ class Disk:
         connection.execute(f"PRAGMA query_only={int(self.why == 'read-only')}")
 
 
+@pytest.fixture(autouse=True)
+def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever waits for the database tries again soon."""
+    monkeypatch.setattr("app.workflows.steps.UNAVAILABLE_RETRY_S", 0.05)
+    monkeypatch.setattr("app.agents.agent_models.DELIVER_S", 0.05)
+
+
 @pytest.fixture
 def disk(service: Service) -> Iterator[Disk]:
     workflows = service.core.workflows

@@ -38,7 +38,7 @@ def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None
 def test_orders_and_overdue_missions_of_before_are_kept_as_data(database_url: str) -> None:
     record = Database(database_url)
     with record.engine.connect() as connection:
-        command.upgrade(_config(connection), "0012")
+        command.upgrade(migration_config(connection), "0012")
         for insert in BEFORE_0014:
             connection.execute(text(insert))
         connection.commit()

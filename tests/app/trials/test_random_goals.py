@@ -5,7 +5,7 @@ import pytest
 from app.domain.errors import Invalid
 from app.domain.goal_language.check import check_goals
 from app.trials.random_goals import drawn_goals
-from tests.app.store import Store
+from tests.app.sample_store import Store
 
 STORE = Store()
 

@@ -217,12 +217,12 @@ def test_stability_is_weighed_against_the_makespan(
     made = checked(engine, knowledge_base, plan_net, present, stability_s=stability_s)
     assert made.course is course
     assert made.plan_net is not None
-    anew = engine.plan(present, REQUEST).plan_net
-    assert anew is not None
+    again = engine.plan(present, REQUEST).plan_net
+    assert again is not None
     if course is Course.ANEW:
-        assert made.plan_net.makespan_s == anew.makespan_s
+        assert made.plan_net.makespan_s == again.makespan_s
     else:
-        assert made.plan_net.makespan_s > anew.makespan_s
+        assert made.plan_net.makespan_s > again.makespan_s
         assert made.difference is not None
         assert len(made.difference.kept) >= 12
 

@@ -1,4 +1,4 @@
-"""A script that must not be begun any more is refused, however late it comes: cancelled in advance, or superseded."""
+"""A script that must not be begun any longer is refused, however late it comes: cancelled in advance, or superseded."""
 
 import pytest
 

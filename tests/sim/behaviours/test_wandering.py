@@ -31,9 +31,9 @@ def test_wandering_runs_into_nothing_and_gets_about(seed: int) -> None:
 
     def watch() -> None:
         # The other drives blindly: it may run into fred, who stands or turns then, and drives off with it at his side.
-        anew = body.touches() and not any(touched[-40:])
+        again = body.touches() and not any(touched[-40:])
         touched.append(body.touches())
-        if anew and body.driven[0] != 0.0:
+        if again and body.driven[0] != 0.0:
             ran_into.append(trial.pose)
 
     trial.run(each=watch)

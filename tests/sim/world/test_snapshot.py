@@ -1,4 +1,4 @@
-"""A world goes on from its snapshot: nothing jumps, nothing is let go of, no robot begins anew."""
+"""A world goes on from its snapshot: nothing jumps, nothing is let go of, no robot begins again."""
 
 from math import hypot
 from typing import Any

@@ -59,7 +59,7 @@ function controls(mission, problem, refresh) {
   return [first, ["cancel", "Cancel"]].map(([verb, label]) => {
     const send = async () => {
       await attempt([button], problem, () => post(`/v1/missions/${id(mission.id)}:${verb}`));
-      button.disabled = false; // the mission may stay as it is for a while, and is not drawn anew then
+      button.disabled = false; // the mission may stay as it is for a while, and is not drawn again then
       refresh();
     };
     const button = el("button", { type: "button", class: verb === "cancel" ? "danger" : null, "data-testid": `mission-${verb}`, onclick: send }, label);

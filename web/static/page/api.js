@@ -28,7 +28,7 @@ export async function get(path) {
   return parsed(await request(path, { headers: { accept: "application/json" }, signal: AbortSignal.timeout(TIMEOUT_MS) }));
 }
 
-/** @param {string} path @returns {Promise<any>} null if it does not exist (any more) */
+/** @param {string} path @returns {Promise<any>} null if it does not exist (any longer) */
 export async function getOrNull(path) {
   try {
     return await get(path);

@@ -5,7 +5,7 @@ import { el, show } from "./dom.js";
 
 /**
  * Send a request with its buttons disabled. After an error it is shown in `box` and they are enabled again; after success
- * the refreshed state draws them anew.
+ * the refreshed state draws them again.
  * @param {(HTMLButtonElement | HTMLInputElement)[]} buttons @param {Element} box @param {() => Promise<unknown>} request
  */
 export async function attempt(buttons, box, request) {

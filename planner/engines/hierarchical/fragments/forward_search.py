@@ -145,7 +145,7 @@ class _Search:
         return _Node(at.state, at.obligations, at.cost, node, done) if len(done) > 1 else None
 
     def _after(self, node: _Node, number: int) -> _Node | None:
-        """The node after a step; None if some step's obligation can then not be met any more."""
+        """The node after a step; None if some step's obligation can then not be met any longer."""
         step = self.task.steps[number]
         obligations = set()
         for agents, intended, ways, aside in node.obligations:

@@ -161,7 +161,7 @@ def test_a_robot_that_stands_otherwise_than_its_mission_is_ordered_again(
         "an order is out",
         "it is to stop",
         "it is lost",
-        "its plan is not carried out any more",
+        "its plan is not carried out any longer",
         "the robot has not agreed to it",
     ],
 )

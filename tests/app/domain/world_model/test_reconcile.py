@@ -55,7 +55,7 @@ def test_a_sample_that_it_dropped_anywhere_else_is_lost_and_said_to_be() -> None
     change = reconcile_report(holding(), "yard_1", [said(EMPTY)], STORE.base)
     facts = change.apply(holding())
     assert not [f for f in facts if f.predicate == "object_position" and f.args[0] == "sample_1"]
-    assert change.notes == ("sample_1 is lost: yard_1 does not hold it any more",)
+    assert change.notes == ("sample_1 is lost: yard_1 does not hold it any longer",)
 
 
 def test_a_lost_sample_is_found_again() -> None:

@@ -186,7 +186,7 @@ def test_a_sample_that_an_operator_moves_is_fetched_from_where_it_lies_now(
     ended = follow(mission, *ENDED)
     assert ended["state"] == "completed", ended["reason"]
     assert revised["recovery"]["attempts"][0]["failure"] == "world_changed"
-    assert "in(sample_1, door_1) is not true any more" in revised["recovery"]["attempts"][0]["reason"]
+    assert "in(sample_1, door_1) is no longer true" in revised["recovery"]["attempts"][0]["reason"]
     assert any("door_2" in deed for robot in team.robots.values() for deed in robot.deeds)
 
 

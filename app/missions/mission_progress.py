@@ -22,7 +22,8 @@ def begun(scripts: Sequence[ScriptRow]) -> frozenset[str]:
 
 def done(scripts: Sequence[ScriptRow]) -> frozenset[str]:
     """The actions of which all robots of one plan that take part have reported the end: the facts tell of them."""
-    finished, left = set[str](), set[str]()
+    finished = set[str]()
+    left = set[str]()
     for script in scripts:
         for packet in script.body["packets"]:
             state = script.packets.get(packet["id"], {}).get("state")
@@ -41,7 +42,7 @@ def progress_of(
     """How far the plan is that the mission carries out, once all its robots have stopped.
 
     :param scripts: of that plan.
-    :param without: the robots that are not to be planned with any more.
+    :param without: the robots that are not to be planned with any longer.
     """
     begun_s = mission.started_at_s if mission.revised_at_s is None else mission.revised_at_s
     known = {action.id for action in plan_net.actions}
