@@ -14,4 +14,4 @@ def test_half_a_minute_of_goals_and_faults_leaves_nothing_undone_and_nothing_unt
     said = capsys.readouterr().out
     assert ended == 0, said
     assert "goals taken" in said
-    assert "all held" in said
+    assert "all checks passed" in said

@@ -76,8 +76,8 @@ def test_the_table_tells_what_was_detected_and_how_long_it_took(monkeypatch: pyt
     assert "sonar" in result.stdout
     assert "sequential" in result.stdout
     assert "…" not in result.stdout
-    assert "12 of 12 ways ended at the door." in result.stdout
-    assert "at most 0.42 of sequential's time" in result.stdout
+    assert "12 of 12 trials ended at the door." in result.stdout
+    assert "at most 0.42 of the time of sequential sensing" in result.stdout
 
 
 @pytest.mark.parametrize("given", [(), ("--plots", "pictures/new")])
