@@ -20,7 +20,9 @@ MAX_WAITS = 5
 
 def show_startup(console: Console) -> None:
     """Say why the start may take a while."""
-    console.print("[dim]Starting; the first start compiles the planner, which can take minutes on a slow machine.[/]")
+    console.print(
+        "[dim]Starting; the first start compiles the planner, which can take minutes on a slow machine.[/]"
+    )
 
 
 def show_plan(console: Console, plan: PlanBody) -> None:
