@@ -16,9 +16,8 @@ def states_told(rows: list[EventRow]) -> States:
 def told_and_recorded(database: Database) -> tuple[States, States]:
     """The states that the events tell, and those of the rows, both of one instant."""
     with database.read() as session:
-        if (
-            database.engine.dialect.name == "postgresql"
-        ):  # which else shows each query what is committed by then
+        # PostgreSQL else shows each query what is committed by then.
+        if database.engine.dialect.name == "postgresql":
             session.connection(execution_options={"isolation_level": "REPEATABLE READ"})
         told = states_told(list(session.scalars(select(EventRow).order_by(EventRow.seq))))
         recorded: States = {}
