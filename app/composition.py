@@ -1,6 +1,8 @@
 """The composition root: wires the concrete parts into a service."""
 
+import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import Future
 from functools import cached_property, partial
 from pathlib import Path
 from threading import Event
@@ -22,6 +24,7 @@ from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
+from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
@@ -64,6 +67,8 @@ from planner import load_knowledge_base
 from robots.clock import Clock
 from robots.world import WorldFile
 
+logger = logging.getLogger(__name__)
+
 __all__ = ["RunningWorld", "Service", "make_engine"]
 
 WEB = Path(__file__).parent.parent / "web" / "static"
@@ -80,15 +85,17 @@ class Service:
         viewer: Callable[[], str | None] = lambda: None,
         worker: PlanningWorker | None = None,
         serves: Collection[Queue] | None = None,
+        tell: Callable[[str], None] = logger.info,
     ) -> None:
         """
         :param viewer: the address of the 3D view, None while there is none.
         :param worker: the planning processes; made and closed by the service if None.
         :param serves: the queues whose workflows run here; by default all, without planning processes only missions.
+        :param tell: called with a message about each step of the planner's start; unused if `worker` is given.
         """
         served = serves or (QUEUES if settings.planning_processes else (MISSIONS,))
         self.stopping = Event()
-        """Set when the service is about to end: open streams then end."""
+        """Set when the service begins to shut down: open streams then end."""
         self.settings = settings
         self._viewer = viewer
         self._drives_robots = MISSIONS in served
@@ -98,9 +105,14 @@ class Service:
         self._worlds = {world.file.name: world for world in worlds}
         self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
+        self.planner_ready: Future[bool] = Future()
+        """Done once the first planning process can plan; raises Unavailable if none starts."""
         self._owns_worker = worker is None
         self._worker = worker or PlanningWorker(
-            make_engine, processes=settings.planning_processes, memory_mb=settings.planning_memory_mb
+            make_engine,
+            processes=settings.planning_processes,
+            memory_mb=settings.planning_memory_mb,
+            tell=tell,
         )
         self._wire_store(served)
         self._wire_robots()
@@ -110,7 +122,7 @@ class Service:
         self._agent_models = [self._agents_of(world) for world in worlds]
 
     def _wire_store(self, served: Collection[Queue]) -> None:
-        """The record, the durable workflows, and the processes that share them."""
+        """The database, the durable workflows, and the registry of the processes that share them."""
         settings = self.settings
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
@@ -125,7 +137,7 @@ class Service:
             workflows=self.workflows,
             knowledge_base=knowledge_base,
             plan_nets=plan_nets,
-            holdings=Reservations(plan_nets),
+            reservations=Reservations(plan_nets),
         )
         self._notifications = NotificationListener(self.database, self.workflows.topics)
         self.executors = ExecutorRegistry(
@@ -137,7 +149,7 @@ class Service:
         self._retention = Retention.of(self.database, self.workflows, settings)
 
     def _wire_robots(self) -> None:
-        """What is known of the robots, and what operators tell them directly."""
+        """The robots' state, and what operators send to robots directly: questions, set-points, tunings."""
         settings = self.settings
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
         self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
@@ -167,11 +179,12 @@ class Service:
             worlds=self._files,
             clocks=self.clocks,
             points=self.board.points,
-            resting=self.board.resting,
+            unavailable=self.board.unavailable,
         )
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
-        self.board.rested.append(self._waiting_goals.rested)
+        self.board.became_available.append(self._waiting_goals.robot_available)
+        self.board.unavailability_changed.append(self._waiting_goals.unavailability_changed)
         self._goal_planning = GoalPlanningJob(
             core,
             problems=problems,
@@ -211,7 +224,14 @@ class Service:
         core = self.core
         self.missions = MissionService(core)
         self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
-        self.reports = MissionReports(core, waiting=self._waiting_goals)
+        plausibility = Plausibility(
+            core,
+            worlds=self._files,
+            clocks=self.clocks,
+            lags_s={name: world.lag_s for name, world in self._worlds.items()},
+            board=self.board,
+        )
+        self.reports = MissionReports(core, waiting=self._waiting_goals, plausibility=plausibility)
         repertoires = {
             name: {robot.name: robot.repertoire for robot in file.robots}
             for name, file in self._files.items()
@@ -243,12 +263,12 @@ class Service:
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         name = world.file.name
         drives_world = partial(self.executors.holds_lease, name)
-        between = partial(self._waiting_goals.look, name)
+        each_turn = partial(self._waiting_goals.handle_availability, name)
         if world.fleet is not None:
             run = FleetRun(
-                self.core, world.file, world.fleet, waiting=self._waiting_goals, speaks=drives_world
+                self.core, world.file, world.fleet, waiting=self._waiting_goals, holds_lease=drives_world
             )
-            between = partial(_call_all, (run.look, between))
+            each_turn = partial(_call_all, (run.follow, each_turn))
         return AgentModels(
             robots={robot.name: world.file.link_of(robot) for robot in world.file.robots},
             link=world.link,
@@ -262,7 +282,7 @@ class Service:
             readmit=partial(self.lost_robots.restore_in_contact, name),
             world=name,
             has_lease=drives_world,
-            each_turn=between,
+            each_turn=each_turn,
         )
 
     @cached_property
@@ -288,12 +308,19 @@ class Service:
             teleoperation=self.teleoperation,
             recordings=self.recordings,
             executors=self.executors,
+            waits_for=self._waits_for,
         )
         return build_api(services, viewer=self._viewer, static=WEB)
 
+    def _waits_for(self) -> str:
+        return "" if self.planner_ready.done() else f"the planner is starting: {self._worker.doing}"
+
     def start(self) -> None:
-        """Begin or go on with the worlds, start the workflows, and connect to the robots."""
-        planner_ready = self._worker.warm_up()
+        """Begin or go on with the worlds, start the workflows, and connect to the robots.
+
+        The planner warms up meanwhile and beyond: missions go on without it, and goals wait for it.
+        """
+        self.planner_ready = self._worker.warm_up()
         simulated = [name for name, world in self._worlds.items() if world.run is not None]
         self.executors.register(simulated if self._drives_robots else ())
         # Also worlds that another process drives: it may die before it has recorded anything of them.
@@ -315,9 +342,8 @@ class Service:
                 self._waiting_goals.release(session, world.file.name)
         self._retention.start()
         self._recorder.start()
-        planner_ready.result()  # without a limit: on a slow machine the first start compiles for minutes
         for world in self._worlds.values():
-            world.let_go()
+            world.resume()
 
     def _start_workflows(self) -> None:
         workflows = self.core.workflows
@@ -348,7 +374,7 @@ class Service:
         try:
             self.start()
         except BaseException:
-            self.close()  # an interruption, too, leaves no process behind
+            self.close()  # also after KeyboardInterrupt, so that no process is left behind
             raise
         return self
 

@@ -19,4 +19,4 @@ class Core:
     workflows: Workflows
     knowledge_base: KnowledgeBase
     plan_nets: PlanNets
-    holdings: Reservations
+    reservations: Reservations

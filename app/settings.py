@@ -1,19 +1,26 @@
 """Settings: from the environment (`MACTA_…`) and the command line."""
 
 import fcntl
+import logging
 import os
+import re
 import secrets
+import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
-from sqlalchemy import make_url
 
 from app.domain.errors import Invalid, Unavailable
 
 if TYPE_CHECKING:
     from robots.link.mqtt import Broker
+
+MIN_TOKEN_LENGTH = 16
+
+
+DATABASE_FORMS = "postgresql://USER:PASSWORD@HOST:PORT/DATABASE or sqlite:////FOLDER/FILE"
 
 
 class Settings(BaseSettings):
@@ -25,7 +32,7 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     database_url: str | None = None
-    token: str | None = Field(default=None, min_length=16)
+    token: str | None = Field(default=None, min_length=MIN_TOKEN_LENGTH)
     planning_time_limit_s: float = Field(default=30.0, gt=0, description="default for goals")
     planning_longest_s: float = Field(default=600.0, gt=0, description="maximum for goals")
     planning_effort_s: float | None = Field(
@@ -47,6 +54,16 @@ class Settings(BaseSettings):
         default=2000, ge=1, description="maximum of open goals; further ones are refused for now"
     )
     open_streams: int = Field(default=500, ge=1, description="maximum of clients that follow a stream")
+    connections: int = Field(
+        default=2000, ge=1, description="maximum of open connections, with and without a token"
+    )
+    connections_per_address: int = Field(
+        default=1000, ge=1, description="likewise from one address, such as a reverse proxy's"
+    )
+    header_timeout_s: float = Field(
+        default=10.0, gt=0, description="for a request's header; also for a connection's first request"
+    )
+    body_timeout_s: float = Field(default=60.0, gt=0, description="for a request's body, after its header")
     keep_days: float = Field(
         default=30.0,
         gt=0,
@@ -90,6 +107,26 @@ class Settings(BaseSettings):
         """Treat an empty variable as unset, for Compose passes unset variables as empty."""
         return None if value == "" else value
 
+    @field_validator("database_url")
+    @classmethod
+    def _usable_database(cls, url: str | None) -> str | None:
+        """:raises ValueError: without the address, which holds a password."""
+        if not url:
+            return None
+        from sqlalchemy import make_url  # here: most commands need no database
+        from sqlalchemy.exc import SQLAlchemyError
+
+        try:
+            parsed = make_url(url)
+            driver = parsed.get_dialect().driver
+        except (SQLAlchemyError, ValueError) as error:
+            raise ValueError(f"not of the form {DATABASE_FORMS}") from error
+        if driver not in {"pysqlite", "psycopg"}:
+            raise ValueError(f"{parsed.drivername} is not supported; give {DATABASE_FORMS}")
+        if driver == "pysqlite" and parsed.database in {None, "", ":memory:"}:
+            raise ValueError(f"names no database file; give {DATABASE_FORMS}")
+        return url
+
     def broker(self) -> "Broker | None":
         """The MQTT broker; None if the world is embedded.
 
@@ -123,6 +160,8 @@ class Settings(BaseSettings):
     @property
     def database_location(self) -> str:
         """Where the database is, for people; without the password."""
+        from sqlalchemy import make_url
+
         url = make_url(self.resolved_database_url())
         return f"database {url.database} on {url.host}" if self.database_is_shared else str(self.data)
 
@@ -136,12 +175,63 @@ class Settings(BaseSettings):
                 code="token-needed",
             )
         path = self.data / "token"
-        if path.is_file():
-            return path.read_text().strip()
-        token = secrets.token_urlsafe(32)
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        return _read_token(path) if path.exists() else _write_token(path)
+
+
+def _read_token(path: Path) -> str:
+    """:raises Invalid: if the file holds no token, as one that was written to a full disk."""
+    try:
+        token = path.read_text(errors="replace").strip()
+    except OSError as error:
+        raise Invalid(f"the token cannot be read from {path}: {error.strerror}") from error
+    if not re.fullmatch(rf"[!-~]{{{MIN_TOKEN_LENGTH},}}", token):
+        raise Invalid(
+            f"{path} holds no token of at least {MIN_TOKEN_LENGTH} printable characters (was the disk full?); "
+            "delete the file; the next start generates a new token",
+            code="token-damaged",
+        )
+    return token
+
+
+def _write_token(path: Path) -> str:
+    """Make a token; its file is whole or not there.
+
+    :raises Unavailable: if it cannot be written.
+    """
+    token = secrets.token_urlsafe(32)
+    unfinished = path.with_suffix(".unfinished")
+    try:
+        with os.fdopen(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
             file.write(token + "\n")
-        return token
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise Unavailable(f"the token cannot be written to {path}: {error.strerror}") from error
+    return token
+
+
+def make_folder(data: Path) -> None:
+    """Make the data folder, and close it to other users if it was there: it holds the record and the token.
+
+    A folder of another owner, or one for everyone like `/tmp`, is left as it is, with a warning.
+    """
+    data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    status = data.stat()
+    if not status.st_mode & 0o077:
+        return
+    if status.st_uid == os.geteuid() and not status.st_mode & stat.S_ISVTX:
+        data.chmod(0o700)
+    else:
+        logging.getLogger(__name__).warning(
+            "other users may reach into the data folder %s: choose one of your own with --data", data
+        )
 
 
 def lock_folder(data: Path) -> TextIO:
@@ -149,13 +239,13 @@ def lock_folder(data: Path) -> TextIO:
 
     :raises Unavailable: if another service works in it.
     """
-    data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    make_folder(data)
     lock = (data / "lock").open("w")
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
         lock.close()
         raise Unavailable(
-            f"another service works in {data}; end it, or choose another data folder"
+            f"another service uses the data folder {data}; end it, or choose another folder with --data"
         ) from error
     return lock

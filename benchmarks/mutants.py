@@ -174,13 +174,16 @@ def _kinship(path: Path, test: Path) -> int:
     return 10 - shared
 
 
-def is_killed(mutant: Mutant, checkout: Path) -> bool:
-    """True if a test fails on the mutant, or does not end."""
+def is_killed(mutant: Mutant, checkout: Path, files: int | None = None) -> bool:
+    """True if a test fails on the mutant, or does not end.
+
+    :param files: how many of the test files that reach it are tried, the nearest first; None for all.
+    """
     place = checkout / mutant.path
     original = place.read_text()
     place.write_text(mutant.code or original)
     try:
-        tests = tests_for(mutant.path)
+        tests = tests_for(mutant.path)[:files]
         parts = (tests[:NEAREST], tests[NEAREST:])
         return any(_fails(part, checkout) for part in parts if part)
     finally:
@@ -229,6 +232,9 @@ def main() -> None:
     options.add_argument("--sample", type=int, default=200, help="number of mutants")
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--jobs", type=int, default=2, help="mutants tried at the same time")
+    options.add_argument(
+        "--files", type=int, help="test files tried on each, the nearest first (default: all)"
+    )
     options.add_argument("--package", choices=PACKAGES, action="append", help="default: all three")
     given = options.parse_args()
     mutants = sample(given.sample, given.seed, given.package or PACKAGES)
@@ -241,7 +247,7 @@ def main() -> None:
         def tried(mutant: Mutant) -> tuple[Mutant, bool]:
             checkout = checkouts.get()
             try:
-                return mutant, is_killed(mutant, checkout)
+                return mutant, is_killed(mutant, checkout, given.files)
             finally:
                 checkouts.put(checkout)
 

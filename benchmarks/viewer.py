@@ -33,6 +33,7 @@ from websockets.typing import Subprotocol
 
 TELEMETRY_S = 0.1
 SETTLE_S = 3.0
+SECRET = "any"
 APART_M = 2.5
 CAMERA = {
     "type": "ViewerCameraMessage",
@@ -55,7 +56,7 @@ def main() -> None:
     service.start()
     view = subprocess.Popen(
         [sys.executable, "-m", "web.viewer", "--api", f"http://127.0.0.1:{api}", "--port", str(port)],
-        env={**os.environ, "MACTA_TOKEN": "any"},
+        env={**os.environ, "MACTA_TOKEN": "any", "MACTA_VIEWER_SECRET": SECRET},
         stdout=subprocess.DEVNULL,
     )
     try:
@@ -125,7 +126,11 @@ def _open(port: int, protocol: Subprotocol) -> Any:
     while True:
         try:
             return connect(
-                f"ws://127.0.0.1:{port}", subprotocols=[protocol], compression=None, max_size=None, proxy=None
+                f"ws://relay:{SECRET}@127.0.0.1:{port}",
+                subprotocols=[protocol],
+                compression=None,
+                max_size=None,
+                proxy=None,
             )
         except OSError:
             if time.monotonic() > give_up:

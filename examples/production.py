@@ -1,7 +1,7 @@
 """The production shape without containers: the processes of docker-compose.yml on this machine, from the same settings.
 
-Database and broker are given: MACTA_DATABASE_HOST, …_PORT, …_USER, …_PASSWORD, …_NAME, MACTA_BROKER_URL and
-MACTA_TOKEN, as docker-compose.yml names them.
+Database and broker are given: MACTA_DATABASE_HOST, …_PORT, …_USER, …_PASSWORD, …_NAME, MACTA_BROKER_URL,
+MACTA_SERVICE_PASSWORD, MACTA_FLEET_PASSWORD and MACTA_TOKEN, as docker-compose.yml names them.
 
     uv run python -m examples.production FOLDER
 

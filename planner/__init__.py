@@ -5,7 +5,6 @@ those before it: `knowledge`, `plan_nets`, `problem`, `relaxation`, `bounds`, `e
 `repair`.
 """
 
-from planner.engines.fast_downward import FastDownwardEngine
 from planner.errors import InvalidPlan, KnowledgeBaseError, PlannerError
 from planner.fact import Fact
 from planner.knowledge import (
@@ -27,7 +26,7 @@ from planner.plan_nets.plan_net import (
     PlanNetAction,
 )
 from planner.plan_nets.synchronisation import awaits_of, keep_in_step
-from planner.plan_nets.validation import faults_of, linearisation, replay
+from planner.plan_nets.validation import faults_of
 from planner.problem.interface import (
     UNOBSERVED,
     Objective,
@@ -49,7 +48,6 @@ __all__ = [
     "UNOBSERVED",
     "CausalLink",
     "Fact",
-    "FastDownwardEngine",
     "GroundAction",
     "InvalidPlan",
     "Keeping",
@@ -71,11 +69,9 @@ __all__ = [
     "awaits_of",
     "faults_of",
     "keep_in_step",
-    "linearisation",
     "load_knowledge_base",
     "read_knowledge_base",
     "register_with_unified_planning",
-    "replay",
     "scale_term",
     "warm_up",
 ]

@@ -1,5 +1,6 @@
 """Ground facts."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 
@@ -11,6 +12,10 @@ class Fact(NamedTuple):
 
     predicate: str
     args: tuple[str, ...] = ()
+
+    def renamed(self, names: Mapping[str, str]) -> "Fact":
+        """The fact with arguments exchanged; what is not in `names` stays."""
+        return Fact(self.predicate, tuple([names.get(arg, arg) for arg in self.args]))
 
     def __str__(self) -> str:
         return f"{self.predicate}({', '.join(self.args)})"

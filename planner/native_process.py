@@ -13,6 +13,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from planner.problem.timer import Clock, Timer
+
 POLL_S = 0.1
 """How often a running process is looked at."""
 
@@ -25,23 +27,12 @@ class ProcessEnd:
     output: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
-    """What a process may use.
+class Limits(Timer):
+    """What a process may use: time from now on, and memory."""
 
-    :param deadline: monotonic seconds.
-    """
-
-    deadline: float
-    memory_mb: int = 2048
-
-    @property
-    def left_s(self) -> float:
-        return self.deadline - time.monotonic()
-
-    @property
-    def is_over(self) -> bool:
-        return self.left_s <= 0
+    def __init__(self, limit_s: float, clock: Clock = time.monotonic, *, memory_mb: int = 2048) -> None:
+        super().__init__(limit_s, clock)
+        self.memory_mb = memory_mb
 
 
 def never() -> bool:

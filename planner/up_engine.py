@@ -7,11 +7,10 @@ unified-planning finds engines in its configuration file or by its factory. Eith
     module_name: planner.up_engine
     class_name: MactaEngine
 
-Classical problems get partial-order plans, durative ones time-triggered plans, in which what follows on
-something starts `EPSILON` after it.
+Classical problems get partial-order plans, durative ones time-triggered plans, in which an action
+starts `EPSILON` after the last one that it is ordered after.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import IO, Any
@@ -32,10 +31,16 @@ from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 from planner.problem.interface import PlanningEngine, PlanningRequest, PlanningResult, PlanningStatus
+from planner.problem.timer import Timer
 
 EPSILON = Fraction(1, 1000)
-UNLIMITED_S = 3600.0
-FIRST_EFFORT_S = 0.0
+"""Seconds between the end of an action and the start of one that is ordered after it."""
+DEFAULT_TIME_LIMIT_S = 3600.0
+"""Time limit if the caller sets none."""
+MIN_TIME_LIMIT_S = 0.1
+"""Time limit of an attempt that begins when no time is left."""
+NO_EFFORT_S = 0.0
+"""`PlanningRequest.effort_s` of an attempt that does not improve the first plan it finds."""
 
 _STATUS = {
     PlanningStatus.SOLVED: PlanGenerationResultStatus.SOLVED_SATISFICING,
@@ -48,10 +53,11 @@ _STATUS = {
 
 
 class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ignore[misc]
-    """Reads the problem, plans it, writes the plan in unified-planning's form.
+    """Reads a unified-planning problem, plans it, and returns the plan in unified-planning's form.
 
-    :param agents: the types of agents, which do one action at a time; else actions' first parameters are.
-    :param make_engine: what plans.
+    :param agents: the types of agents, each of which does one action at a time; if empty, the first parameter of
+        each action is its agent.
+    :param make_engine: makes the engine that plans with a knowledge base.
     """
 
     def __init__(
@@ -88,8 +94,8 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
 
     @staticmethod
     def get_credits(**_: Any) -> Credits:
-        words = "Hierarchical planning and scheduling for teams of robots, plan-nets with causal links"
-        return Credits("Macta", "The Macta authors", "", "", "", words, words)
+        description = "Hierarchical planning and scheduling for teams of robots, plan-nets with causal links"
+        return Credits("Macta", "The Macta authors", "", "", "", description, description)
 
     def _solve(
         self,
@@ -104,13 +110,13 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
     def _get_solutions(
         self, problem: Any, timeout: float | None = None, output_stream: IO[str] | None = None
     ) -> Iterator[PlanGenerationResult]:
-        """The first plan as soon as there is one, then the best."""
-        yield from self._results(problem, timeout, efforts=(FIRST_EFFORT_S, None))
+        """Yield the first plan found, then the best one."""
+        yield from self._results(problem, timeout, efforts=(NO_EFFORT_S, None))
 
     def _results(
         self, problem: Any, timeout: float | None, efforts: tuple[float | None, ...]
     ) -> Iterator[PlanGenerationResult]:
-        deadline = time.monotonic() + (timeout or UNLIMITED_S)
+        timer = Timer(timeout or DEFAULT_TIME_LIMIT_S)
         try:
             with UNIFIED_PLANNING_LOCK:
                 read = read_up_problem(problem, agents=self._agents)
@@ -120,7 +126,7 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
         engine = self._make_engine(read.knowledge_base)
         best: PlanNet | None = None
         for effort_s in efforts:
-            limit_s = max(0.1, deadline - time.monotonic())
+            limit_s = max(MIN_TIME_LIMIT_S, timer.left_s)
             result = engine.plan(read.problem, PlanningRequest(time_limit_s=limit_s, effort_s=effort_s))
             if result.plan_net is None and best is None:
                 yield self._without_plan(_status(read, result), result.reason)
@@ -151,7 +157,7 @@ def up_plan(problem: Any, read: ReadProblem, plan_net: PlanNet) -> Any:
     """The plan-net as a plan of the unified-planning problem that was read."""
     instances = {action.id: _instance(problem, read, action) for action in plan_net.actions}
     if not problem.kind.has_continuous_time() and not problem.kind.has_discrete_time():
-        order: dict[ActionInstance, list[ActionInstance]] = {one: [] for one in instances.values()}
+        order: dict[ActionInstance, list[ActionInstance]] = {instance: [] for instance in instances.values()}
         for ordering in plan_net.orderings:
             order[instances[ordering.before]].append(instances[ordering.after])
         return PartialOrderPlan(order, problem.environment)
@@ -185,7 +191,7 @@ def _span(problem: Any, read: ReadProblem, instance: ActionInstance) -> Fraction
 
 
 def _value(problem: Any, expression: Any) -> Fraction:
-    """A ground expression over static functions."""
+    """Evaluate a ground expression over static functions."""
     if expression.is_fluent_exp():
         return _value(problem, problem.initial_value(expression))
     parts = [_value(problem, part) for part in expression.args]
@@ -202,7 +208,7 @@ def _value(problem: Any, expression: Any) -> Fraction:
 
 
 def _status(read: ReadProblem, result: PlanningResult) -> PlanGenerationResultStatus:
-    """No plan is a proof only if the problem was read exactly."""
+    """The status for unified-planning: "unsolvable" is proven only if the problem was read exactly."""
     status = _STATUS[result.status]
     if status is PlanGenerationResultStatus.UNSOLVABLE_PROVEN and not read.is_exact:
         return PlanGenerationResultStatus.UNSOLVABLE_INCOMPLETELY

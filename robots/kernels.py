@@ -3,9 +3,10 @@
 numba recompiles a function if the function's own file has changed, but not if a function or constant that it uses from
 another file has. So the cache is a folder named after a digest of all sources that compiled code depends on: an edit of
 any of them gives a new folder. Entry points call `install` before they import anything that is compiled; processes that
-they start inherit the folder through the environment.
+they start inherit the folder through the environment. `compiled_once` has one process compile while the others wait.
 """
 
+import fcntl
 import hashlib
 import os
 import platform
@@ -14,7 +15,8 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
@@ -55,6 +57,33 @@ def install(packages: Sequence[Path] = PACKAGES) -> Path:
         setattr(sys.modules["numba"].config, "CACHE_DIR", str(folder))  # noqa: B010, its type declares no members
     _remove_unused(folder)
     return folder
+
+
+@contextmanager
+def compiled_once(group: str, tell: Callable[[str], None]) -> Iterator[None]:
+    """Within the block, call for the first time what is compiled of a group.
+
+    If its machine code is not cached yet, the first process compiles and the others wait for it; then they load it.
+
+    :param group: what is compiled, in words.
+    :param tell: told what is being done where it takes time.
+    """
+    folder = Path(os.environ.get(VARIABLE, ""))
+    done = folder / f"{group}.compiled"
+    if VARIABLE not in os.environ or done.exists():
+        yield
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / f"{group}.lock").open("a") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            tell(f"waiting for another process, which compiles the {group}")
+            fcntl.flock(lock, fcntl.LOCK_EX)  # released by the kernel, too, when that process ends
+        if not done.exists():
+            tell(f"compiling the {group}: once, then it is kept in {folder}")
+        yield
+        done.touch()
 
 
 def _sources(packages: Iterable[Path]) -> dict[str, bytes]:

@@ -5,6 +5,7 @@ the world file (walls, beacons, sensors) nor what the physics engine computes ag
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from hashlib import sha256
 from json import dumps
 from typing import Annotated, Any, Final, Literal
@@ -22,10 +23,13 @@ FORMAT: Final = 1
 Pair = tuple[float, float]
 
 
+CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
 class State(BaseModel):
     """Part of a snapshot: immutable, and unknown fields are an error."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(**CONFIG, frozen=True)
 
 
 class StreamState(State):
@@ -50,8 +54,11 @@ class StreamState(State):
         }
 
 
-class OdometryState(State):
+@dataclass(slots=True, kw_only=True)
+class OdometryState:
     """Dead reckoning with its constant errors; `last` is the true pose it has accounted for."""
+
+    __pydantic_config__ = CONFIG
 
     estimate: Pose
     last: Pose
@@ -67,23 +74,30 @@ class RampedState(State):
     odometry: OdometryState
 
 
-class EncoderState(State):
-    """A wheeled body's counters, and the errors of its dimensions."""
+@dataclass(slots=True, kw_only=True)
+class EncoderState:
+    """A wheeled body's counters, the errors of its dimensions, and the pose it reckons with."""
+
+    __pydantic_config__ = CONFIG
 
     grip: Pair
+    """True radius of each wheel as a share of the nominal one."""
     believed_base_m: float
     rolled_m: Pair
     counted: tuple[int, int]
     pose: Pose
 
 
-class AxleState(State):
+@dataclass(slots=True, kw_only=True)
+class AxleState:
     """The wheels: rim speeds, motors' set speeds, slip, and what the floor pulled in the last tick."""
 
-    rims_m_s: Pair
-    set_m_s: Pair
-    slip: Pair
-    pulled_n_s: Pair
+    __pydantic_config__ = CONFIG
+
+    rims_m_s: Pair = (0.0, 0.0)
+    set_m_s: Pair = (0.0, 0.0)
+    slip: Pair = (0.0, 0.0)
+    pulled_n_s: Pair = (0.0, 0.0)
 
 
 class WheeledState(State):
@@ -141,8 +155,11 @@ class SampleState(State):
     heading_rad: float
 
 
-class RockState(State):
-    """An obstacle, as drawn."""
+@dataclass(frozen=True, slots=True)
+class Rock:
+    """A round obstacle, as drawn: its middle and radius."""
+
+    __pydantic_config__ = CONFIG
 
     point: Pair
     radius_m: float
@@ -159,7 +176,7 @@ class WorldSnapshot(State):
     rovers: dict[str, Pose]
     told: dict[str, Pose]
     samples: dict[str, SampleState]
-    rocks: tuple[RockState, ...]
+    rocks: tuple[Rock, ...]
     jaws: JawsState
     bodies: dict[str, BodyState]
     streams: dict[str, StreamState]

@@ -20,7 +20,10 @@ settings.load_profile("macta")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The long stories first: begun last, they would hold up the end on one worker."""
+    """The longest files first: begun last, they would hold up the end on one worker.
+
+    Those of the page stay last: their browser keeps an event loop running, beside which no service may start.
+    """
     items.sort(key=lambda item: "scenarios" not in item.path.parts)
 
 

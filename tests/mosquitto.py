@@ -17,6 +17,7 @@ from tests.waiting import until
 
 BINARY = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin")
 START_S = 20.0
+ACL = Path(__file__).parent.parent / "examples" / "mosquitto.acl"
 
 needs_mosquitto = pytest.mark.skipif(BINARY is None, reason="no mosquitto: apt-get install mosquitto")
 

@@ -39,9 +39,10 @@ def make_papers(folder: Path) -> Path:
     return folder
 
 
-def passwords(file: Path, user: str, password: str) -> Path:
-    """A file that lets this user into a Mosquitto."""
-    subprocess.run(["mosquitto_passwd", "-c", "-b", str(file), user, password], check=True)
+def passwords(file: Path, **users: str) -> Path:
+    """A file that lets these users into a Mosquitto, each with a password."""
+    file.write_text("".join(f"{user}:{password}\n" for user, password in users.items()))
+    subprocess.run(["mosquitto_passwd", "-U", str(file)], check=True)
     return file
 
 

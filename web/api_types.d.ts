@@ -48,6 +48,7 @@ interface UnknownThing {
   reason: string;
   since_s?: number | null;
   last_believed?: (Fact & { source: string; at_s: number }) | null;
+  earlier_believed?: (Fact & { source: string; at_s: number })[];
 }
 
 interface Goal {

@@ -6,7 +6,7 @@ from math import hypot, inf, remainder, tau
 
 from web.api_types import Layout, Point, RobotTelemetry, Telemetry
 from web.scene import Frame
-from web.world_feed import WorldFeed
+from web.world_feed import WorldFeed, WorldSnapshot
 
 TRAIL_STEP_M = 0.1
 MAX_TRAIL_POINTS = 150
@@ -35,7 +35,7 @@ class LiveWorld:
         self._points: dict[str, list[Point]] = {}
         self._trails: dict[str, list[Point]] = {}
         self._trails_time_s = -inf
-        self._version = -1
+        self._known: WorldSnapshot | None = None
         self._from: Robots = {}
         self._to: Robots = {}
         self._heard_at_s = clock()
@@ -48,8 +48,8 @@ class LiveWorld:
 
     def update(self) -> None:
         """Read the feed; `frame` stays the same object as long as nothing changes."""
-        known = self._feed.latest()
-        if known.layout is None or (known.version == self._version and self._is_still):
+        known = self._feed.latest
+        if known.layout is None or (known is self._known and self._is_still):
             return
         if (
             known.telemetry.time_s < self.frame.time_s or known.layout != self.layout
@@ -57,7 +57,7 @@ class LiveWorld:
             self._points = {}
             self._trails = {}
             self._trails_time_s = -inf
-        self._version = known.version
+        self._known = known
         self.layout = known.layout
         if known.telemetry.robots is not self._to:
             self._take(known.telemetry)

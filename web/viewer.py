@@ -1,7 +1,8 @@
 """The view of the worlds in three dimensions, a process of its own.
 
 `python -m web.viewer --api URL --port P`. A client of the public API like any other, with the token from
-MACTA_TOKEN; it listens on loopback only. Every page has its own world, selection and camera.
+MACTA_TOKEN; it listens on loopback only, and answers only who shows the secret from MACTA_VIEWER_SECRET. Every page has
+its own world, selection and camera.
 """
 
 import argparse
@@ -24,7 +25,7 @@ from web.live_world import LiveWorld
 from web.page_feed import PageFeed
 from web.recording import Recording
 from web.scene import Frame, PageScene
-from web.viser_private import ignore_closed_connections, request_path
+from web.viser_private import guarded_server, ignore_closed_connections, request_path
 from web.world_feed import WorldFeed
 
 UPDATE_EVERY_S = 0.05
@@ -42,12 +43,13 @@ class Viewer:
         api: str,
         token: str,
         port: int,
+        secret: str,
         stopped: threading.Event | None = None,
         facts_every_s: float = 1.0,
         retry_s: float = 1.0,
     ) -> None:
         self.pages = PageFeed(api=api, token=token, retry_s=retry_s)
-        self.server = viser.ViserServer(host="127.0.0.1", port=port, label="Macta", verbose=False)
+        self.server = guarded_server(port=port, secret=secret)
         self.scenes: dict[int, PageScene] = {}
         """By the browser's client id."""
         self.worlds: dict[str, LiveWorld] = {}
@@ -187,6 +189,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # An option, for the parent may have ended before this process could ask for its id.
     parser.add_argument("--parent", type=int, default=os.getppid(), help="process to end with")
     options = parser.parse_args(arguments)
+    secret = os.environ.get("MACTA_VIEWER_SECRET")
+    if not secret:
+        parser.error("set MACTA_VIEWER_SECRET: what the service shows as its password")
     stopped = threading.Event()
     # Health checks connect without a request, which websockets logs with a traceback.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
@@ -199,7 +204,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, stop)
     viewer = Viewer(
-        api=options.api, token=os.environ.get("MACTA_TOKEN", ""), port=options.port, stopped=stopped
+        api=options.api,
+        token=os.environ.get("MACTA_TOKEN", ""),
+        port=options.port,
+        secret=secret,
+        stopped=stopped,
     )
     viewer.run(as_long_as=lambda: os.getppid() == options.parent)
 

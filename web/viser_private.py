@@ -1,8 +1,49 @@
 """What we use of viser that is not part of its public interface. Each name has a contract test of this module."""
 
+import hmac
 import warnings
+from collections.abc import Callable
+from http import HTTPStatus
+from typing import Any
 
 import viser
+import websockets.asyncio.server
+from viser import _messages
+from websockets.asyncio.server import ServerConnection, basic_auth
+from websockets.http11 import Request, Response
+
+
+def guarded_server(*, port: int, secret: str) -> viser.ViserServer:
+    """A viser server on loopback that answers only who has the secret as its password, and no other site's page.
+
+    viser listens without any check and knows a request by which anyone connected to it opens a public tunnel. Needs
+    that viser calls `websockets.asyncio.server.serve` by that name with `process_request`, and
+    `ViserServer._websock_server.unregister_handler` with `viser._messages.ShareUrlRequest` and `ShareUrlDisconnect`.
+    """
+    serve = websockets.asyncio.server.serve
+    has_secret = basic_auth(
+        "Macta", check_credentials=lambda _, shown: hmac.compare_digest(shown.encode(), secret.encode())
+    )
+
+    def serve_guarded(*arguments: Any, process_request: Callable[..., Any], **options: Any) -> Any:
+        async def guard(connection: ServerConnection, request: Request) -> Response | None:
+            # The service's relay sends no Origin; every browser does when it opens a socket.
+            if "Origin" in request.headers:
+                return connection.respond(HTTPStatus.FORBIDDEN, "The view is opened through the service.\n")
+            refusal = await has_secret(connection, request)
+            answer: Response | None = refusal or process_request(connection, request)
+            return answer
+
+        return serve(*arguments, process_request=guard, **options)
+
+    websockets.asyncio.server.serve = serve_guarded  # type: ignore[assignment, misc]
+    try:
+        server = viser.ViserServer(host="127.0.0.1", port=port, label="Macta", verbose=False)
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(message)
+    return server
 
 
 def request_path(server: viser.ViserServer, client_id: int) -> str:

@@ -5,6 +5,7 @@ One thread reads the telemetry stream, another polls the facts.
 
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import httpx2
@@ -20,11 +21,8 @@ READ_TIMEOUT_S = 30.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldSnapshot:
-    """What is known of the world; `version` grows with every change."""
+    """What is known of the world."""
 
-    version: int = 0
-    live: bool = False
-    title: str = ""
     layout: Layout | None = None
     facts: tuple[Fact, ...] = ()
     telemetry: Telemetry = field(default_factory=Telemetry)
@@ -45,8 +43,9 @@ class WorldFeed:
             timeout=httpx2.Timeout(CONNECT_TIMEOUT_S, read=READ_TIMEOUT_S),
             trust_env=False,
         )
-        self._snapshot = WorldSnapshot()
-        self._changed = threading.Condition()
+        self.latest = WorldSnapshot()
+        """The newest snapshot; the same object as long as nothing changes."""
+        self._lock = threading.Lock()
         self._stopped = threading.Event()
         self._threads = [
             threading.Thread(target=self._repeat, args=(work,), daemon=True)
@@ -61,37 +60,22 @@ class WorldFeed:
     def stop(self) -> None:
         """End at the next message at the latest; does not wait for it."""
         self._stopped.set()
-        with self._changed:
-            self._changed.notify_all()
-
-    def latest(self, after: int = -1, timeout_s: float = 0.0) -> WorldSnapshot:
-        """The newest snapshot, waiting up to `timeout_s` for one newer than version `after`."""
-        with self._changed:
-            self._changed.wait_for(
-                lambda: self._snapshot.version > after or self._stopped.is_set(), timeout_s
-            )
-            return self._snapshot
 
     def _repeat(self, work: Callable[[], None]) -> None:
         while not self._stopped.is_set():
-            try:
+            with suppress(httpx2.HTTPError, ValidationError, ValueError, KeyError):
                 work()
-            except (httpx2.HTTPError, ValidationError, ValueError, KeyError):
-                self._update(live=False)
             self._stopped.wait(self._retry_s)
-        with self._changed:
+        with self._lock:
             self._running -= 1
             is_last = self._running == 0
         if is_last:  # closed earlier, a connection that the other thread is opening would stay open
             self._client.close()
 
     def _follow_telemetry(self) -> None:
-        body = self._get(f"/v1/worlds/{self._world}")
-        self._update(
-            layout=Layout.model_validate(body["layout"]), title=str(body.get("title") or self._world)
-        )
+        self._update(layout=Layout.model_validate(self._get(f"/v1/worlds/{self._world}")["layout"]))
         for data in self._stream(f"/v1/telemetry?world={self._world}"):
-            self._update(telemetry=Telemetry.model_validate_json(data), live=True)
+            self._update(telemetry=Telemetry.model_validate_json(data))
             if self._stopped.is_set():
                 return
 
@@ -115,8 +99,7 @@ class WorldFeed:
                     yield line.removeprefix("data:").strip()
 
     def _update(self, **changes: object) -> None:
-        with self._changed:
-            new = replace(self._snapshot, **changes)  # type: ignore[arg-type]
-            if new != self._snapshot:
-                self._snapshot = replace(new, version=self._snapshot.version + 1)
-                self._changed.notify_all()
+        with self._lock:
+            new = replace(self.latest, **changes)  # type: ignore[arg-type]
+            if new != self.latest:
+                self.latest = new

@@ -6,6 +6,7 @@ What is still to be delivered is read from the database, so a restart loses noth
 import logging
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from enum import Enum, auto
 from typing import Protocol
 
 from sqlalchemy import or_, select
@@ -44,11 +45,22 @@ DELIVER_S = 1.0
 logger = logging.getLogger(__name__)
 
 
+class Reception(Enum):
+    """What became of a report."""
+
+    RECORDED = auto()
+    """It is recorded, with its consequences."""
+    IGNORED = auto()
+    """It is known already, or concerns no known script."""
+    HELD_BACK = auto()
+    """It cannot be so yet: the robot gets no receipt, and repeats it."""
+
+
 class ReportRecorder(Protocol):
     """Records what robots report of their scripts, with all consequences."""
 
-    def record(self, message: Message, world: str) -> bool:
-        """Record a report once; False if it is known already or concerns no known script."""
+    def record(self, message: Message, world: str) -> Reception:
+        """Record a report once."""
         ...
 
 
@@ -79,7 +91,7 @@ class AgentModels:
         :param readmit: takes back robots that were declared lost as silent and are heard again.
         :param has_lease: True while this process, of those that share the database, delivers and records. Otherwise it
             only keeps the robots' current state, and asks what its own clients ask.
-        :param each_turn: called before messages are received, again and again.
+        :param each_turn: called in each turn of the loop, before messages are received.
         """
         self._robots = frozenset(robots)
         self._world = world
@@ -129,9 +141,11 @@ class AgentModels:
                 # A message that cannot be recorded now must not end the thread: robots send their reports until they
                 # get a receipt.
                 if is_unavailable(error):
-                    logger.warning("agent models of %s wait for the database", self._world)
+                    logger.warning(
+                        "database unavailable: messages to and from the robots of %s wait", self._world
+                    )
                 else:
-                    logger.exception("agent models of %s: handling of a message failed", self._world)
+                    logger.exception("handling of messages of the robots of %s failed", self._world)
                 self._wall.wait(self._background.ending, DELIVER_S)
 
     def _take(self, message: Message) -> None:
@@ -145,9 +159,10 @@ class AgentModels:
         if is_handled or not self._has_lease():
             return
         if isinstance(message.body, TuningReport):
-            self._tunings.answered(self._world, message.sender, message.performative, message.body)
+            self._tunings.record_answer(self._world, message.sender, message.performative, message.body)
             return
-        self._reports.record(message, self._world)
+        if self._reports.record(message, self._world) is Reception.HELD_BACK:
+            return
         if message.performative in (Performative.INFORM, Performative.FAILURE):
             self._communications.send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
 

@@ -33,7 +33,7 @@ class ContactMonitor:
         self._wall = wall
         self._links = {r.name: world.link_of(r) for world in worlds.values() for r in world.robots}
         self._began_s = {world: clock.now_s() for world, clock in clocks.items()}
-        self._began_at = wall.epoch_s()
+        self._began_monotonic_s = wall.monotonic_s()
 
     def silent_in_s(self, robot: str) -> float:
         """World seconds at least until its silence is longer than its radio explains; 0 once it is.
@@ -45,8 +45,10 @@ class ContactMonitor:
         link = self._links[robot]
         now_s = self._clocks[view.world].now_s()
         heard_s = self._began_s[view.world] if view.heard_s is None else view.heard_s
-        heard_at = self._began_at if view.heard_at is None else view.heard_at
-        unheard_s = self._wall.epoch_s() - heard_at
+        heard_monotonic_s = (
+            self._began_monotonic_s if view.heard_monotonic_s is None else view.heard_monotonic_s
+        )
+        unheard_s = self._wall.monotonic_s() - heard_monotonic_s
         if view.is_gone and unheard_s >= QUIET_S:
             return 0.0
         # A clock that went back is another run's.

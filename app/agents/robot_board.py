@@ -23,33 +23,34 @@ BATTERY_HYSTERESIS = 0.05
 class RobotView:
     """A robot as last heard.
 
-    :param heard_at: by the wall clock, epoch seconds; None before anything was heard.
-    :param heard_s: likewise by the world's clock.
+    :param heard_s: by the world's clock; None before anything was heard.
+    :param heard_monotonic_s: likewise by the monotonic clock of this process.
     :param broken: the link that it is reached over is gone for good.
     :param gone: the state of its connection as last reported, unless online.
-    :param resting: why the robot is not recruited now, in words; empty if it may be.
+    :param unavailable: why the robot is not recruited now, in words; empty if it may be.
     """
 
     name: str
     world: str
     telemetry: Telemetry | None = None
-    heard_at: float | None = None
     heard_s: float | None = None
+    heard_monotonic_s: float | None = None
     broken: bool = False
     gone: Connection | None = None
-    resting: str = ""
+    unavailable: str = ""
 
     @property
     def is_gone(self) -> bool:
         """True if it is known not to be connected, whatever its radio explains."""
         return self.broken or self.gone is not None
 
-    def connection(self, epoch_s: float) -> Connection:
+    def connection(self, monotonic_s: float) -> Connection:
+        """:param monotonic_s: the monotonic time now."""
         if self.broken:
             return Connection.CONNECTION_BROKEN
         if self.gone is not None:
             return self.gone
-        if self.heard_at is None or epoch_s - self.heard_at > SILENT_AFTER_S:
+        if self.heard_monotonic_s is None or monotonic_s - self.heard_monotonic_s > SILENT_AFTER_S:
             return Connection.OFFLINE
         return Connection.ONLINE
 
@@ -70,8 +71,10 @@ class RobotBoard:
         :param clocks: by world.
         :param low_battery: a robot whose battery holds less, 0 to 1, is not recruited.
         """
-        self.rested: list[Callable[[str], None]] = []
-        """Called with the world when a robot of it may be recruited again, in the thread that receives telemetry."""
+        self.became_available: list[Callable[[str], None]] = []
+        """Called with the world, in the receiving thread, when one of its robots may be recruited again."""
+        self.unavailability_changed: list[Callable[[str, str, str], None]] = []
+        """Called with world, robot and reason, in the same thread, when the reason why it is not recruited changes."""
         self._clocks = clocks
         self._low_battery = low_battery
         self._wall = wall
@@ -105,9 +108,9 @@ class RobotBoard:
         heard = {name: view.telemetry for name, view in self.views(world).items()}
         return {name: (said.x_m, said.y_m) for name, said in heard.items() if said is not None}
 
-    def resting(self, world: str) -> Mapping[str, str]:
+    def unavailable(self, world: str) -> Mapping[str, str]:
         """The robots of the world that are not recruited now, each with the reason in words."""
-        return {name: view.resting for name, view in self.views(world).items() if view.resting}
+        return {name: view.unavailable for name, view in self.views(world).items() if view.unavailable}
 
     def heard(self, robot: str, telemetry: Telemetry | None = None) -> None:
         """A message of the robot was received."""
@@ -116,23 +119,26 @@ class RobotBoard:
             if view is None:
                 return
             telemetry = telemetry or view.telemetry
-            resting = "" if telemetry is None else self._why_resting(telemetry, was=view.resting)
+            unavailable = "" if telemetry is None else self._why_unavailable(telemetry, was=view.unavailable)
             self._views[robot] = replace(
                 view,
                 telemetry=telemetry,
-                heard_at=self._wall.epoch_s(),
+                heard_monotonic_s=self._wall.monotonic_s(),
                 heard_s=self._clocks[view.world].now_s(),
                 broken=False,
                 gone=None,
-                resting=resting,
+                unavailable=unavailable,
             )
             self._generation += 1
             self._changed.notify_all()
-        if view.resting and not resting:
-            for tell in self.rested:
-                tell(view.world)
+        if view.unavailable and not unavailable:
+            for notify in self.became_available:
+                notify(view.world)
+        elif unavailable != view.unavailable:
+            for notify_reason in self.unavailability_changed:
+                notify_reason(view.world, robot, unavailable)
 
-    def _why_resting(self, telemetry: Telemetry, *, was: str) -> str:
+    def _why_unavailable(self, telemetry: Telemetry, *, was: str) -> str:
         # NOTE: without hysteresis a battery at the limit changes the answer ten times a second.
         enough = self._low_battery + (BATTERY_HYSTERESIS if was else 0.0)
         if telemetry.driven_by is not None:
@@ -159,9 +165,9 @@ class RobotBoard:
                 return
             is_online = state is ConnectionState.ONLINE
             # NOTE: the broker's report does not come by the robot's radio: `heard_s` is about the radio.
-            heard_at = self._wall.epoch_s() if is_online and now else view.heard_at
+            heard_monotonic_s = self._wall.monotonic_s() if is_online and now else view.heard_monotonic_s
             gone = None if is_online else Connection(state.value)
-            self._views[robot] = replace(view, gone=gone, heard_at=heard_at)
+            self._views[robot] = replace(view, gone=gone, heard_monotonic_s=heard_monotonic_s)
             self._generation += 1
             self._changed.notify_all()
 

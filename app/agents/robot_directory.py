@@ -21,7 +21,7 @@ from robots.world import WorldFile
 class RobotReport:
     """A robot and what is known of it now.
 
-    :param silent: it has not been heard for longer than its radio explains.
+    :param silent: True if nothing was received from it for longer than the gaps of its radio.
     :param next_contact_s: world seconds until contact is expected.
     :param mission_id: the mission that it is reserved for.
     :param lost: set if it was declared lost.
@@ -39,7 +39,7 @@ class RobotReport:
 
 
 class RobotDirectory:
-    """Looks robots up."""
+    """Reads the robots of all worlds."""
 
     def __init__(
         self,
@@ -81,13 +81,15 @@ class RobotDirectory:
         return reports[name]
 
     def _robot(self, view: RobotView, mission_id: str | None, lost: LostRobotRow | None) -> RobotReport:
-        epoch_s = self._wall.epoch_s()
+        monotonic_s = self._wall.monotonic_s()
         world = self._worlds[view.world]
         spec = world.robot(view.name)
         return RobotReport(
             view=view,
-            connection=view.connection(epoch_s),
-            last_heard_s=None if view.heard_at is None else round(epoch_s - view.heard_at, 3),
+            connection=view.connection(monotonic_s),
+            last_heard_s=None
+            if view.heard_monotonic_s is None
+            else round(monotonic_s - view.heard_monotonic_s, 3),
             silent=self._contact.silent_in_s(view.name) == 0,
             next_contact_s=round(self._contact.next_contact_s(view.name), 3),
             repertoire=spec.repertoire,

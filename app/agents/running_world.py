@@ -7,7 +7,11 @@ from app.agents import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
 from robots.link.mqtt import ServiceLink
+from robots.link.mqtt.fleet import ANNOUNCE_INTERVAL_S
 from robots.world import WorldFile
+
+FLAT_OUT = 200.0
+"""World seconds a wall-clock second of a world that runs as fast as possible, at most (our choice)."""
 
 
 def _nothing() -> None: ...
@@ -20,8 +24,8 @@ class RunningWorld:
     :param rate: world seconds per wall-clock second; None: as fast as possible.
     :param run: the id of the world's run, kept when it is resumed; None if `fleet` reports it.
     :param fleet: the robots' own process, if it comes and goes by itself; `link` and `clock` are its then.
-    :param why_afresh: why a new run was started, if an earlier one might have been resumed.
-    :param let_go: called once the service receives: a world that stands still until then misses no deadline.
+    :param new_run_reason: why a new run was started, if an earlier one might have been resumed.
+    :param resume: called once the service receives: a world that stands still until then misses no deadline.
     """
 
     file: WorldFile
@@ -29,9 +33,16 @@ class RunningWorld:
     clock: Clock
     rate: float | None = 1.0
     run: str | None
-    why_afresh: str = ""
-    let_go: Callable[[], None] = _nothing
+    new_run_reason: str = ""
+    resume: Callable[[], None] = _nothing
     fleet: ServiceLink | None = None
+
+    def lag_s(self) -> float:
+        """World seconds by which `clock` may be behind the world's."""
+        if self.fleet is None:
+            return 0.0
+        pace = self.pace()
+        return ANNOUNCE_INTERVAL_S * (FLAT_OUT if pace is None else pace)
 
     def pace(self) -> float | None:
         """The current rate."""

@@ -38,16 +38,16 @@ class _Hold:
     def set(
         self,
         *,
-        epoch_s: float,
+        number: int,
         valid_s: float,
         speed_m_s: float = 0.0,
         turn_rad_s: float = 0.0,
         ends: bool = False,
     ) -> None:
-        """Replace the unsent set-point. Its number, in microseconds, grows over restarts and across processes."""
+        """Replace the unsent set-point."""
         self.unsent = SetPoint(
             driver=self.driver,
-            number=int(epoch_s * 1e6),
+            number=number,
             speed_m_s=speed_m_s,
             turn_rad_s=turn_rad_s,
             valid_s=valid_s,
@@ -88,7 +88,8 @@ class Teleoperation:
         self._wall = wall
         self._lock = threading.Lock()
         self._holds: dict[str, _Hold] = {}
-        self._let_go: dict[str, str] = {}
+        self._released: dict[str, str] = {}
+        self._number = 0
 
     def drive(self, robot: str, driver: str, *, speed_m_s: float, turn_rad_s: float) -> Drive:
         """Drive the robot at these speeds until the set-point expires.
@@ -101,12 +102,12 @@ class Teleoperation:
             hold = self._hold(robot, driver)
             self._refuse(report, driver, hold)
             hold.heard_s = self._wall.monotonic_s()
-            epoch_s = self._wall.epoch_s()
-            hold.set(epoch_s=epoch_s, speed_m_s=speed_m_s, turn_rad_s=turn_rad_s, valid_s=valid_s)
+            number = self._next_number()
+            hold.set(number=number, speed_m_s=speed_m_s, turn_rad_s=turn_rad_s, valid_s=valid_s)
             self._holds[robot] = hold
         return self._drive(report, driver, valid_s)
 
-    def let_go(self, robot: str, driver: str) -> Drive:
+    def release(self, robot: str, driver: str) -> Drive:
         """Stop driving the robot; without effect if another drives it."""
         report = self._robots.robot(robot)
         valid_s = self._valid_s(report.view.world)
@@ -115,8 +116,8 @@ class Teleoperation:
             here = hold is not None and hold.driver == driver
             if here or self._drives(report, driver):
                 self._holds[robot] = hold = _Hold(driver=driver, heard_s=float("-inf"))
-                hold.set(epoch_s=self._wall.epoch_s(), valid_s=valid_s, ends=True)
-                self._let_go[robot] = driver
+                hold.set(number=self._next_number(), valid_s=valid_s, ends=True)
+                self._released[robot] = driver
         return self._drive(report, driver, valid_s)
 
     def to_send(self, robots: Collection[str]) -> list[tuple[str, SetPoint]]:
@@ -139,6 +140,13 @@ class Teleoperation:
             if hold is not None and hold.driver == body.driver:
                 hold.refusal = body.reason
         return True
+
+    def _next_number(self) -> int:
+        """Greater than those before, though the wall clock is set back. It begins with the wall clock's microseconds,
+        so it grows over restarts and across processes, too.
+        """
+        self._number = max(self._number + 1, int(self._wall.epoch_s() * 1e6))
+        return self._number
 
     def _hold(self, robot: str, driver: str) -> _Hold:
         """The driver's control of the robot, newly taken if it is free.
@@ -164,11 +172,11 @@ class Teleoperation:
         if report.connection is not Connection.ONLINE:
             raise Conflict(f"{name} is not in contact: {report.connection}", code="robot-out-of-contact")
         if telemetry is None:
-            raise Conflict(f"{name} has not yet said where it is", code="robot-out-of-contact")
+            raise Conflict(f"{name} has sent no telemetry yet", code="robot-out-of-contact")
         if hold.refusal:
             raise Conflict(hold.refusal, code="robot-refuses")
-        # NOTE: a robot that was let go of here is not known to be free before its next telemetry.
-        if telemetry.driven_by not in (None, driver, self._let_go.get(name)):
+        # NOTE: a robot that was released here is not known to be free before its next telemetry.
+        if telemetry.driven_by not in (None, driver, self._released.get(name)):
             raise Conflict(f"{telemetry.driven_by} drives {name}", code="driven-by-another")
 
     def _valid_s(self, world: str) -> float:

@@ -28,8 +28,8 @@ class TunedRobot:
     """A robot's tuning.
 
     :param tuning: the operators' overrides.
-    :param set_out: the overrides in the world file.
-    :param packets: every parameter with both applied, of the packets in the robot's repertoire.
+    :param set_out: the overrides that the world file sets, which `tuning` is applied after.
+    :param packets: the resulting value of every parameter of the packets in the robot's repertoire.
     :param delivery: untouched, pending, acknowledged or refused by the robot.
     :param detail: why the robot refused.
     """
@@ -53,7 +53,7 @@ class TuningService:
     def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile]) -> None:
         self._database = core.database
         self._events = core.events
-        self._places = {robot.name: world.name for world in worlds.values() for robot in world.robots}
+        self._world_of = {robot.name: world.name for world in worlds.values() for robot in world.robots}
         self._worlds = worlds
 
     def get(self, robot: str) -> TunedRobot:
@@ -64,7 +64,7 @@ class TuningService:
     def put(
         self, robot: str, tuning: PacketTunings, *, actor: str, comment: str, expected_version: int | None
     ) -> TunedRobot:
-        """Replace all overrides by these, from the robot's next packet on.
+        """Replace all overrides of the robot; they apply from its next packet on.
 
         :raises Invalid: naming packet, pattern and parameter, for one that does not exist or is out of range.
         :raises Outdated: if the tuning has changed since `expected_version`.
@@ -77,7 +77,10 @@ class TuningService:
                 row = TuningRow(world=world, robot=robot, version=0)
                 session.add(row)
             if expected_version not in (None, row.version):
-                detail = f"the tuning of {robot} is at version {row.version}, this was made from {expected_version}"
+                detail = (
+                    f"the tuning of {robot} is at version {row.version}, the request was made from version "
+                    f"{expected_version}; read it again"
+                )
                 raise Outdated(detail, code="tuning-changed")
             row.set(tuning, actor=actor, comment=comment)
             self._events.append(
@@ -99,7 +102,7 @@ class TuningService:
         with self._database.read() as session:
             return session.scalars(query.order_by(TuningRow.robot)).all()
 
-    def answered(self, world: str, robot: str, performative: Performative, report: TuningReport) -> None:
+    def record_answer(self, world: str, robot: str, performative: Performative, report: TuningReport) -> None:
         """Record that the robot applied a tuning, or refused it."""
         with self._database.write() as session:
             row = session.get(TuningRow, (world, robot), with_for_update=True)
@@ -115,14 +118,14 @@ class TuningService:
             )
 
     def _spec(self, robot: str) -> tuple[RobotSpec, str]:
-        if robot not in self._places:
-            raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(self._places))
-        world = self._places[robot]
+        if robot not in self._world_of:
+            raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(self._world_of))
+        world = self._world_of[robot]
         return self._worlds[world].robot(robot), world
 
 
 def renew_tunings(session: Session, world: str) -> None:
-    """Deliver the tunings of a world again, for its robots were restarted."""
+    """Mark the tunings of a world for delivery again after its robots were restarted."""
     for row in session.scalars(select(TuningRow).where(TuningRow.world == world)):
         row.delivery = PENDING
         row.detail = ""
@@ -132,7 +135,7 @@ def _check(spec: RobotSpec, tuning: PacketTunings) -> None:
     known = _parameters_of(spec, _initial_repertoire(spec))
     for tag in tuning:
         if tag not in known:
-            detail = f"{spec.name} has no packet {tag}; it has {', '.join(sorted(known))}"
+            detail = f"{spec.name} has no packet {tag}; its packets: {', '.join(sorted(known))}"
             raise Invalid(detail, code="unfit-tuning", choices=sorted(known))
     try:
         _initial_repertoire(spec).tuned(tuning)

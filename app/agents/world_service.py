@@ -10,14 +10,16 @@ from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
 from app.domain.events import FactsCorrected
+from app.domain.lifecycles.recovery import answer_troubles
 from app.domain.world_model.beliefs import (
     CLEAR,
+    OBJECT_POSITION,
     REACHES,
     ROBOT_POSITION,
     VACANT,
     Facts,
     belief_change,
-    revise_beliefs,
+    contradiction,
     spot_of,
 )
 from app.domain.world_model.berths import Statement, resolve_statements
@@ -25,6 +27,7 @@ from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, WorldRow
 from app.store.durations import learned_durations
+from app.store.records import lock_running_missions
 from app.store.unknowns import Unknown, list_unknowns
 from app.workflows.mission_wakeups import wake_missions
 from planner import Fact, KnowledgeBaseError
@@ -122,18 +125,20 @@ class WorldService:
 
         `vacant` and `clear` are derived from the other facts and do not count as dropped.
 
-        :raises Invalid: if a fact does not fit the vocabulary, contradicts another of the changes, or puts a
-            robot where it does not reach; then none is changed.
+        :raises Invalid: if a fact does not fit the vocabulary, contradicts another of the changes, puts a robot
+            where it does not reach or a sample where none may lie; then none is changed.
         :raises Conflict: if a sample is laid in a location none of whose berths is free.
         :raises Outdated: if the facts have changed since `expected_version`.
         """
         self.world(world)
         with self._database.write() as session:
+            missions = lock_running_missions(session, world)  # before the world, as everywhere
             self._facts.lock(session, world)
             _refuse_outdated(world, self._facts.version(session, world), expected_version)
             facts = self._facts.facts(session, world)
             news, gone = self._parsed(world, changes, facts)
             self._refuse_contradictions(facts, news, gone)
+            self._refuse_without_room(world, news)
             change = belief_change(facts, news=news, gone=gone)
             self._refuse_out_of_reach(world, change.apply(facts), news)
             self._facts.change(
@@ -145,6 +150,9 @@ class WorldService:
                 at_s=self._clocks[world].now_s(),
                 corrects=True,
             )
+            corrected_names = {name for fact in (*news, *gone) for name in fact.args}
+            for mission in missions:
+                answer_troubles(mission, lambda trouble: trouble.is_answered_by(corrected_names))
             unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
             dropped = symbolic_all(unsaid, self._knowledge_base)
             corrected = FactsCorrected(subject=world, actor=actor, comment=comment, dropped=dropped)
@@ -169,11 +177,24 @@ class WorldService:
         both = next((fact for fact in news if fact in gone), None)
         if both is not None:
             said = symbolic(both, self._knowledge_base)
-            raise Invalid(f"{said} is said to be true and false", code="contradicting-facts")
+            raise Invalid(f"{said} is stated both as true and as false", code="contradicting-facts")
         pair = contradiction(facts, news)
         if pair is not None:
             one, other = symbolic_all(pair, self._knowledge_base)
             raise Invalid(f"{one} and {other} cannot both be true", code="contradicting-facts")
+
+    def _refuse_without_room(self, world: str, news: Sequence[Fact]) -> None:
+        places = {place.name: place for place in self.world(world).places}
+        for fact in news:
+            if fact.predicate != OBJECT_POSITION or fact.args[2] not in places:
+                continue
+            place = places[fact.args[2]]
+            if place.capacity == 0:
+                raise Invalid(
+                    f"{symbolic(fact, self._knowledge_base)}: {place.name} is a {place.kind}, it holds no samples",
+                    code="place-holds-no-samples",
+                    choices=[one.name for one in places.values() if one.capacity],
+                )
 
     def _refuse_out_of_reach(self, world: str, after: Facts, news: Sequence[Fact]) -> None:
         for fact in news:
@@ -203,18 +224,3 @@ def _refuse_outdated(world: str, version: int, expected: int | None) -> None:
     if expected not in (None, version):
         detail = f"the facts of {world} are at version {version}, the correction was made from {expected}"
         raise Outdated(detail, code="facts-changed")
-
-
-def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
-    """Two of the news that cannot both hold, whichever is heard last; None if there are none.
-
-    NOTE: `clear` as news is passed over, for it is always derived.
-    """
-    after = revise_beliefs(facts, news)
-    for lost in news:
-        if lost in after or lost.predicate == CLEAR:
-            continue
-        for other in news:
-            if other != lost and not {lost, other} <= revise_beliefs(facts, [lost, other]):
-                return lost, other
-    return None

@@ -22,13 +22,14 @@ from app.api.bodies import GoalBody, plan_body
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.executors import executors_router
 from app.api.goals import goals_router, plans_router
+from app.api.input_gate import InputGate
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
 from app.api.openapi import Api
 from app.api.page_views import PageViews, views_router
 from app.api.recordings import MCAP, recordings_router
 from app.api.robots import robots_router
-from app.api.streams import streams_router
+from app.api.streams import DepartureMiddleware, streams_router
 from app.api.teleoperation import teleoperation_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.api.worlds import worlds_router
@@ -46,7 +47,6 @@ from app.workflows import PLANNING
 from app.workflows.leases import ExecutorRegistry
 from robots.clock import Clock
 
-MAX_BODY_BYTES = 1_000_000
 MIN_COMPRESSED_BYTES = 2000
 COMPRESSION_LEVEL = 4
 
@@ -57,6 +57,7 @@ class Services:
 
     :param token: the administrator's token.
     :param stopping: set when the process is about to end; open streams then end.
+    :param waits_for: what keeps the service from planning as yet; empty once it can.
     """
 
     token: str
@@ -79,6 +80,7 @@ class Services:
     teleoperation: Teleoperation
     recordings: RecordingStore
     executors: ExecutorRegistry
+    waits_for: Callable[[], str] = lambda: ""
 
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -87,7 +89,6 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         title="Macta",
         description="Plans goals for teams of robots, has them approved, and sees them carried out.",
         version="0.1.0",
-        max_body_size=MAX_BODY_BYTES,
         docs_url=None,
         redoc_url=None,
     )
@@ -115,6 +116,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(views_router(PageViews(), max_open=service.settings.open_streams))
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
+    api.add_middleware(DepartureMiddleware)
     # For operators on slow links. Recordings are compressed already; streams are sent without delay.
     api.add_middleware(
         GZipMiddleware,
@@ -122,19 +124,21 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         compresslevel=COMPRESSION_LEVEL,
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, MCAP),
     )
+    api.add_middleware(InputGate)
     api.add_middleware(TokenMiddleware, check=check)
     return api
 
 
 def _add_health(api: FastAPI, service: Services) -> None:
+    # Not in a thread: all of them may wait for the database.
     @api.get("/healthz", tags=["health"])
-    def healthz() -> dict[str, str]:
+    async def healthz() -> dict[str, str]:
         """The process is alive."""
         return {"status": "alive"}
 
     @api.get("/readyz", tags=["health"], responses=problems.declared(503))
     def readyz() -> JSONResponse:
-        """The database answers and every world's robots can be reached."""
+        """The database answers, every world's robots can be reached, and goals are planned."""
         try:
             plans = any(PLANNING.name in one.serves for one in service.executors.executors() if one.alive)
         except Exception:
@@ -143,6 +147,8 @@ def _add_health(api: FastAPI, service: Services) -> None:
         if broken:
             detail = f"no link to the robots of {', '.join(broken)}"
             return problems.problem(503, "world-unreachable", detail, worlds=broken)
+        if doing := service.waits_for():
+            return problems.problem(503, "starting", doing)
         if not plans:
             # Goals are accepted, and planned once a process plans.
             return JSONResponse({"status": "ready", "detail": "no process plans: start `macta worker`"})

@@ -1,9 +1,11 @@
 """Authentication: only the health routes are reachable without the token.
 
-A program sends `Authorization: Bearer TOKEN`; a browser gets a session cookie by opening `/?token=TOKEN` once.
+A program sends `Authorization: Bearer TOKEN`; a browser gets a session cookie by opening `/?token=TOKEN` once. The
+session ends when it has not been used for `SESSION_S`.
 """
 
 import hmac
+import re
 from hashlib import sha256
 from urllib.parse import urlsplit
 
@@ -13,8 +15,10 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.api.problems import problem
+from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.settings import MIN_TOKEN_LENGTH
 
-COOKIE = "macta_session"
+SESSION_S = 12 * 3600
 OPEN_PATHS = frozenset({"/healthz", "/readyz"})
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 SECURITY_HEADERS = {
@@ -29,25 +33,55 @@ SECURITY_HEADERS = {
 class TokenCheck:
     """Checks the token or session cookie of a connection."""
 
-    def __init__(self, token: str) -> None:
+    def __init__(self, token: str, clock: WallClock = SYSTEM_CLOCK) -> None:
+        if len(token) < MIN_TOKEN_LENGTH:
+            raise ValueError(f"the token has {len(token)} characters, at least {MIN_TOKEN_LENGTH} are needed")
         self._token = token.encode()
-        self._session = hmac.new(self._token, b"macta console session", sha256).hexdigest()
+        self._clock = clock
 
     def admits(self, connection: HTTPConnection) -> bool:
         scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer" and self.opens(shown.strip()):
             return True
-        session = connection.cookies.get(COOKIE, "")
-        return hmac.compare_digest(session.encode(), self._session.encode()) and own_origin(connection)
+        return self._session_left_s(connection) > 0 and own_origin(connection)
 
     def opens(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self._token)
 
-    def open_console(self) -> Response:
+    def open_console(self, connection: HTTPConnection) -> Response:
         """The answer to `/?token=…`: a session cookie, and the address without the token."""
         answer = RedirectResponse("/", status_code=303)
-        answer.set_cookie(COOKIE, self._session, httponly=True, samesite="strict", max_age=30 * 24 * 3600)
+        answer.set_cookie(
+            cookie_name(connection),
+            self._session(str(int(self._clock.epoch_s()) + SESSION_S)),
+            httponly=True,
+            secure=_is_encrypted(connection),
+            samesite="strict",
+            max_age=SESSION_S,
+        )
         return answer
+
+    def renewed_cookie(self, connection: HTTPConnection) -> str | None:
+        """A `Set-Cookie` that prolongs the connection's session, once half of its time has passed."""
+        if 0 < self._session_left_s(connection) < SESSION_S / 2:
+            return self.open_console(connection).headers["set-cookie"]
+        return None
+
+    def _session(self, ends: str) -> str:
+        """A session's cookie.
+
+        :param ends: epoch seconds.
+        """
+        sealed = f"macta console session until {ends}".encode()
+        return f"{ends}.{hmac.new(self._token, sealed, sha256).hexdigest()}"
+
+    def _session_left_s(self, connection: HTTPConnection) -> float:
+        """Seconds to the end of the connection's session; 0 without one."""
+        session = connection.cookies.get(cookie_name(connection), "")
+        ends = session.partition(".")[0]
+        if not hmac.compare_digest(session.encode(), self._session(ends).encode()):
+            return 0.0
+        return max(0.0, int(ends) - self._clock.epoch_s())
 
 
 class TokenMiddleware:
@@ -63,7 +97,7 @@ class TokenMiddleware:
             return
         connection = HTTPConnection(scope)
         if scope["type"] == "http":
-            send = _with_security_headers(send)
+            send = _with_security_headers(send, cookie=self._check.renewed_cookie(connection))
         if scope["path"] in OPEN_PATHS or self._check.admits(connection):
             await self._app(scope, receive, send)
         elif scope["type"] == "websocket":
@@ -74,12 +108,12 @@ class TokenMiddleware:
     def _refuse(self, request: Request) -> Response:
         token = request.query_params.get("token")
         if (
-            request.url.path == "/"
+            request.scope["path"] == "/"
             and request.method == "GET"
             and token is not None
             and self._check.opens(token)
         ):
-            return self._check.open_console()
+            return self._check.open_console(request)
         answer = problem(
             401,
             "token-needed",
@@ -89,20 +123,35 @@ class TokenMiddleware:
         return answer
 
 
+def cookie_name(connection: HTTPConnection) -> str:
+    """Named by the port that the browser sees: a host's cookies go to all its ports, also to another service's."""
+    port = re.search(r":([0-9]{1,5})$", connection.headers.get("host", ""))
+    return f"macta_session_{port[1] if port else 443 if _is_encrypted(connection) else 80}"
+
+
+def _is_encrypted(connection: HTTPConnection) -> bool:
+    return connection.scope["scheme"] in ("https", "wss")
+
+
 def own_origin(connection: HTTPConnection) -> bool:
     """True if the request is safe or of our own origin: the cookie must not let another site act for the operator."""
     if connection.scope["type"] == "http" and connection.scope["method"] in SAFE_METHODS:
         return True
     origin = connection.headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == connection.headers.get("host")
+    try:
+        return origin is None or urlsplit(origin).netloc == connection.headers.get("host")
+    except ValueError:
+        return False
 
 
-def _with_security_headers(send: Send) -> Send:
+def _with_security_headers(send: Send, *, cookie: str | None) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             for name, value in SECURITY_HEADERS.items():
                 headers.setdefault(name, value)
+            if cookie is not None:
+                headers.append("set-cookie", cookie)
         await send(message)
 
     return sending

@@ -4,6 +4,7 @@ from typing import Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from app.api.parameters import Name
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import Policy
 from app.planning.alternatives import Search
@@ -18,12 +19,19 @@ class Request(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
+class StatedFact(SymbolicFact):
+    """A fact as a client states it."""
+
+    predicate: Name
+    args: tuple[Name, ...] = Field(default=(), max_length=8)
+
+
 class SubmitGoal(Request):
     """A goal, either as a sentence or structured."""
 
-    world: str | None = Field(default=None, description="optional if only one world runs")
+    world: Name | None = Field(default=None, description="optional if only one world runs")
     text: str | None = Field(default=None, min_length=1, max_length=1000, examples=["move sample_1 to bay_7"])
-    goal: list[SymbolicFact] | None = Field(default=None, min_length=1, max_length=100)
+    goal: list[StatedFact] | None = Field(default=None, min_length=1, max_length=100)
     priority: int = Field(default=0, ge=-100, le=100)
     deadline_s: float | None = Field(default=None, gt=0, description="seconds from now, world's clock")
     auto_approve: bool = False
@@ -48,7 +56,7 @@ class SubmitGoal(Request):
 class CheckGoal(Request):
     """A sentence, also an incomplete one."""
 
-    world: str | None = Field(default=None, description="optional if only one world runs")
+    world: Name | None = Field(default=None, description="optional if only one world runs")
     text: str = Field(max_length=1000, examples=["move sample_1 to"])
 
 
@@ -60,7 +68,7 @@ class Decision(Request):
     comment: str = Field(default="", max_length=2000)
 
 
-class FactChange(SymbolicFact):
+class FactChange(StatedFact):
     """A fact that is true or (`value` false) not."""
 
     value: bool = True
@@ -271,7 +279,7 @@ class FactBody(SymbolicFact):
     at_s: float
     recorded_at: str
     instead_of: list[BelievedBody] = Field(
-        default=[], description="what was believed before and is contradicted by this"
+        default=[], description="what was believed before and is contradicted by this, newest first"
     )
 
 
@@ -283,6 +291,9 @@ class UnknownBody(BaseModel):
     reason: str
     since_s: float | None = Field(description="world's clock")
     last_believed: BelievedBody | None = Field(description="its last believed place and the source")
+    earlier_believed: list[BelievedBody] = Field(
+        default=[], description="where it was believed to be before that correction, newest first"
+    )
 
 
 class FactsBody(Page[FactBody]):

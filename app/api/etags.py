@@ -4,21 +4,18 @@ from typing import Annotated
 
 from fastapi import Header
 
-from app.domain.errors import Invalid
+ANY = "*"
+IfMatch = Annotated[
+    str | None,
+    Header(
+        pattern=r'^(\*|(W/)?"[0-9]{1,18}"|[0-9]{1,18})$',
+        description='the version that the change was made from: the ETag of GET, `"7"`; `*` is any',
+    ),
+]
 
-IfMatch = Annotated[str | None, Header(description="the version the change was made from")]
 
-
-def version_of(if_match: str | None, what: str) -> int | None:
-    """The version that the header names; None if it is not there.
-
-    :raises Invalid: if it is no version of the thing.
-    """
-    if if_match is None:
+def version_of(if_match: str | None) -> int | None:
+    """The version that the header names; None if any will do."""
+    if if_match is None or if_match == ANY:
         return None
-    tag = if_match.strip().removeprefix("W/").strip('"')
-    if not tag.isdigit():
-        raise Invalid(
-            f"If-Match: {if_match!r} is no version of {what}; use the ETag of GET", code="bad-if-match"
-        )
-    return int(tag)
+    return int(if_match.removeprefix("W/").strip('"'))

@@ -1,9 +1,8 @@
 """Routes of goals and plans."""
 
 from enum import Enum
-from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter
 
 from app.api.bodies import (
     CheckedGoal,
@@ -16,6 +15,7 @@ from app.api.bodies import (
     SubmitGoal,
     plan_body,
 )
+from app.api.parameters import After, Id, IdempotencyKey, Limit, NameFilter
 from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.domain.lifecycles.goal import GoalState
@@ -28,9 +28,8 @@ from app.planning.export import PddlBody, PlanExport
 from app.planning.goal_service import GoalRequest, GoalService
 from app.planning.limits import PlanningWish
 from planner.interchange.pddl import Form
+from robots.wire import SymbolicFact
 
-Limit = Annotated[int, Query(ge=1, le=1000)]
-IdempotencyKey = Annotated[str | None, Header(max_length=200)]
 ACTOR = "administrator"
 """The operator of all requests: there is only one token."""
 TAGS: list[str | Enum] = ["goals and plans"]
@@ -50,7 +49,10 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
         """Submit a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
         wish = PlanningWish(time_limit_s=body.time_limit_s, effort_s=body.effort_s, objective=body.objective)
         given = body.model_dump(exclude={"time_limit_s", "effort_s", "objective"})
-        request = GoalRequest(**{**given, "goal": body.goal, "planning": wish})
+        goal = None
+        if body.goal is not None:
+            goal = [SymbolicFact(predicate=one.predicate, args=one.args) for one in body.goal]
+        request = GoalRequest(**{**given, "goal": goal, "planning": wish})
         return GoalBody.of(goals.submit(request, actor=ACTOR, key=idempotency_key))
 
     @router.post("/goals:check", responses=declared(404))
@@ -60,34 +62,34 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
 
     @router.get("/goals")
     def list_goals(
-        world: str | None = None, state: GoalState | None = None, limit: Limit = 100, after: str | None = None
+        world: NameFilter = None, state: GoalState | None = None, limit: Limit = 100, after: After = None
     ) -> Page[GoalBody]:
         rows, token = goals.newest(world=world, state=state, limit=limit, after=after)
         return Page(items=[GoalBody.of(row) for row in rows], next=token)
 
     @router.get("/goals/{goal_id}")
-    def get_goal(goal_id: str) -> GoalBody:
+    def get_goal(goal_id: Id) -> GoalBody:
         """A goal and its state; `planning` shows the progress while it is planned."""
         return GoalBody.of(goals.get(goal_id))
 
     @router.post("/goals/{goal_id}:stop", status_code=202, responses=declared(409))
-    def stop_planning(goal_id: str) -> GoalBody:
+    def stop_planning(goal_id: Id) -> GoalBody:
         """Stop planning and take the best plan so far. 409 if planning has not begun."""
         return GoalBody.of(goals.stop(goal_id, actor=ACTOR))
 
     @router.post("/goals/{goal_id}:cancel", status_code=202, responses=declared(409))
-    def cancel_goal(goal_id: str, body: Decision | None = None) -> GoalBody:
+    def cancel_goal(goal_id: Id, body: Decision | None = None) -> GoalBody:
         """Withdraw a goal; its planning ends. 409 once a mission runs for it."""
         return GoalBody.of(goals.cancel(goal_id, actor=ACTOR, comment=body.comment if body else ""))
 
     @router.post("/goals/{goal_id}:alternatives", status_code=202, responses=declared(409))
-    def seek_alternatives(goal_id: str, body: SeekAlternatives | None = None) -> GoalBody:
+    def seek_alternatives(goal_id: Id, body: SeekAlternatives | None = None) -> GoalBody:
         """Find alternatives to the proposed plan; follow `alternatives`. 409 if no plan waits for a decision."""
         count = (body or SeekAlternatives()).count
         return GoalBody.of(alternatives.search(goal_id, count, actor=ACTOR))
 
     @router.get("/goals/{goal_id}/plans")
-    def compare_plans(goal_id: str) -> Page[PlanChoice]:
+    def compare_plans(goal_id: Id) -> Page[PlanChoice]:
         """The goal's open plans with their figures, shortest first. Approving one supersedes the others."""
         return Page(items=[PlanChoice.of(row) for row in alternatives.plans(goal_id)])
 
@@ -99,43 +101,43 @@ def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanEx
 
     @router.get("/plans")
     def list_plans(
-        goal_id: str | None = None,
+        goal_id: NameFilter = None,
         state: PlanState | None = None,
         limit: Limit = 100,
-        after: str | None = None,
+        after: After = None,
     ) -> Page[PlanBody]:
         rows, token = plans.newest(goal_id=goal_id, state=state, limit=limit, after=after)
         return Page(items=[plan_body(row) for row in rows], next=token)
 
     @router.get("/plans/{plan_id}")
-    def get_plan(plan_id: str) -> PlanBody:
+    def get_plan(plan_id: Id) -> PlanBody:
         row = plans.get(plan_id)
         return plan_body(row).model_copy(update={"overtaken": tuple(plans.why_stale(row))})
 
     @router.get("/plans/{plan_id}/explanation", responses=declared(409))
-    def explain_plan(plan_id: str) -> ExplanationBody:
+    def explain_plan(plan_id: Id) -> ExplanationBody:
         """The reasons for the plan; for an open plan also what it costs to do without each robot."""
         return explanations.explanation(plan_id)
 
     @router.get("/plans/{plan_id}/actions/{action_id}/explanation", responses=declared(409))
-    def explain_action(plan_id: str, action_id: str) -> ActionExplanationBody:
+    def explain_action(plan_id: Id, action_id: Id) -> ActionExplanationBody:
         """The reasons for one action, its robots and its place in the order."""
         return explanations.of_action(plan_id, action_id)
 
     @router.get("/plans/{plan_id}/pddl", responses=declared(409))
-    def plan_as_pddl(plan_id: str, form: Form = Form.TEMPORAL) -> PddlBody:
+    def plan_as_pddl(plan_id: Id, form: Form = Form.TEMPORAL) -> PddlBody:
         """The problem of the plan's goal as PDDL: temporal (2.1, durative actions), or classical with action costs."""
         return export.pddl(plan_id, form)
 
     @router.post("/plans/{plan_id}:approve", status_code=202, responses=declared(409))
-    def approve_plan(plan_id: str, body: Decision | None = None) -> Decided:
+    def approve_plan(plan_id: Id, body: Decision | None = None) -> Decided:
         """Approve the plan and start its mission. 409 if the world has changed since; the plan is then repaired."""
         comment = body.comment if body else ""
         row, mission_id = plans.approve(plan_id, actor=ACTOR, comment=comment)
         return Decided(**plan_body(row).model_dump(), mission_id=mission_id)
 
     @router.post("/plans/{plan_id}:reject", status_code=202, responses=declared(409))
-    def reject_plan(plan_id: str, body: Decision | None = None) -> Decided:
+    def reject_plan(plan_id: Id, body: Decision | None = None) -> Decided:
         """Reject the plan; with the last open plan its goal is withdrawn."""
         row = plans.reject(plan_id, actor=ACTOR, comment=body.comment if body else "")
         return Decided(**plan_body(row).model_dump())

@@ -89,6 +89,10 @@ class TroubleBody(BaseModel):
         default=False,
         description="it waited in vain for another robot, and has not failed at anything itself",
     )
+    answered: bool = Field(
+        default=False,
+        description="corrected, found or resumed after by an operator: it speaks against the robot no more",
+    )
 
 
 class AttemptBody(BaseModel):

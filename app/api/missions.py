@@ -5,8 +5,9 @@ from collections.abc import Callable
 from fastapi import APIRouter
 
 from app.api.bodies import Decision, Page, SetRecovery
-from app.api.goals import ACTOR, Limit
+from app.api.goals import ACTOR
 from app.api.mission_bodies import MissionBody, ScriptBody
+from app.api.parameters import After, Id, Limit, NameFilter
 from app.api.problems import declared
 from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
@@ -19,26 +20,26 @@ def missions_router(missions: MissionService) -> APIRouter:
 
     @router.get("/missions")
     def list_missions(
-        world: str | None = None,
+        world: NameFilter = None,
         state: MissionState | None = None,
         limit: Limit = 100,
-        after: str | None = None,
+        after: After = None,
     ) -> Page[MissionBody]:
         found, token = missions.newest(world=world, state=state, limit=limit, after=after)
         return Page(items=[MissionBody.of(*mission) for mission in found], next=token)
 
     @router.get("/missions/{mission_id}")
-    def get_mission(mission_id: str) -> MissionBody:
+    def get_mission(mission_id: Id) -> MissionBody:
         return MissionBody.of(*missions.get(mission_id))
 
     @router.get("/missions/{mission_id}/scripts")
-    def get_scripts(mission_id: str) -> Page[ScriptBody]:
+    def get_scripts(mission_id: Id) -> Page[ScriptBody]:
         """The script of each robot."""
         _, scripts = missions.get(mission_id)
         return Page(items=[_script(row) for row in scripts])
 
     @router.put("/missions/{mission_id}/recovery", responses=declared(409))
-    def set_recovery(mission_id: str, body: SetRecovery) -> MissionBody:
+    def set_recovery(mission_id: Id, body: SetRecovery) -> MissionBody:
         """Set how failures are recovered from now on: auto, ask or never."""
         return MissionBody.of(*missions.set_recovery(mission_id, body.policy, ACTOR))
 
@@ -49,7 +50,7 @@ def missions_router(missions: MissionService) -> APIRouter:
             operation_id=f"{verb}_mission",
             responses=declared(409),
         )
-        def ordered(mission_id: str, body: Decision | None = None) -> MissionBody:
+        def ordered(mission_id: Id, body: Decision | None = None) -> MissionBody:
             return MissionBody.of(*carry_out(mission_id, ACTOR, body.comment if body else ""))
 
     order("cancel", missions.cancel)

@@ -9,6 +9,7 @@ from app.api.auth import OPEN_PATHS
 from app.api.event_schema import ANY_EVENT, REF, event_schemas
 from app.api.problems import Problem, declared
 
+TOKEN_SCHEME = "token"
 EVENTS_PATH = "/v1/events"
 METHODS = frozenset({"get", "put", "post", "patch", "delete"})
 
@@ -27,6 +28,7 @@ class Api(FastAPI):
 def _complete(document: dict[str, Any]) -> None:
     schemas = document["components"]["schemas"]
     del schemas["HTTPValidationError"], schemas["ValidationError"]
+    document["components"]["securitySchemes"] = {TOKEN_SCHEME: {"type": "http", "scheme": "bearer"}}
     problem = Problem.model_json_schema(ref_template=REF)
     schemas |= problem.pop("$defs")
     schemas[Problem.__name__] = problem
@@ -35,6 +37,8 @@ def _complete(document: dict[str, Any]) -> None:
     for path, operations in document["paths"].items():
         for method in METHODS & operations.keys():
             responses = operations[method]["responses"]
+            if path not in OPEN_PATHS:
+                operations[method]["security"] = [{TOKEN_SCHEME: []}]
             responses.pop("422", None)
             responses |= {
                 str(status): body for status, body in declared(*_errors(path, operations[method])).items()
@@ -49,7 +53,6 @@ def _errors(path: str, operation: dict[str, Any]) -> Iterator[int]:
         yield from (401, 503)
     if "requestBody" in operation:
         yield from (400, 413)
-    if "requestBody" in operation or "parameters" in operation:
-        yield 422
+    yield 422  # of a character in any part of it, see `input_gate`
     if "{" in path:
         yield 404

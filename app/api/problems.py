@@ -1,8 +1,10 @@
 """Errors as problem details (RFC 9457)."""
 
 import logging
+import re
 from collections.abc import Sequence
 from typing import Any
+from urllib.parse import quote
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -11,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 
+from app.api.problem_body import PROBLEM, problem_body
 from app.domain.errors import Busy, Conflict, Invalid, MactaError, NotFound, Outdated, Silent, Unavailable
 from app.store import is_unavailable, is_unwritable
 
@@ -24,7 +27,6 @@ STATUS: dict[type[MactaError], int] = {
     Silent: 504,
 }
 RETRY_AFTER_S = 2
-PROBLEM = "application/problem+json"
 MEANING: dict[int, str] = {
     400: "The body cannot be read.",
     401: "The token is missing or wrong.",
@@ -37,6 +39,10 @@ MEANING: dict[int, str] = {
     503: "The service cannot answer now; try again later.",
     504: "The robot does not answer in time.",
 }
+
+
+Misfit = tuple[str, str]
+"""A part of the request, and what is wrong with it."""
 
 
 class MalformedSlot(BaseModel):
@@ -69,17 +75,15 @@ def declared(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **more: Any) -> JSONResponse:
-    """A problem body: `type` is a stable code, `detail` names the thing, `choices` what would work."""
-    body: dict[str, Any] = {
-        "type": f"urn:macta:problem:{code}",
-        "title": code.replace("-", " ").capitalize(),
-        "status": status,
-        "detail": detail,
-        **more,
-    }
-    if choices:
-        body["choices"] = list(choices)
-    return JSONResponse(body, status_code=status, media_type=PROBLEM)
+    """The answer with that problem body."""
+    return JSONResponse(problem_body(status, code, detail, choices, **more), status, media_type=PROBLEM)
+
+
+def malformed(misfits: Sequence[Misfit]) -> JSONResponse:
+    """The answer to a request that does not fit."""
+    detail = "; ".join(f"{slot}: {message}" for slot, message in misfits)
+    errors = [{"slot": slot, "message": message} for slot, message in misfits]
+    return problem(422, "malformed-request", detail, errors=errors)
 
 
 def install(app: FastAPI) -> None:
@@ -101,18 +105,19 @@ async def _domain(_: Request, error: Exception) -> JSONResponse:
 
 async def _malformed(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    slots = [{"slot": ".".join(str(part) for part in e["loc"]), "message": e["msg"]} for e in error.errors()]
-    detail = "; ".join(f"{slot['slot']}: {slot['message']}" for slot in slots)
-    return problem(422, "malformed-request", detail, errors=slots)
+    return malformed([(".".join(str(part) for part in e["loc"]), e["msg"]) for e in error.errors()])
 
 
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    code = {404: "not-found", 405: "method-not-allowed", 413: "too-large"}.get(
-        error.status_code, "http-error"
-    )
-    detail = f"{request.method} {request.url.path}: {error.detail}"
-    answer = problem(error.status_code, code, detail)
+    allowed = _allowed(request) if error.status_code in (404, 405) else set()
+    if allowed and request.method not in allowed:
+        # Also where the console's files, which stand behind all routes, were looked through for the path.
+        answer = problem(405, "method-not-allowed", f"{_where(request)}: Method Not Allowed")
+        answer.headers["allow"] = ", ".join(sorted(allowed))
+        return answer
+    code = {404: "not-found", 405: "method-not-allowed"}.get(error.status_code, "http-error")
+    answer = problem(error.status_code, code, f"{_where(request)}: {error.detail}")
     answer.headers.update(error.headers or {})
     return answer
 
@@ -133,6 +138,22 @@ async def _database(request: Request, error: Exception) -> JSONResponse:
 
 async def _internal(request: Request, error: Exception) -> JSONResponse:
     """An unexpected error. Its text is only logged: it may hold what a client must not see."""
-    where = f"{request.method} {request.url.path}"
+    where = _where(request)
     logging.getLogger(__name__).error("%s failed", where, exc_info=error)
     return problem(500, "internal", f"{where}: the service failed; its log says why")
+
+
+def _where(request: Request) -> str:
+    """Method and path; quoted, so that a line feed in a path cannot forge a line of the log."""
+    return f"{request.method} {quote(request.scope['path'])}"
+
+
+def _allowed(request: Request) -> set[str]:
+    """The methods of the path, of all its routes; empty if it is none of the API's."""
+    paths = request.app.openapi()["paths"]
+    return {
+        method.upper()
+        for path, operations in paths.items()
+        if re.fullmatch(re.sub(r"\\{\w+\\}", "[^/:]+", re.escape(path)), request.scope["path"])
+        for method in operations
+    }

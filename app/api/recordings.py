@@ -1,22 +1,30 @@
 """Recordings of missions: the list, the MCAP file, and the data and page of a replay."""
 
+from collections.abc import Iterator
 from dataclasses import asdict
+from os import SEEK_END
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from fastapi import APIRouter
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import HTMLResponse, StreamingResponse
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents.world_service import WorldService
 from app.api.bodies import GoalBody, Page, plan_body
 from app.api.mission_bodies import MissionBody
+from app.api.parameters import Id
 from app.planning.approval import PlanApproval
 from app.recordings import RecordingStore, replay_of
 from app.recordings.recorder import RecordedBodies
 from app.recordings.replay_page import replay_page
 
 MCAP = "application/x-mcap"
+PIECE_BYTES = 64 * 1024
+
+
+class McapResponse(StreamingResponse):
+    media_type = MCAP
 
 
 class RecordingBody(BaseModel):
@@ -60,18 +68,23 @@ def recordings_router(store: RecordingStore, static: Path) -> APIRouter:
         """The recordings that are kept, the newest first. MACTA_RECORDINGS_MB limits their size."""
         return Page(items=[RecordingBody.model_validate(one) for one in store.recordings()])
 
-    @router.get("/missions/{mission_id}/recording", response_class=FileResponse)
-    def get_recording(mission_id: str) -> FileResponse:
+    @router.get("/missions/{mission_id}/recording", response_class=McapResponse)
+    def get_recording(mission_id: Id) -> McapResponse:
         """The mission's recording so far as one MCAP file. Log times are the world's clock."""
-        return FileResponse(store.merged_file(mission_id), media_type=MCAP, filename=f"{mission_id}.mcap")
+        file = store.merged_file(mission_id)
+        headers = {
+            "content-length": str(file.seek(0, SEEK_END)),
+            "content-disposition": f'attachment; filename="{mission_id}.mcap"',
+        }
+        return McapResponse(_pieces(file), headers=headers)
 
     @router.get("/missions/{mission_id}/replay")
-    def get_replay(mission_id: str) -> ReplayBody:
+    def get_replay(mission_id: Id) -> ReplayBody:
         """The mission's recording in the form that a page replays."""
         return ReplayBody.model_validate(replay_of(store.entries(mission_id)), from_attributes=True)
 
     @router.get("/missions/{mission_id}/replay.html", response_class=HTMLResponse)
-    def get_replay_page(mission_id: str) -> HTMLResponse:
+    def get_replay_page(mission_id: Id) -> HTMLResponse:
         """The mission's recording as one standalone HTML file."""
         page = replay_page(static, asdict(replay_of(store.entries(mission_id))), title=f"Macta: {mission_id}")
         # A download: as a page of the service its content policy would not let it run.
@@ -80,6 +93,14 @@ def recordings_router(store: RecordingStore, static: Path) -> APIRouter:
         )
 
     return router
+
+
+def _pieces(file: IO[bytes]) -> Iterator[bytes]:
+    """The file from its start; it is closed with its end, or when the client has left."""
+    with file:
+        file.seek(0)
+        while piece := file.read(PIECE_BYTES):
+            yield piece
 
 
 def recorded_bodies(worlds: WorldService, plans: PlanApproval) -> RecordedBodies:

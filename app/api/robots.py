@@ -13,6 +13,7 @@ from app.agents.tuning import TunedRobot, TuningService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
 from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
+from app.api.parameters import Id, NameFilter
 from app.api.problems import declared
 from app.api.worlds import TAGS
 from app.missions.lost_robots import LostRobots
@@ -53,15 +54,15 @@ def robots_router(
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
 
     @router.get("/robots", responses=declared(404))
-    def list_robots(world: str | None = None) -> Page[RobotBody]:
+    def list_robots(world: NameFilter = None) -> Page[RobotBody]:
         return Page(items=[_robot(report) for report in robots.robots(world)])
 
     @router.get("/robots/{name}")
-    def get_robot(name: str) -> RobotBody:
+    def get_robot(name: Id) -> RobotBody:
         return _robot(robots.robot(name))
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
-    def declare_lost(name: str, body: Decision | None = None) -> RobotBody:
+    def declare_lost(name: Id, body: Decision | None = None) -> RobotBody:
         """Declare the robot lost: its missions are recovered without it. It is told to stop when it is heard again.
 
         A robot that was silent is used again once it is heard and has reported the end of its script.
@@ -71,14 +72,14 @@ def robots_router(
         return _robot(robots.robot(name))
 
     @router.post("/robots/{name}:declare_found", status_code=202, responses=declared(409))
-    def declare_found(name: str, body: Decision | None = None) -> RobotBody:
+    def declare_found(name: Id, body: Decision | None = None) -> RobotBody:
         """Use a lost robot again. 409 if it is not lost or has not reported the end of its script."""
         world = robots.robot(name).view.world
         lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
         return _robot(robots.robot(name))
 
     @router.get("/robots/{name}/trace", responses=declared(409, 429, 504))
-    async def get_trace(name: str, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
+    async def get_trace(name: Id, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
         """The robot's behaviour synthesis in the last seconds, queried from the robot (504 if it does not answer).
 
         Times are the world's clock. A tick's (r, u) are in the order of its stretch's `patterns` and `dofs`.
@@ -90,12 +91,12 @@ def robots_router(
         return await to_thread.run_sync(ask, limiter=waiting)
 
     @router.get("/robots/{name}/tuning")
-    def get_tuning(name: str, response: Response) -> TuningBody:
+    def get_tuning(name: Id, response: Response) -> TuningBody:
         """Every parameter of the robot's packets, with its overrides."""
         return _tuning(tunings.get(name), response)
 
     @router.put("/robots/{name}/tuning", responses=declared(412))
-    def set_tuning(name: str, body: SetTuning, response: Response, if_match: IfMatch = None) -> TuningBody:
+    def set_tuning(name: Id, body: SetTuning, response: Response, if_match: IfMatch = None) -> TuningBody:
         """Override parameters of the robot's packets from its next packet on; replaces the earlier overrides.
 
         With `If-Match`, only if they were not changed since (412). Delivery is repeated until the robot answers, and
@@ -106,7 +107,7 @@ def robots_router(
             body.tuning,
             actor=ACTOR,
             comment=body.comment,
-            expected_version=version_of(if_match, "the tuning"),
+            expected_version=version_of(if_match),
         )
         return _tuning(tuned, response)
 

@@ -1,5 +1,6 @@
 """Server-sent events: the event log, resumable by `Last-Event-ID`, and the robots' telemetry."""
 
+import logging
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,9 +11,11 @@ from anyio import to_thread
 from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from sqlalchemy.exc import DBAPIError
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.agents import RobotBoard
 from app.api.event_schema import RESET
+from app.api.parameters import MAX_NAME_LENGTH
 from app.api.problems import declared
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, NotFound
@@ -137,19 +140,50 @@ class Streams:
             for index, item in enumerate(items)
         ]
 
-    def refuse_too_many(self) -> None:
-        """:raises Busy: if as many streams are open as may be."""
+    async def admit(self) -> AsyncIterator[None]:
+        """A dependency that counts a stream from before it is answered until after its end.
+
+        :raises Busy: if as many streams are open as may be.
+        """
         if self.open.count >= self.max_open:
             raise Busy(
                 f"{self.open.count} streams are open, the limit (MACTA_OPEN_STREAMS); close some",
                 code="too-many-streams",
             )
+        with self.open:
+            yield
 
     async def _open(self, request: Request) -> bool:
         return not self.stopping.is_set() and not await request.is_disconnected()
 
     async def _wait(self, wait: Callable[[int, float], int], generation: int) -> int:
         return await to_thread.run_sync(wait, generation, WAIT_S, limiter=self.waiting)
+
+
+class DepartureMiddleware:
+    """ASGI middleware that takes clients which leave in the middle of a stream for what they are, not for defects.
+
+    FastAPI closes a stream before it ends the task that writes to it; the task may then raise BrokenResourceError.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        has_left = False
+
+        async def receiving() -> Message:
+            nonlocal has_left
+            message = await receive()
+            has_left = has_left or message["type"] == "http.disconnect"
+            return message
+
+        try:
+            await self._app(scope, receiving, send)
+        except* anyio.BrokenResourceError:
+            if not has_left:
+                raise
+            logging.getLogger(__name__).debug("a client left the stream %s", scope["path"])
 
 
 def streams_router(
@@ -173,7 +207,7 @@ def streams_router(
         max_open=max_open,
     )
 
-    limited = [Depends(streams.refuse_too_many)]
+    limited = [Depends(streams.admit)]
 
     @router.get("/events", response_class=EventSourceResponse, dependencies=limited, responses=declared(429))
     async def stream_events(
@@ -187,17 +221,16 @@ def streams_router(
         ] = True,
     ) -> AsyncIterator[ServerSentEvent]:
         """The current state first, then every change; `Last-Event-ID` resumes after that event instead."""
-        with streams.open:
-            seen = after if last_event_id is None else last_event_id
-            async for event in streams.changes(request, seen, newest, state=state):
-                yield event
+        seen = after if last_event_id is None else last_event_id
+        async for event in streams.changes(request, seen, newest, state=state):
+            yield event
 
     _add_telemetry(router, streams)
     return router
 
 
 def _add_telemetry(router: APIRouter, streams: Streams) -> None:
-    def known_world(world: str) -> str:
+    def known_world(world: Annotated[str, Query(min_length=1, max_length=MAX_NAME_LENGTH)]) -> str:
         # Before the stream begins; later it could not be answered as a problem.
         if world not in streams.clocks:
             raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(streams.clocks))
@@ -206,7 +239,7 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
     @router.get(
         "/telemetry",
         response_class=EventSourceResponse,
-        dependencies=[Depends(streams.refuse_too_many)],
+        dependencies=[Depends(streams.admit)],
         responses=declared(404, 429),
     )
     async def stream_telemetry(
@@ -216,9 +249,8 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
 
         Ten times a second; once a second while only times, batteries and used energy change.
         """
-        with streams.open:
-            async for event in streams.telemetry(request, world):
-                yield event
+        async for event in streams.telemetry(request, world):
+            yield event
 
 
 def _reset(seen: int | None) -> dict[str, Any]:

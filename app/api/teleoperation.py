@@ -6,14 +6,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.agents.teleoperation import Drive, Teleoperation
 from app.api.bodies import Request
 from app.api.goals import ACTOR
+from app.api.parameters import Id
 from app.api.problems import declared
 from app.api.worlds import TAGS
 
 SESSION = Field(
     min_length=1,
     max_length=64,
-    pattern=r"^[\w.:-]+$",
-    description="of the client's own making, a new one each time it takes control; tells two operators apart",
+    pattern=r"^[A-Za-z0-9_.:-]+$",
+    description="chosen by the client, a new one each time it takes control; distinguishes operators",
 )
 
 
@@ -33,10 +34,10 @@ class DriveBody(BaseModel):
 
     robot: str
     driver: str
-    driving: bool = Field(description="the robot says that it goes by this driver's set-points")
+    driving: bool = Field(description="True if the robot reports that it follows this driver's set-points")
     last_heard_s: float | None = Field(description="seconds ago, wall clock")
     valid_s: float = Field(
-        description="world seconds after which the robot stands if no other set-point comes"
+        description="world seconds after which the robot stops unless another set-point arrives"
     )
     most_m_s: float
     most_rad_s: float
@@ -46,12 +47,13 @@ def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/robots/{name}:teleoperate", status_code=202, responses=declared(409))
-    def teleoperate(name: str, body: SetPointRequest) -> DriveBody:
+    def teleoperate(name: Id, body: SetPointRequest) -> DriveBody:
         """Drive the robot at this speed until the next set-point, at most for `valid_s`.
 
-        The first takes control, and one operator at a time has it; send one about five times a second. What is in the
-        robot's way still counts. 409 says why the robot is not to be driven: lost, out of contact, on a mission,
-        another's, or not willing; after that, or after three seconds without a set-point, take control again.
+        The first set-point takes control; only one operator at a time has it. Send about five set-points a second. The
+        robot still avoids obstacles. 409 says why the robot cannot be driven: declared lost, out of contact, on a
+        mission, driven by another operator, or refused by the robot. After a 409, or three seconds without a
+        set-point, control has to be taken again, with a new session.
         """
         drive = teleoperation.drive(
             name, _driver(body.session), speed_m_s=body.speed_m_s, turn_rad_s=body.turn_rad_s
@@ -59,9 +61,9 @@ def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
         return _body(drive)
 
     @router.post("/robots/{name}:end_teleoperation", status_code=202, responses=declared(409))
-    def end_teleoperation(name: str, body: Release) -> DriveBody:
+    def end_teleoperation(name: Id, body: Release) -> DriveBody:
         """Release the robot: it stops at once."""
-        return _body(teleoperation.let_go(name, _driver(body.session)))
+        return _body(teleoperation.release(name, _driver(body.session)))
 
     return router
 

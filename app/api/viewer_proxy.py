@@ -23,7 +23,7 @@ from app.api.auth import own_origin
 from app.api.streams import OpenCount
 
 Upstream = Callable[[], str | None]
-"""The viser server's address, `http://127.0.0.1:PORT`, or None while there is none."""
+"""The viser server's address, `http://USER:SECRET@127.0.0.1:PORT`, or None while there is none."""
 Authenticate = Callable[[HTTPConnection], bool]
 
 

@@ -20,8 +20,10 @@ from app.api.bodies import (
 )
 from app.api.etags import IfMatch, version_of
 from app.api.goals import ACTOR
+from app.api.parameters import Id
 from app.api.problems import declared
 from app.domain.durations import Kind, Learned
+from app.domain.world_model.timeliness import DatedFact
 from app.store.unknowns import Unknown
 from planner import Fact
 from robots.wire import SymbolicFact
@@ -39,28 +41,28 @@ def worlds_router(worlds: WorldService) -> APIRouter:
         )
 
     @router.get("/worlds/{world_id}")
-    def get_world(world_id: str) -> WorldBody:
+    def get_world(world_id: Id) -> WorldBody:
         return WorldBody.model_validate(worlds.get(world_id), from_attributes=True)
 
     @router.get("/worlds/{world_id}/facts")
-    def get_facts(world_id: str, response: Response) -> FactsBody:
+    def get_facts(world_id: Id, response: Response) -> FactsBody:
         """Every believed fact with its source and time (world's clock)."""
         return _facts(worlds, world_id, response)
 
     @router.get("/worlds/{world_id}/unknown")
-    def get_unknown(world_id: str) -> Page[UnknownBody]:
+    def get_unknown(world_id: Id) -> Page[UnknownBody]:
         """What is unknown: samples without a place, robots that are lost or do not answer."""
         samples = {sample.name for sample in worlds.world(world_id).samples}
         return Page(items=[_unknown(worlds, one, samples) for one in worlds.unknown(world_id)])
 
     @router.get("/worlds/{world_id}/durations")
-    def get_durations(world_id: str) -> Page[DurationBody]:
+    def get_durations(world_id: Id) -> Page[DurationBody]:
         """Durations learned from robots' reports; plans use them."""
         return Page(items=[_duration(*known) for known in worlds.durations(world_id).items()])
 
     @router.put("/worlds/{world_id}/facts", responses=declared(409, 412))
     def correct_facts(
-        world_id: str,
+        world_id: Id,
         body: CorrectFacts,
         response: Response,
         if_match: IfMatch = None,
@@ -75,7 +77,7 @@ def worlds_router(worlds: WorldService) -> APIRouter:
             [(fact.predicate, fact.args, fact.value) for fact in body.facts],
             actor=ACTOR,
             comment=body.comment,
-            expected_version=version_of(if_match, "the facts"),
+            expected_version=version_of(if_match),
         )
         return _facts(worlds, world_id, response, dropped)
 
@@ -107,12 +109,20 @@ def _believed(worlds: WorldService, known: Mapping[str, Any]) -> BelievedBody:
 
 
 def _unknown(worlds: WorldService, one: Unknown, samples: Collection[str]) -> UnknownBody:
-    last = None
-    if one.last is not None:
-        predicate, args = worlds.relation(one.last.fact)
-        last = BelievedBody(predicate=predicate, args=args, source=one.last.source, at_s=one.last.at_s)
     kind: Literal["sample", "robot"] = "sample" if one.name in samples else "robot"
-    return UnknownBody(name=one.name, kind=kind, reason=one.reason, since_s=one.since_s, last_believed=last)
+    return UnknownBody(
+        name=one.name,
+        kind=kind,
+        reason=one.reason,
+        since_s=one.since_s,
+        last_believed=None if one.last is None else _dated(worlds, one.last),
+        earlier_believed=[_dated(worlds, before) for before in one.earlier],
+    )
+
+
+def _dated(worlds: WorldService, known: DatedFact) -> BelievedBody:
+    predicate, args = worlds.relation(known.fact)
+    return BelievedBody(predicate=predicate, args=args, source=known.source, at_s=known.at_s)
 
 
 def _duration(kind: Kind, learned: Learned) -> DurationBody:

@@ -3,15 +3,10 @@
 import socket
 import threading
 
-from sqlalchemy.exc import SQLAlchemyError
-
-from app.cli.long_running import world_over_broker
+from app.cli.long_running import fleet_over_broker
 from app.cli.settings import settings_of
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Invalid, Unavailable
-from app.store import Database
-from app.workflows import PLANNING
-from app.workflows.leases import executors
 from robots.world import WorldFile
 
 TIMEOUT_S = 10.0
@@ -23,6 +18,12 @@ def worker_alive() -> str:
 
     :raises Unavailable: if no worker has sent a heartbeat lately.
     """
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from app.store import Database
+    from app.workflows import PLANNING
+    from app.workflows.leases import executors
+
     settings = settings_of({}, keeps_folder=False)
     if not settings.database_is_shared:
         raise Invalid("MACTA_DATABASE_URL: set the PostgreSQL database that the worker and the service share")
@@ -30,14 +31,16 @@ def worker_alive() -> str:
     try:
         known = executors(database)
     except SQLAlchemyError as error:
-        raise Unavailable("the database does not answer") from error
+        raise Unavailable("the database does not answer; check MACTA_DATABASE_URL") from error
     finally:
         database.close()
     host = socket.gethostname()
     for one in known:
         if one.alive and one.host == host and PLANNING.name in one.serves:
             return f"process {one.pid} plans; last heartbeat {one.seen_s:.0f} s ago"
-    raise Unavailable(f"no living process on {host} plans")
+    raise Unavailable(
+        f"no running planning process of {host} is registered in the database; start `macta worker` there"
+    )
 
 
 def fleet_alive(world: WorldFile, *, wall: WallClock = SYSTEM_CLOCK) -> str:
@@ -48,13 +51,14 @@ def fleet_alive(world: WorldFile, *, wall: WallClock = SYSTEM_CLOCK) -> str:
     broker = settings_of({}, keeps_folder=False).broker()
     if broker is None:
         raise Invalid("MACTA_BROKER_URL: set the broker's address")
-    with world_over_broker(broker, world) as running:
-        assert running.fleet is not None
-        running.fleet.start()
+    with fleet_over_broker(broker, world) as fleet:
+        fleet.start()
         never = threading.Event()
         give_up = wall.monotonic_s() + TIMEOUT_S
-        while running.fleet.run is None:
+        while fleet.run is None:
             if wall.monotonic_s() > give_up:
-                raise Unavailable(f"the fleet of {world.name} is not heard at {broker}")
+                raise Unavailable(
+                    f"the fleet of {world.name} does not announce itself on broker {broker}; start `macta fleet`"
+                )
             wall.wait(never, 0.05)
-        return f"the fleet of {world.name} is running, at {running.clock.now_s():.0f} s"
+        return f"the fleet of {world.name} is running, at {fleet.clock.now_s():.0f} s"

@@ -12,8 +12,9 @@ from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
 from app.cli.goal_input import parse_goals
 from app.cli.ground_truth import holds
-from app.cli.render import show_plan, show_repairs, show_startup
+from app.cli.render import show_plan, show_repairs
 from app.cli.settings import settings_of
+from app.cli.start_progress import StartProgress
 from app.composition import RunningWorld, Service
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
@@ -45,7 +46,6 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
     parse_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
-    show_startup(console)
     with tempfile.TemporaryDirectory(prefix="macta-demo-") as folder:
         settings = settings_of({"data": Path(folder), "database_url": None})
         return _run(console, settings, world, text, speed, seed)
@@ -55,11 +55,16 @@ def _run(
     console: Console, settings: Settings, world: WorldFile, text: str, speed: float | None, seed: int
 ) -> int:
     """Plan the goal, approve the plan and show the mission in a new simulated world."""
-    with SimulationProcess.start(world, seed=seed, speed=speed) as simulation:
+    with (
+        StartProgress(console) as progress,
+        SimulationProcess.start(world, seed=seed, speed=speed, tell=progress.tell) as simulation,
+    ):
         running = RunningWorld(
             file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
         )
-        with Service(settings, [running]) as service:
+        with Service(settings, [running], tell=progress.tell) as service:
+            service.planner_ready.result()
+            progress.end()
             request = GoalRequest(world=world.name, text=text, recovery=Policy.AUTO)
             goal = _wait_until_planned(service, service.goals.submit(request, actor=OPERATOR))
             if goal.plan_id is None or goal.state != GoalState.PLANNED:

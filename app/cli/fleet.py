@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from app.cli.long_running import end_signal, log_warnings, report_new_run, warn_if_unencrypted
+from app.cli.long_running import end_signal, log_warnings, report_new_run, warn_of_broker
 from app.cli.settings import settings_of
 from app.domain.errors import Invalid, Unavailable
 from robots.link.channel import LinkClosed
@@ -18,11 +18,11 @@ TURN_S = 0.02
 
 
 def fleet(
-    world: WorldFile, speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
+    world: WorldFile, speed: float, seed: int, given: Mapping[str, Any], *, start_new: bool = False
 ) -> None:
     """Run until SIGINT or SIGTERM. The world goes on from its snapshot in the data folder.
 
-    :param afresh: start the world again instead of from its snapshot.
+    :param start_new: start the world again instead of from its snapshot.
     :raises Invalid: if no broker is set, or it refuses the fleet.
     :raises Unavailable: if another fleet drives the world, or the simulation has ended.
     """
@@ -31,8 +31,8 @@ def fleet(
     if broker is None:
         raise Invalid("--broker: set the broker's address, mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
     log_warnings()
-    warn_if_unencrypted(broker)
-    snapshots = SnapshotSettings(folder=settings.data / "worlds", any_run=True, start_new=afresh)
+    warn_of_broker(broker)
+    snapshots = SnapshotSettings(folder=settings.data / "worlds", any_run=True, start_new=start_new)
     with (
         end_signal() as ending,
         SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation,
@@ -66,11 +66,11 @@ class _Relay:
             for message in self._link.receive():
                 self._simulation.send(message)
         except LinkClosed as error:
-            raise Unavailable(f"world {self._world.name} cannot go on: {error}") from error
+            raise Unavailable(f"world {self._world.name} cannot continue: {error}") from error
         self._link.announce(self._simulation.now_s(), self._speed)
         if self._link.superseded:
             raise Unavailable(
-                f"another fleet drives world {self._world.name} at {self._broker}; this one ends"
+                f"another fleet took over world {self._world.name} on broker {self._broker}; this one ends"
             )
         if not self._is_ready:
             self._get_ready()

@@ -5,15 +5,17 @@ import signal
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 from rich.markup import escape
 
-from app.agents.running_world import RunningWorld
 from robots.link.mqtt import Broker, ServiceLink
 from robots.world import WorldFile
 from sim.snapshot import digest_of
+
+if TYPE_CHECKING:
+    from app.agents.running_world import RunningWorld
 
 T = TypeVar("T")
 
@@ -45,24 +47,41 @@ def enter_all(blocks: Iterable[AbstractContextManager[T]]) -> Iterator[Sequence[
 
 
 @contextmanager
-def world_over_broker(broker: Broker, world: WorldFile) -> Iterator[RunningWorld]:
-    """The world as its fleet drives it, reached over a broker; the fleet may come later."""
-    warn_if_unencrypted(broker)
+def fleet_over_broker(broker: Broker, world: WorldFile) -> Iterator[ServiceLink]:
+    """The link to the world's fleet, which may come later."""
     fleet = ServiceLink(world.name, [robot.name for robot in world.robots], broker, digest=digest_of(world))
     try:
-        yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
+        yield fleet
     finally:
         fleet.close()
 
 
-def warn_if_unencrypted(broker: Broker) -> None:
-    """Warn that a password is sent in clear text."""
-    if broker.password is not None and not broker.is_private:
-        Console(stderr=True).print(
-            f"[yellow]{escape(str(broker))} is not encrypted: the password can be read on its way; say mqtts://[/]"
+@contextmanager
+def world_over_broker(broker: Broker, world: WorldFile) -> "Iterator[RunningWorld]":
+    """The world as its fleet drives it, reached over a broker."""
+    from app.agents.running_world import RunningWorld
+
+    with fleet_over_broker(broker, world) as fleet:
+        yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
+
+
+def warn_of_broker(broker: Broker | None) -> None:
+    """Warn that others may read the password, or speak for robots."""
+    if broker is None:
+        return
+    if broker.is_anonymous and not broker.is_on_loopback:
+        _warn(
+            f"{broker} lets in whoever reaches it, to speak for any robot: give it passwords, and set"
+            " MACTA_BROKER_USERNAME and MACTA_BROKER_PASSWORD (docs/production.md)"
         )
+    if broker.password is not None and not broker.is_private:
+        _warn(f"{broker} is not encrypted: the password can be read on its way; say mqtts://")
+
+
+def _warn(text: str) -> None:
+    Console(stderr=True).print(f"[yellow]{escape(text)}[/]", soft_wrap=True)
 
 
 def report_new_run(world: str, why: str) -> None:
     """Say why a world starts again instead of going on from its snapshot."""
-    Console(stderr=True).print(f"World {world} begins afresh: {escape(why)}.", soft_wrap=True)
+    Console(stderr=True).print(f"World {world} starts a new run: {escape(why)}.", soft_wrap=True)

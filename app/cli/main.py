@@ -2,7 +2,7 @@
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -18,7 +18,6 @@ from app.cli.options import (
     named_worlds,
     reported_errors,
 )
-from planner import Objective, PlanningRequest, load_knowledge_base
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -64,7 +63,7 @@ def serve(
             speed or 1.0,
             seed,
             {k: v for k, v in given.items() if v is not None},
-            afresh=afresh,
+            start_new=afresh,
         )
     leave(0)
 
@@ -92,7 +91,9 @@ def plan(
     effort: Annotated[
         float | None, typer.Option(min=0, help="Seconds to improve the first plan (default: by its size).")
     ] = None,
-    objective: Annotated[Objective, typer.Option(help="Quantity to minimise.")] = Objective.MAKESPAN,
+    objective: Annotated[
+        Literal["makespan", "robots", "energy"], typer.Option(help="Quantity to minimise.")
+    ] = "makespan",
     deadline: Annotated[float | None, typer.Option(help="Seconds until every goal must be true.")] = None,
     engine: Annotated[
         str,
@@ -121,10 +122,11 @@ def plan(
     """Plan without a service and print the plan-net. Ctrl-C stops with the best plan so far."""
     from app.cli.plan import ExtrasRequest, plan_pddl
     from app.cli.plan import plan as run
+    from planner import Objective, PlanningRequest, load_knowledge_base
 
     extras = ExtrasRequest(alternatives=alternatives, explanation=explain)
     with reported_errors():
-        request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=objective)
+        request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=Objective(objective))
         if domain and problem and not (goal or pddl or knowledge_base or deadline):
             given = (domain, problem, agent or [], request)
             raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, extras=extras))

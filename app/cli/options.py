@@ -6,18 +6,17 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 
-from app.domain.errors import MactaError
-from app.domain.world_model import initial_facts
-from planner import KnowledgeBase, KnowledgeBaseError, load_knowledge_base
-from robots.repertoire import load_repertoire
-from robots.world import WorldFile, WorldFileError, load_world
-from sim import SimulationError
+from app.domain.errors import Invalid, MactaError
+
+if TYPE_CHECKING:
+    from planner import KnowledgeBase
+    from robots.world import WorldFile
 
 World = Annotated[
     str, typer.Option(help="Name of a world that ships with Macta, or a world file.", metavar="NAME|FILE")
@@ -68,29 +67,38 @@ def reported_errors() -> Iterator[None]:
         leave(130)
     except MactaError as error:
         fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
-    except (SimulationError, KnowledgeBaseError) as error:
-        fail(str(error))
     except Exception as error:
-        from app.store import unavailable_reason
+        # NOTE: imported here, for most commands need none of it, and the errors are raised by what is imported then.
+        from planner.errors import KnowledgeBaseError
+        from sim.error import SimulationError
 
-        if (why := unavailable_reason(error)) is None:
+        if isinstance(error, (SimulationError, KnowledgeBaseError)):
+            fail(str(error))
+        from app.store import unusable_reason
+
+        if (why := unusable_reason(error)) is None:
             raise
-        fail(f"the database cannot be used: {why}; MACTA_DATABASE_URL says which it is")
+        fail(f"the database cannot be used: {why}; MACTA_DATABASE_URL or --data says which it is")
 
 
-def named_world(name: str, knowledge_base: KnowledgeBase | None = None) -> WorldFile:
+def named_world(name: str, knowledge_base: "KnowledgeBase | None" = None) -> "WorldFile":
     """The world; exits if its file is invalid or its facts are not of the vocabulary."""
+    from app.domain.world_model import initial_facts
+    from planner import KnowledgeBaseError, load_knowledge_base
+    from robots.repertoire import load_repertoire
+    from robots.world import WorldFileError, load_world
+
     try:
         world = load_world(name, check_tuning=lambda tuning: load_repertoire().tuned(tuning))
         initial_facts(world, knowledge_base or load_knowledge_base())
     except WorldFileError as error:
         fail(str(error))
-    except KnowledgeBaseError as error:
+    except (KnowledgeBaseError, Invalid) as error:
         fail(f"{name} is not a valid world: facts: {error}")
     return world
 
 
-def named_worlds(names: Sequence[str] | None) -> Sequence[WorldFile]:
+def named_worlds(names: Sequence[str] | None) -> "Sequence[WorldFile]":
     """The worlds of one service; exits if one is invalid, or two worlds or robots have the same name."""
     worlds = [named_world(name) for name in names or ("sample_store",)]
     known: dict[str, str] = {}

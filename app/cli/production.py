@@ -24,7 +24,7 @@ def fleet(
     given = {"broker_url": broker, "data": data}
     with reported_errors():
         options = {k: v for k, v in given.items() if v is not None}
-        run(named_world(world), speed or 1.0, seed, options, afresh=afresh)
+        run(named_world(world), speed or 1.0, seed, options, start_new=afresh)
     leave(0)
 
 

@@ -18,13 +18,6 @@ LONGEST_PATH = 12
 MAX_WAITS = 5
 
 
-def show_startup(console: Console) -> None:
-    """Say why the start may take a while."""
-    console.print(
-        "[dim]Starting; the first start compiles the planner, which can take minutes on a slow machine.[/]"
-    )
-
-
 def show_plan(console: Console, plan: PlanBody) -> None:
     """The actions with their time windows, the causal links, why each robot was chosen, and what it all takes."""
     console.print(_actions(plan))

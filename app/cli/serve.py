@@ -3,32 +3,46 @@
 import errno
 import gc
 import os
+import secrets
 import signal
 import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from types import FrameType
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-import uvicorn
 from rich.console import Console
 from rich.markup import escape
 
-from app.cli.long_running import enter_all, log_warnings, report_new_run, world_over_broker
-from app.cli.render import show_startup
+from app.api.connections import BoundedListener, ConnectionLimits, Connections, throttle_warnings
+from app.cli.http_server import HttpServer
+from app.cli.long_running import (
+    end_signal,
+    log_warnings,
+    report_new_run,
+    warn_of_broker,
+    world_over_broker,
+)
 from app.cli.settings import settings_of
-from app.composition import RunningWorld, Service
-from app.domain.errors import Invalid
-from app.missions.world_start import recorded_run
+from app.cli.start_progress import StartProgress
+from app.domain.errors import Invalid, Unavailable
+from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.work import make_engine
 from app.settings import Settings
+from app.store.recorded_run import recorded_run
 from robots.world import WorldFile
 from sim import SnapshotSettings, SupervisedWorld
 
-GRACE_S = 3
-"""How long open event streams may delay the shutdown."""
+if TYPE_CHECKING:
+    from app.agents.running_world import RunningWorld
+    from app.composition import Service
+
+READY_POLL_S = 0.05
+ALIVE_POLL_S = 1.0
 
 
 class Viewer:
@@ -37,10 +51,12 @@ class Viewer:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._port = 0
+        self._secret = secrets.token_urlsafe(32)
 
     def address(self) -> str | None:
+        """Its address with its secret, which nobody but this process knows."""
         running = self._process is not None and self._process.poll() is None
-        return f"http://127.0.0.1:{self._port}" if running else None
+        return f"http://relay:{self._secret}@127.0.0.1:{self._port}" if running else None
 
     def start(self, *, api: str, token: str) -> None:
         with socket.socket() as free:
@@ -60,7 +76,7 @@ class Viewer:
         ]
         self._process = subprocess.Popen(
             command,
-            env={**os.environ, "MACTA_TOKEN": token},
+            env={**os.environ, "MACTA_TOKEN": token, "MACTA_VIEWER_SECRET": self._secret},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             start_new_session=True,
@@ -77,104 +93,145 @@ class Viewer:
             self._process.wait()
 
 
-class Server(uvicorn.Server):
-    """Shuts down on SIGINT and SIGTERM: open streams end first, and the signal is not raised again."""
-
-    def __init__(self, config: uvicorn.Config, stopping: threading.Event) -> None:
-        super().__init__(config)
-        self._stopping = stopping
-
-    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        self._stopping.set()
-        self.force_exit = self.should_exit and sig == signal.SIGINT
-        self.should_exit = True
-
-
 def serve(
-    worlds: Sequence[WorldFile], speed: float, seed: int, given: Mapping[str, Any], *, afresh: bool = False
+    worlds: Sequence[WorldFile], speed: float, seed: int, given: Mapping[str, Any], *, start_new: bool = False
 ) -> None:
-    """Run until SIGINT or SIGTERM.
+    """Run until SIGINT or SIGTERM. The API is served while the planner warms up, for as long as that takes.
 
     :param worlds: one or more.
-    :param afresh: start the worlds again instead of from their snapshots.
+    :param start_new: start the worlds again instead of from their snapshots.
     :raises Invalid: if a setting is wrong or the address is taken, before anything starts.
+    :raises Unavailable: if no planning process starts.
     """
     settings = settings_of(given)
     broker = settings.broker()
     log_warnings()
-    with listen(settings) as listener:
-        show_startup(Console(stderr=True))
+    warn_of_broker(broker)
+    throttle_warnings()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as SIGINT does, it interrupts the start
+    with (
+        listen(settings) as listener,
+        HttpServer(listener) as server,
+        StartProgress(Console(stderr=True)) as progress,
+        ExitStack() as parts,
+    ):
+        worker = PlanningWorker(
+            make_engine,
+            processes=settings.planning_processes,
+            memory_mb=settings.planning_memory_mb,
+            tell=progress.tell,
+        )
+        parts.callback(worker.close)
+        worker.warm_up()
+        threads = ThreadPoolExecutor(len(worlds))
+        parts.callback(threads.shutdown, wait=False, cancel_futures=True)
+        start = partial(
+            _simulation, settings=settings, speed=speed, seed=seed, start_new=start_new, progress=progress
+        )
+        simulations = [threads.submit(start, world) for world in worlds if broker is None]
+        # NOTE: imported here, which takes seconds, while the server answers and the other processes start.
+        from app.composition import Service
+
+        if broker is None:
+            running = [
+                parts.enter_context(_embedded(world, simulation.result(), speed))
+                for world, simulation in zip(worlds, simulations, strict=True)
+            ]
+        else:
+            running = [parts.enter_context(world_over_broker(broker, world)) for world in worlds]
         viewer = Viewer()
-        with (
-            enter_all(
-                _embedded(world, settings, speed, seed, afresh)
-                if broker is None
-                else world_over_broker(broker, world)
-                for world in worlds
-            ) as running,
-            Service(settings, running, viewer=viewer.address) as service,
-        ):
-            config = uvicorn.Config(
-                service.api,
-                log_level="warning",
-                access_log=False,
-                timeout_graceful_shutdown=GRACE_S,
-                ws_max_size=64 * 2**20,
-            )
-            server = Server(config, service.stopping)
-            announce = threading.Thread(
-                target=_announce, args=(server, listener, service, viewer, worlds), daemon=True
-            )
-            announce.start()
-            gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
-            try:
-                server.run(sockets=[listener])
-            finally:
-                viewer.stop()
+        service = parts.enter_context(Service(settings, running, viewer=viewer.address, worker=worker))
+        server.serve(service.api)
+        gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
+        try:
+            with end_signal() as ending:
+                _attend(ending, server, service, viewer, progress)
+        finally:
+            service.stopping.set()
+            viewer.stop()
+            server.stop()
+
+
+def _simulation(
+    world: WorldFile, *, settings: Settings, speed: float, seed: int, start_new: bool, progress: StartProgress
+) -> SupervisedWorld:
+    """The world, simulated by a child process from its snapshot in the data folder. It stands still as yet."""
+    snapshots = SnapshotSettings(
+        folder=settings.data / "worlds",
+        run=recorded_run(settings.resolved_database_url(), world.name),
+        start_new=start_new,
+    )
+    simulation = SupervisedWorld.start(
+        world, snapshots, seed=seed, speed=speed, jitter_m=0.0, tell=progress.tell
+    )
+    _report_world(world, simulation)
+    simulation.pause()
+    return simulation
+
+
+def _attend(
+    ending: threading.Event, server: HttpServer, service: "Service", viewer: Viewer, progress: StartProgress
+) -> None:
+    """Start the 3D view and print the address once goals are planned; wait for the end.
+
+    :raises Unavailable: if no planning process starts, or the HTTP server has ended by itself.
+    """
+    while not service.planner_ready.done():
+        if ending.wait(READY_POLL_S):
+            return
+    service.planner_ready.result()
+    progress.end()
+    host = service.settings.host
+    shown = f"[{host}]" if ":" in host else host
+    reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
+    viewer.start(api=f"http://{reachable}:{server.port}", token=service.token)
+    # NOTE: plain print: rich would break the address at the terminal's width.
+    # A token of the environment is known to the person who set it, and is not for the log.
+    shown_token = f"?token={service.token}" if service.settings.token is None else ""
+    print(f"Macta is ready: http://{shown}:{server.port}/{shown_token}", flush=True)
+    Console(stderr=True).print(
+        f"[dim]World {', '.join(service.clocks)}; the record is in {escape(service.settings.database_location)}. "
+        "Ctrl-C ends.[/]"
+    )
+    while not ending.wait(ALIVE_POLL_S):
+        if not server.is_alive:
+            raise Unavailable("the HTTP server has ended; the log says why")
 
 
 @contextmanager
-def _embedded(
-    world: WorldFile, settings: Settings, speed: float, seed: int, afresh: bool
-) -> Iterator[RunningWorld]:
-    """The world, simulated by a child process from its snapshot in the data folder."""
-    snapshots = SnapshotSettings(
-        folder=settings.data / "worlds", run=recorded_run(settings, world.name), start_new=afresh
-    )
-    with SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation:
-        running = RunningWorld(
+def _embedded(world: WorldFile, simulation: SupervisedWorld, speed: float) -> Iterator["RunningWorld"]:
+    """The world as the service has it; it goes on once the service receives."""
+    from app.agents.running_world import RunningWorld
+
+    with simulation:
+        yield RunningWorld(
             file=world,
             link=simulation,
             clock=simulation,
             rate=speed,
             run=simulation.run,
-            why_afresh=simulation.not_resumed_because,
-            let_go=lambda: simulation.pause(False),
+            new_run_reason=simulation.not_resumed_because,
+            resume=lambda: simulation.pause(False),
         )
-        _report_world(running)
-        simulation.pause()
-        yield running
 
 
-def _report_world(world: RunningWorld) -> None:
+def _report_world(world: WorldFile, simulation: SupervisedWorld) -> None:
     """Say on standard error whether the world goes on from its snapshot."""
-    if world.why_afresh:
-        report_new_run(world.file.name, world.why_afresh)
-    elif world.clock.now_s() > 0:
-        Console(stderr=True).print(f"[dim]World {world.file.name} goes on at {world.clock.now_s():.0f} s.[/]")
+    if simulation.not_resumed_because:
+        report_new_run(world.name, simulation.not_resumed_because)
+    elif simulation.now_s() > 0:
+        Console(stderr=True).print(f"[dim]World {world.name} goes on at {simulation.now_s():.0f} s.[/]")
 
 
-def listen(settings: Settings) -> socket.socket:
+def listen(settings: Settings) -> BoundedListener:
     """A socket bound to the settings' host and port.
 
-    :raises Invalid: if it cannot be bound there.
+    :raises Invalid: if it cannot be bound there, or hardly any file may be opened.
     """
     host = settings.host
     port = settings.port
-    listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    # asyncio sets it only on sockets that it makes; without it a response body waits 40 ms for an acknowledgement.
-    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connections = Connections(ConnectionLimits.of(settings))
+    listener = BoundedListener(socket.AF_INET6 if ":" in host else socket.AF_INET, connections)
     try:
         listener.bind((host, port))
     except (OSError, UnicodeError) as error:
@@ -186,28 +243,3 @@ def listen(settings: Settings) -> socket.socket:
         why = error.strerror if isinstance(error, OSError) else "no host name"
         raise Invalid(f"cannot listen on host {host!r}: {why}; choose an address of this machine") from error
     return listener
-
-
-def _announce(
-    server: uvicorn.Server,
-    listener: socket.socket,
-    service: Service,
-    viewer: Viewer,
-    worlds: Sequence[WorldFile],
-) -> None:
-    """Once the server answers: start the 3D view and print the addresses."""
-    waiting = threading.Event()
-    while not server.started:
-        if server.should_exit or waiting.wait(0.02):
-            return
-    port = listener.getsockname()[1]
-    host = service.settings.host
-    shown = f"[{host}]" if ":" in host else host
-    reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
-    viewer.start(api=f"http://{reachable}:{port}", token=service.token)
-    # NOTE: plain print: rich would break the address at the terminal's width.
-    print(f"Macta is ready: http://{shown}:{port}/?token={service.token}", flush=True)
-    names = ", ".join(world.name for world in worlds)
-    Console(stderr=True).print(
-        f"[dim]World {names}; the record is in {escape(service.settings.database_location)}. Ctrl-C ends.[/]"
-    )

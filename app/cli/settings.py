@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from app.domain.errors import Invalid
-from app.settings import Settings
+from app.settings import Settings, make_folder
 
 
 def settings_of(given: Mapping[str, Any], *, keeps_folder: bool = True) -> Settings:
@@ -20,7 +20,10 @@ def settings_of(given: Mapping[str, Any], *, keeps_folder: bool = True) -> Setti
     try:
         settings = Settings(**given)
     except ValidationError as error:
-        wrong = (f"{_source(str(e['loc'][0]), given)}: {e['msg']}" for e in error.errors())
+        wrong = (
+            f"{_source(str(e['loc'][0]), given)}: {e['msg'].removeprefix('Value error, ')}"
+            for e in error.errors()
+        )
         raise Invalid("; ".join(wrong)) from error
     if keeps_folder:
         _make_folder(settings.data, _source("data", given))
@@ -34,7 +37,7 @@ def _source(name: str, given: Mapping[str, Any]) -> str:
 
 def _make_folder(folder: Path, source: str) -> None:
     try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        make_folder(folder)
     except FileExistsError as error:
         raise Invalid(f"{source}: {folder} is a file, not a folder") from error
     except OSError as error:

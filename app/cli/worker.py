@@ -5,9 +5,9 @@ from typing import Any
 
 from rich.console import Console
 
-from app.cli.long_running import end_signal, enter_all, log_warnings, world_over_broker
-from app.cli.render import show_startup
+from app.cli.long_running import end_signal, enter_all, log_warnings, warn_of_broker, world_over_broker
 from app.cli.settings import settings_of
+from app.cli.start_progress import StartProgress
 from app.composition import Service
 from app.domain.errors import Invalid
 from app.settings import Settings
@@ -26,13 +26,16 @@ def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
     if broker is None:
         raise Invalid("--broker: set the address of the robots' broker, mqtt://HOST[:PORT]")
     log_warnings()
-    show_startup(Console(stderr=True))
+    warn_of_broker(broker)
     serves = (PLANNING, WAITING)
     with (
         end_signal() as ending,
         enter_all(world_over_broker(broker, world) for world in worlds) as running,
-        Service(settings, running, serves=serves),
+        StartProgress(Console(stderr=True)) as progress,
+        Service(settings, running, serves=serves, tell=progress.tell) as service,
     ):
+        service.planner_ready.result()
+        progress.end()
         names = ", ".join(world.name for world in worlds)
         # NOTE: plain print: rich would break the line at the terminal's width.
         print(

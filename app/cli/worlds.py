@@ -9,7 +9,6 @@ import typer
 
 from app.cli.options import named_world, reported_errors
 from app.domain.errors import Invalid
-from robots.world import StoreShapeError, WorldFile, generate_world, store_shape, world_yaml
 
 commands = typer.Typer(no_args_is_help=True, help="Check and generate world files, print their schema.")
 
@@ -21,7 +20,7 @@ def validate(
     """Check a world file; an error names the field and the choices."""
     with reported_errors():
         world = named_world(file)
-    berths = [len(row) for row in world.rows.values() if len(row) > 1]
+    berths = [len(row) for row in world.places_by_location.values() if len(row) > 1]
     in_berths = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
     locations = f"{len(world.locations)} locations{in_berths}"
     typer.echo(f"{world.name}: valid; {len(world.robots)} robots, {locations}, {len(world.samples)} samples")
@@ -45,6 +44,8 @@ def generate(
     out: Annotated[Path | None, typer.Option(help="File to write (default: standard output).")] = None,
 ) -> None:
     """Write a world file of a sample store of any size; the same options and seed give the same file."""
+    from robots.world import StoreShapeError, generate_world, store_shape, world_yaml
+
     given = {
         "aisles": aisles,
         "store_robots": store_robots,
@@ -59,7 +60,7 @@ def generate(
             shape = store_shape(samples=samples, compartments=compartments, **given)
             text = world_yaml(generate_world(shape, seed=seed))
         except StoreShapeError as error:
-            raise Invalid(f"no such store can be built: {error}") from error
+            raise Invalid(f"a store with these options cannot be generated: {error}") from error
         _write(text, out)
 
 
@@ -76,4 +77,6 @@ def _write(text: str, out: Path | None) -> None:
 @commands.command()
 def schema() -> None:
     """Print the JSON Schema of world files."""
+    from robots.world import WorldFile
+
     typer.echo(json.dumps(WorldFile.model_json_schema(), indent=2))

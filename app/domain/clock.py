@@ -39,6 +39,11 @@ SYSTEM_CLOCK: Final = SystemClock()
 """The default wherever a `WallClock` is a parameter; it has no state."""
 
 
+def pause(clock: WallClock, seconds: float) -> None:
+    """Block for so long."""
+    clock.wait(threading.Event(), seconds)
+
+
 def iso_utc(epoch_s: float) -> str:
     """The instant in ISO 8601, UTC, milliseconds: `2026-01-31T12:00:00.000Z`."""
     return datetime.fromtimestamp(epoch_s, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

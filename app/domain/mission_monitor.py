@@ -26,9 +26,10 @@ LOOK_S = 5.0
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptView:
     """A robot's script as known: `open_question` while a status query is unanswered, `stopping` once told to cancel,
-    `abandoned` if its robot was declared lost, `failed_at` the tag of the packet that failed, `waited` if that packet
-    never began, for another robot was to do something first; `silent_in_s` world seconds at least until the robot's
-    silence is longer than its radio explains, 0 once it is.
+    `abandoned` if its robot was declared lost, `found` if that robot counts again; `failed_at` the tag of the packet
+    that failed, `about` the things and places it was about, `waited` if it never began, for another robot was to do
+    something first; `silent_in_s` world seconds at least until the robot's silence is longer than its radio explains,
+    0 once it is; `doubt` why what the robot claims is not believed.
     """
 
     robot: str
@@ -39,9 +40,13 @@ class ScriptView:
     category: FailureCategory | None = None
     detail: str = ""
     abandoned: bool = False
+    found: bool = False
     failed_at: str = ""
+    about: tuple[str, ...] = ()
     waited: bool = False
+    script_id: str = ""
     silent_in_s: float = inf
+    doubt: str = ""
 
     @property
     def is_silent(self) -> bool:
@@ -62,8 +67,14 @@ class ScriptView:
     def trouble(self) -> Trouble:
         """Only of one that failed. A robot that refuses, or is lost, is of no use for the mission any longer."""
         if self.abandoned:
-            lost = FailureCategory.UNREACHABLE
-            return Trouble(robot=self.robot, category=lost, detail="was declared lost", fit=False)
+            return Trouble(
+                robot=self.robot,
+                category=FailureCategory.UNREACHABLE,
+                detail="was given up as lost and has been found" if self.found else "was declared lost",
+                fit=self.found,
+                script=self.script_id,
+                answered=self.found,
+            )
         category = self.category or FailureCategory.ROBOT
         willing = self.delivery is not Delivery.REFUSED
         return Trouble(
@@ -73,6 +84,8 @@ class ScriptView:
             tag=self.failed_at,
             fit=willing,
             waited=self.waited,
+            script=self.script_id,
+            about=self.about,
         )
 
 
@@ -173,14 +186,22 @@ def _review(view: MissionView, patience_s: float) -> Verdict:
     stopping = any(script.stopping for script in open_scripts)
     if view.why or view.cancel_requested or stopping:
         return _make_safe(view, open_scripts, patience_s)
+    doubted = [script for script in open_scripts if script.doubt]
+    if doubted and view.state is not MissionState.PAUSED:
+        return _doubting(view, doubted)
     if view.asked_for_s is None:
         return _expecting(view, open_scripts)
     return _questioning(view, open_scripts, patience_s)
 
 
-def cancelled() -> Verdict:
-    """Of a mission that the operator cancelled, when no robot is at work for it."""
-    reason = "cancelled by the operator"
+def cancelled(*, came_true: bool = False) -> Verdict:
+    """Of a mission that the operator cancelled, when no robot is at work for it.
+
+    :param came_true: all its goals are believed true.
+    """
+    reason = "cancelled by the operator" + (
+        ", but all that it was to achieve has come true" if came_true else ""
+    )
     why = FailureCategory.CANCELLED
     return Verdict(state=MissionState.CANCELLED, wait_s=0, reason=reason, failure=why)
 
@@ -189,7 +210,7 @@ def _conclusion(view: MissionView) -> Verdict:
     """Every robot has ended its part, well or badly."""
     unfinished = [script for script in view.scripts if script.state is not ScriptState.FINISHED]
     if view.cancel_requested and unfinished:
-        return cancelled()
+        return cancelled(came_true=not view.missed)
     if not view.missed:
         # NOTE: a robot that failed after all goals had come true has not kept the mission from its end.
         return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
@@ -209,7 +230,8 @@ def _recovery(view: MissionView, reason: str) -> Verdict | None:
         view.step in (RecoveryStep.PLANNING, RecoveryStep.DECIDING, RecoveryStep.STUCK)
         and not view.cancel_requested
     ):
-        return Verdict(state=view.state, wait_s=EXTENSION_S, reason=view.reason)
+        now = reason if view.step is RecoveryStep.STUCK else view.reason
+        return Verdict(state=view.state, wait_s=EXTENSION_S, reason=now)
     if view.step is RecoveryStep.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
         return None
     if view.step is RecoveryStep.WAITING and view.left_s > 0:
@@ -252,6 +274,17 @@ def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: fl
     )
 
 
+def _doubting(view: MissionView, doubted: list[ScriptView]) -> Verdict:
+    """Robots claim what cannot be so: they are asked once, and what they say next tells."""
+    return Verdict(
+        state=MissionState.UNKNOWN,
+        wait_s=EXTENSION_S,
+        reason="; ".join(f"{script.robot} {script.doubt}" for script in doubted),
+        failure=FailureCategory.ROBOT,
+        ask=tuple(script.robot for script in doubted) if view.asked_for_s is None else (),
+    )
+
+
 def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
     """The expected time is not over and nobody silent for too long; or robots are to be asked."""
     if view.state is MissionState.PAUSED:
@@ -260,7 +293,7 @@ def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
     if not ask:
         silent_in_s = min(script.silent_in_s for script in open_scripts)
         return Verdict(state=view.state, wait_s=min(view.left_s, max(silent_in_s, LOOK_S)))
-    over = "the expected time is over" if view.left_s <= 0 else f"no word from {', '.join(ask)}"
+    over = "the expected time is over" if view.left_s <= 0 else f"no message from {', '.join(ask)}"
     reason = f"{over}: asking {', '.join(ask)}"
     return Verdict(state=view.state, wait_s=EXTENSION_S, ask=ask, reason=reason)
 

@@ -5,7 +5,7 @@ robots that are of no use any longer; the operator.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any, Self
@@ -50,6 +50,9 @@ class Trouble:
     :param tag: the packet that it failed at; empty if that is not known.
     :param fit: it may be planned with again.
     :param waited: it waited in vain for what another was to do, and has not failed at anything itself.
+    :param script: the id of the script that it could not carry out; empty in old records.
+    :param about: the things and places that the packet was about.
+    :param answered: an operator has seen to it, or the lost robot was found: it speaks against the robot no more.
     """
 
     robot: str
@@ -58,6 +61,18 @@ class Trouble:
     tag: str = ""
     fit: bool = True
     waited: bool = False
+    script: str = ""
+    about: tuple[str, ...] = ()
+    answered: bool = False
+
+    @property
+    def is_loss(self) -> bool:
+        """True if it is that the robot was declared lost."""
+        return self.category is FailureCategory.UNREACHABLE and not self.fit
+
+    def is_answered_by(self, names: Collection[str]) -> bool:
+        """True if a correction that names these robots, things and places may have removed its cause."""
+        return not self.is_loss and (self.robot in names or any(name in names for name in self.about))
 
     def __str__(self) -> str:
         return f"{self.robot}: {self.detail}" if self.detail else self.robot
@@ -67,7 +82,8 @@ class Trouble:
 
     @classmethod
     def from_json(cls, known: Mapping[str, Any]) -> Self:
-        return cls(**{**known, "category": FailureCategory(known["category"])})
+        told = {"category": FailureCategory(known["category"]), "about": tuple(known.get("about", ()))}
+        return cls(**{**known, **told})
 
 
 def policy_for(wish: str | None, *, auto_approve: bool) -> Policy:
@@ -89,9 +105,9 @@ def category_of(troubles: Sequence[Trouble]) -> FailureCategory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """What a mission is not planned with any longer: robots altogether, and packets of robots.
+    """Robots, and single packets of robots, that a mission's repairs must not use.
 
-    A robot that fails at one thing may still do others: to drive out of the way, for one.
+    A robot that failed at one packet may still carry out others, such as driving out of the way.
     """
 
     robots: frozenset[str] = frozenset()
@@ -101,22 +117,23 @@ class LeftOut:
     def words(self) -> tuple[str, ...]:
         return (*sorted(self.robots), *(f"{tag} by {robot}" for robot, tag in sorted(self.packets)))
 
-    def withhold(self, facts: Facts) -> Facts:
-        """The facts without those by which the packets could be planned."""
+    def remove_from(self, facts: Facts) -> Facts:
+        """The facts without those that allow these packets."""
         return frozenset(f for f in facts if f.predicate != CAN or f.args not in self.packets)
 
     def concerns(self, plan_net: PlanNet) -> bool:
-        """True if the plan-net is carried out with something of it."""
+        """True if the plan-net uses one of these robots or packets."""
         parts = {(robot, action.tag) for action in plan_net.actions for robot in action.agents}
         return not self.packets.isdisjoint(parts) or any(robot in self.robots for robot, _ in parts)
 
 
 def left_out(troubles: Iterable[Trouble]) -> LeftOut:
-    """Robots that are lost or unwilling, and what a robot has failed at for the second time.
+    """Robots that are lost or unwilling, and what a robot has failed at for the second time. What is answered does not
+    count.
 
     :param troubles: all that the mission has had so far.
     """
-    had = [one for one in troubles if not one.waited]
+    had = [one for one in troubles if not (one.waited or one.answered)]
     often = {
         known for known, times in Counter((one.robot, one.tag) for one in had).items() if times >= FAILURES
     }

@@ -58,7 +58,7 @@ class BeliefUpdates:
         :param scripts: all of the same plan.
         """
         net = self._plan_nets.of(session, script.plan_id)
-        world = self._facts.locked(session, mission.world)
+        world = self._facts.read_locked(session, mission.world)
         # A robot that was stopped has looked round since; what the others reported later is counted in below.
         going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
         for action_id in actions:
@@ -83,7 +83,7 @@ class BeliefUpdates:
         self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
     ) -> None:
         """Believe what a robot perceives whose script ended early; what it had begun does not count."""
-        world = self._facts.locked(session, mission.world)
+        world = self._facts.read_locked(session, mission.world)
         change = reconcile_report(world.facts, script.robot, report.perceived, self._knowledge_base)
         self._believe(
             session,
@@ -102,7 +102,7 @@ class BeliefUpdates:
 
     def note_upkeep(self, session: Session, report: UpkeepReport, *, world: str, robot: str) -> None:
         """Believe what a robot perceives after it did what no mission asked for, unless something newer is known."""
-        facts = self._facts.locked(session, world)
+        facts = self._facts.read_locked(session, world)
         last_placed_s = max(
             (
                 one.at_s

@@ -53,7 +53,7 @@ class ScriptDispatcher:
             return organised.reason
         for script in organised.scripts:
             newest = script.model_copy(update={"revision": mission.revision})
-            session.add(_script_row(newest, mission.plan_id))
+            session.add(_script_row(newest, mission.plan_id, now_s))
         mission_lifecycle.dispatch(mission)
         if mission.revision > 1:
             mission.revised_at_s = now_s
@@ -80,7 +80,7 @@ def script_id(mission: MissionRow, robot: str) -> str:
     return f"{mission.id}-{robot}" + (f"-{mission.revision}" if mission.revision > 1 else "")
 
 
-def _script_row(script: BehaviourScript, plan_id: str) -> ScriptRow:
+def _script_row(script: BehaviourScript, plan_id: str, now_s: float) -> ScriptRow:
     return ScriptRow(
         id=script.id,
         mission_id=script.mission_id,
@@ -90,4 +90,5 @@ def _script_row(script: BehaviourScript, plan_id: str) -> ScriptRow:
         delivery=Delivery.PENDING,
         packets={},
         perceived=[],
+        given_at_s=now_s,
     )

@@ -1,4 +1,4 @@
-"""A world whose fleet starts by itself: the record follows the run it drives before its robots are spoken with."""
+"""Records the run of a world whose fleet starts by itself, before messages are exchanged with its robots."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -20,14 +20,14 @@ class Fleet(Protocol):
 
     @property
     def taken_up(self) -> str | None:
-        """The run whose robots are spoken with."""
+        """The run that messages are exchanged with."""
         ...
 
     def take_up(self, run: str) -> None: ...
 
 
 class FleetRun:
-    """Starts in the record each run that a world's fleet drives, then lets its robots be spoken with."""
+    """Records each run that a world's fleet drives, then lets messages to and from its robots pass."""
 
     def __init__(
         self,
@@ -36,23 +36,23 @@ class FleetRun:
         fleet: Fleet,
         *,
         waiting: WaitingGoals,
-        speaks: Callable[[], bool] = lambda: True,
+        holds_lease: Callable[[], bool] = lambda: True,
     ) -> None:
         """
-        :param speaks: True while this process, of those that share the record, is the one that keeps it for the world.
+        :param holds_lease: True while this process, of those that share the database, is the one that drives the world.
         """
         self._core = core
         self._world = world
         self._fleet = fleet
         self._waiting = waiting
-        self._speaks = speaks
+        self._holds_lease = holds_lease
 
-    def look(self) -> None:
-        """Start the fleet's run if it is another than was taken up. Called often; cheap if it is not."""
+    def follow(self) -> None:
+        """Take up the fleet's run if it has changed. Called often; cheap if it has not."""
         run = self._fleet.run
         if run is None or run == self._fleet.taken_up:
             return
-        if self._speaks():
+        if self._holds_lease():
             self._start(run)
         elif not self._is_recorded(run):
             return

@@ -148,7 +148,8 @@ class MissionLife:
             scripts = scripts_of_all_plans(session, mission_id)
             times = self._times[mission.world]
             now_s = times.clock.now_s()
-            view = self._views.of(session, mission, scripts, now_s=now_s, wall_s=self._clock.epoch_s())
+            monotonic_s = self._clock.monotonic_s()
+            view = self._views.of(session, mission, scripts, now_s=now_s, monotonic_s=monotonic_s)
             verdict = review(view, patience_s=times.patience_s(self._patience_s))
             if verdict.state.ended:
                 self._close(session, mission, verdict)
@@ -184,6 +185,7 @@ class MissionLife:
                 ask(script, f"{script.id}:status:{now_s:.3f}")
         if verdict.ask or verdict.cancel:
             mission.asked_at = self._clock.epoch_s()
+            self._views.note_asked(mission, self._clock.monotonic_s())
         if verdict.enquire_at_s is not None:
             mission.asked_at = None
             mission.enquire_at_s = verdict.enquire_at_s

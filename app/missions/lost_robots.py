@@ -16,10 +16,12 @@ from app.domain.contact import Connection
 from app.domain.errors import Conflict
 from app.domain.events import RobotDeclaredLost, RobotFound, ScriptAbandoned
 from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.recovery import answer_troubles
 from app.domain.lifecycles.script import abandon
 from app.planning.waiting_goals import WaitingGoals
 from app.store import LostRobotRow, MissionRow, ScriptRow
-from app.store.records import UNENDED_SCRIPT, lost_robots
+from app.store.records import UNENDED_SCRIPT, lock_running_missions, lost_robots
+from app.workflows.mission_wakeups import wake_missions
 from robots.clock import Clock
 
 CONTACT = "contact"
@@ -102,14 +104,17 @@ class LostRobots:
 
     def _in_contact(self, world: str, robot: str) -> bool:
         view = self._board.views(world).get(robot)
-        return view is not None and view.connection(self._wall_clock.epoch_s()) is Connection.ONLINE
+        return view is not None and view.connection(self._wall_clock.monotonic_s()) is Connection.ONLINE
 
     def _restore(self, session: Session, row: LostRobotRow, actor: str, comment: str) -> None:
         session.delete(row)
+        for mission in lock_running_missions(session, row.world):
+            answer_troubles(mission, lambda trouble: trouble.is_loss and trouble.robot == row.robot)
         found = RobotFound(subject=row.robot, world=row.world, actor=actor, comment=comment)
         self._events.append(session, found)
         session.flush()
         self._waiting.release(session, row.world)
+        wake_missions(session, self._workflows, row.world, f"found:{row.robot}:{row.declared_at}")
 
     def _abandon(self, session: Session, script: ScriptRow) -> None:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)

@@ -17,11 +17,15 @@ from app.domain.recovery_rules import Policy
 from app.domain.world_model.vocabulary import symbolic
 from app.missions.mission_progress import begun, done
 from app.store import MissionRow, ScriptRow
+from app.store.records import lost_robot_reasons
 from planner import Fact
 from robots.wire import FailureCategory, PacketState, ScriptState
 
 REMEMBERED = 2000
-"""The number of missions whose last comparison with the facts is kept in memory."""
+"""The number of missions whose last comparison with the facts, and whose last question, is kept in memory."""
+
+THINGS = ("object", "ref1", "ref2")
+"""The arguments of packets that name things and places."""
 
 Beliefs = tuple[tuple[str, ...], tuple[str, ...]]
 
@@ -35,6 +39,8 @@ class MissionViews:
         self._silent_in_s = silent_in_s
         self._lock = Lock()
         self._known: dict[str, tuple[object, Beliefs]] = {}
+        self._asked: dict[str, tuple[float, float]] = {}
+        """By mission: `asked_at` of the open question, and the monotonic time since which it is known here."""
 
     def of(
         self,
@@ -43,23 +49,27 @@ class MissionViews:
         scripts: Sequence[ScriptRow],
         *,
         now_s: float,
-        wall_s: float,
+        monotonic_s: float,
     ) -> MissionView:
         """
         :param scripts: all of the mission's, of every plan it had.
         :param now_s: the world's clock.
-        :param wall_s: the wall clock, seconds since 1970-01-01 UTC.
         """
         current = [script for script in scripts if script.plan_id == mission.plan_id]
         missed, broken = self._beliefs(session, mission, current)
+        any_lost = any(script.abandoned for script in current)
+        lost = lost_robot_reasons(session, mission.world) if any_lost else {}
         return MissionView(
             state=MissionState(mission.state),
             now_s=now_s,
             enquire_at_s=mission.enquire_at_s if mission.enquire_at_s is not None else now_s + EXTENSION_S,
             estimate_s=mission.original_estimate_s,
-            asked_for_s=None if mission.asked_at is None else wall_s - mission.asked_at,
+            asked_for_s=self._asked_for_s(mission, monotonic_s),
             cancel_requested=mission.cancel_requested,
-            scripts=[_script(script, silent_in_s=self._silent_in_s(script.robot)) for script in current],
+            scripts=[
+                _script(script, silent_in_s=self._silent_in_s(script.robot), is_lost=script.robot in lost)
+                for script in current
+            ],
             missed=missed,
             broken=broken,
             policy=Policy(mission.recovery),
@@ -74,9 +84,31 @@ class MissionViews:
             deadline_s=mission.deadline_s,
         )
 
+    def note_asked(self, mission: MissionRow, monotonic_s: float) -> None:
+        """Note that the mission's robots are asked now."""
+        if mission.asked_at is not None:
+            with self._lock:
+                if len(self._asked) >= REMEMBERED:
+                    self._asked.clear()
+                self._asked[mission.id] = (mission.asked_at, monotonic_s)
+
     def forget(self, mission_id: str) -> None:
         with self._lock:
             self._known.pop(mission_id, None)
+            self._asked.pop(mission_id, None)
+
+    def _asked_for_s(self, mission: MissionRow, monotonic_s: float) -> float | None:
+        """How long robots have had to answer. A process that goes on with the mission gives them the time again, for
+        the wall clocks of two processes, or of one that was set, tell nothing.
+        """
+        if mission.asked_at is None:
+            return None
+        with self._lock:
+            asked_at, since_s = self._asked.get(mission.id, (None, monotonic_s))
+        if asked_at != mission.asked_at:
+            self.note_asked(mission, monotonic_s)
+            return 0.0
+        return monotonic_s - since_s
 
     def _beliefs(self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow]) -> Beliefs:
         """The goals that are not believed true, and what the plan counts on that is not, in words."""
@@ -120,7 +152,12 @@ def _waited(packet: Mapping[str, Any], known: Mapping[str, Any]) -> bool:
     return "started_at_s" not in known and bool(packet.get("awaits") or packet.get("after"))
 
 
-def _script(script: ScriptRow, *, silent_in_s: float) -> ScriptView:
+def _about(packet: Mapping[str, Any]) -> tuple[str, ...]:
+    """The things and places of the packet's arguments."""
+    return tuple(value for name, value in packet["arguments"].items() if name in THINGS)
+
+
+def _script(script: ScriptRow, *, silent_in_s: float, is_lost: bool) -> ScriptView:
     failed = _failed(script)
     return ScriptView(
         robot=script.robot,
@@ -131,7 +168,11 @@ def _script(script: ScriptRow, *, silent_in_s: float) -> ScriptView:
         category=None if script.category is None else FailureCategory(script.category),
         detail=script.detail,
         abandoned=script.abandoned,
+        found=script.abandoned and not is_lost,
         failed_at=failed[0]["tag"] if failed else "",
+        about=_about(failed[0]) if failed else (),
         waited=failed is not None and _waited(*failed),
+        script_id=script.id,
         silent_in_s=silent_in_s,
+        doubt=script.doubt,
     )

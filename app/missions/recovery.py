@@ -1,4 +1,4 @@
-"""A mission's recovery: its plan repaired by a durable workflow, and approved or proposed as the operator wished."""
+"""A mission's recovery: a durable workflow repairs its plan, and approves or proposes it by the recovery policy."""
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
@@ -7,6 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.blockers import Blockers
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MissionRepairProposed, MissionStuck
 from app.domain.lifecycles import recovery
@@ -29,32 +30,30 @@ from app.store.event_log import EventLog
 from app.store.records import lock_mission
 from robots.clock import Clock
 
-LOOK_AGAIN_S = 20.0
-"""World seconds after which a plan is sought again that others kept from being made, at least (our choice)."""
+RETRY_BLOCKED_S = 20.0
+"""Least time, in world seconds, before planning is tried again when other missions blocked it (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairTask(PlanningTask):
-    """A repair that is planned without the robots and packets left out."""
+    """A repair to plan, and the robots and packets that it must do without."""
 
     replaces: ReplacedPlan
     left_out: LeftOut
 
 
 class RecoverySteps:
-    """Takes the steps of missions' recovery that the monitor asks for."""
+    """Carries out the recovery steps that the mission monitor decides on."""
 
     def __init__(self, events: EventLog, *, requests: PlanningRequests) -> None:
         self._events = events
         self._requests = requests
 
     def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
-        """Take the step that the monitor's verdict names."""
+        """Begin to plan a repair, or record that the mission is stuck, as the monitor's verdict says."""
         if verdict.recover is RecoveryStep.PLANNING:
-            # An attempt that waited for others repeats the last one; its troubles are counted already.
-            troubles = () if view.step is RecoveryStep.WAITING else view.troubles
             failure = category_of(view.troubles).value
-            self._requests.recover(session, mission, troubles, failure=failure, reason=verdict.reason)
+            self._requests.recover(session, mission, view.troubles, failure=failure, reason=verdict.reason)
         else:
             recovery.get_stuck(mission)
             state = MissionState(mission.state)
@@ -93,7 +92,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             return lock_mission(session, subject_id)
         return session.get_one(MissionRow, subject_id)
 
-    def turn(self, subject: MissionRow) -> Hashable:
+    def attempt_key(self, subject: MissionRow) -> Hashable:
         return len(subject.attempts) if _is_wanted(subject) else None
 
     def begin(self, session: Session, subject: MissionRow) -> RepairTask | None:
@@ -101,7 +100,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         if not _is_wanted(mission):
             return None
         goal = session.get_one(GoalRow, mission.goal_id)
-        goal.stop_requested = False  # it was meant for the first plan
+        goal.stop_requested = False  # the request was for an earlier planning attempt
         without = left_out(troubles_of(mission))
         recovery.note_left_out(mission, without.words)
         built = self._problems.build(session, goal).without(without.robots)
@@ -113,7 +112,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         work = RepairWork(
             knowledge_base=self._knowledge_base,
             plan_net=net,
-            problem=replace(built.problem, facts=without.withhold(built.problem.facts)),
+            problem=replace(built.problem, facts=without.remove_from(built.problem.facts)),
             request=request,
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
         )
@@ -129,24 +128,24 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         self, session: Session, subject: MissionRow, task: RepairTask, result: WorkResult[Solutions]
     ) -> None:
         if result.answer is not None:
-            self._found(session, subject, task, result.answer[0])
+            self._propose(session, subject, task, result.answer[0])
         elif result.waits_for:
             self._wait(session, subject, result.waits_for)
         else:
-            self._requests.end_without_plan(session, subject, _in_words(result.why, task))
+            self._requests.end_without_plan(session, subject, _failure_reason(result.why, task))
 
     def give_up(self, session: Session, subject: MissionRow, reason: str) -> None:
         if _is_wanted(subject):
             self._requests.end_without_plan(session, subject, reason)
 
-    def _found(self, session: Session, mission: MissionRow, task: RepairTask, solution: Solution) -> None:
-        """Have the repaired plan approved, or decided on."""
+    def _propose(self, session: Session, mission: MissionRow, task: RepairTask, solution: Solution) -> None:
+        """Propose the repaired plan; approve it at once if the recovery policy allows."""
         goal = session.get_one(GoalRow, mission.goal_id)
         repair = solution.repair
         assert repair is not None
         repairs = task.replaces.repaired_by(solution)
         plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs)
-        # NOTE: an operator is asked again only if the old plan still used what is left out now.
+        # NOTE: the operator has decided already if the old plan does not use what is left out.
         measure = measure_of(repair.course, without=task.left_out.concerns(task.replaces.plan_net))
         words = repair.difference.words if repair.difference else ()
         recovery.propose(mission, plan_id=plan.id, measure=measure, detail="; ".join(words[:1]))
@@ -168,11 +167,11 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         else:
             self._approval.approve_or_expire(session, plan, goal, actor=RECOVERY, comment="")
 
-    def _wait(self, session: Session, mission: MissionRow, waits_for: str) -> None:
-        """Others use what a plan would need: look again later, if it may be tried again."""
+    def _wait(self, session: Session, mission: MissionRow, waits_for: Blockers) -> None:
+        """Other missions use what a plan would need: schedule another attempt, unless none is left."""
         now_s = self._clocks[mission.world].now_s()
-        mission.enquire_at_s = now_s + max(LOOK_AGAIN_S, mission.original_estimate_s / 2)
-        recovery.wait(mission, f"waits for {waits_for}")
+        mission.enquire_at_s = now_s + max(RETRY_BLOCKED_S, mission.original_estimate_s / 2)
+        recovery.wait_for(mission, waits_for)
         self._requests.wake_after_attempt(session, mission)
 
 
@@ -180,7 +179,8 @@ def _is_wanted(mission: MissionRow) -> bool:
     return mission.recovery_step == RecoveryStep.PLANNING and not has_ended(mission)
 
 
-def _in_words(reason: str, task: RepairTask) -> str:
+def _failure_reason(reason: str, task: RepairTask) -> str:
+    """Why no plan was found, without which robots and packets, and what the robots left out hold."""
     without = task.left_out.words
     others = f" without {', '.join(without)}" if without else ""
     held = [

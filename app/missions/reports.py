@@ -1,11 +1,13 @@
 """Robots' reports: each recorded once, with its consequences, in one transaction."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.agents.agent_models import Reception
 from app.core import Core
 from app.domain.events import (
     ClearanceRefused,
@@ -17,12 +19,14 @@ from app.domain.events import (
     ScriptReported,
     ScriptStatus,
 )
+from app.domain.ids import new_id
 from app.domain.lifecycles.mission import MissionState, begin_work, has_ended, is_paused
 from app.domain.lifecycles.script import (
     TERMINAL_SCRIPTS,
     Delivery,
     acknowledge,
     ask,
+    doubt,
     end,
     follow_order,
     forget,
@@ -34,12 +38,14 @@ from app.domain.lifecycles.script import (
     refuse,
     reissue_if_diverged,
     settle_clearance,
+    settle_doubt,
     settle_order,
     unanswered_order,
 )
 from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import action_has_ended, packets_of, renew_clearances
+from app.missions.plausibility import Plausibility
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
@@ -57,6 +63,8 @@ from robots.wire import (
 )
 
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,32 +85,42 @@ class _Subject:
 
 
 class MissionReports:
-    """Records what robots say. A message whose id is known already changes nothing."""
+    """Records what robots say. A message whose id is known already changes nothing.
 
-    def __init__(self, core: Core, *, waiting: WaitingGoals) -> None:
+    What cannot be so, or not yet, is not recorded: the mission is `unknown`, and its robot is asked.
+    """
+
+    def __init__(self, core: Core, *, waiting: WaitingGoals, plausibility: Plausibility) -> None:
         self._database = core.database
         self._workflows = core.workflows
         self._events = core.events
-        self._reservations = core.holdings
+        self._reservations = core.reservations
         self._beliefs = BeliefUpdates(core)
         self._waiting = waiting
+        self._plausibility = plausibility
 
-    def record(self, message: Message, world: str) -> bool:
-        """Record a robot's answer or report; False if it was recorded before or concerns no known script.
+    def record(self, message: Message, world: str) -> Reception:
+        """Record a robot's answer or report.
 
         :param world: the world that the robot is in.
         """
         with self._database.write() as session:
             self._database.lock(session, message.id)  # another process may hear it, too
             if session.get(MessageRow, message.id) is not None:
-                return False
+                return Reception.IGNORED
             if isinstance(message.body, UpkeepReport):
+                if why := self._plausibility.doubt(session, message, world, None):
+                    logger.debug("report held back as implausible: %s %s", message.sender, why)
+                    return Reception.HELD_BACK
                 session.add(_row(message))
                 self._beliefs.note_upkeep(session, message.body, world=world, robot=message.sender)
-                return True
+                return Reception.RECORDED
             subject = _subject_of(session, message)
             if subject is None:
-                return False
+                return Reception.IGNORED
+            if why := self._plausibility.doubt(session, message, world, subject.script):
+                self._hold_back(session, message, subject, why)
+                return Reception.HELD_BACK
             session.add(_row(message))
             if _may_free(message) and subject.is_current:
                 before = self._reserved(session, subject)
@@ -113,7 +131,14 @@ class MissionReports:
                 self._apply(session, message, subject)
             if not has_ended(subject.mission):  # its workflow is over, and may be forgotten
                 self._workflows.wake(session, subject.mission.workflow, message.id)
-            return True
+            return Reception.RECORDED
+
+    def _hold_back(self, session: Session, message: Message, subject: _Subject, why: str) -> None:
+        """Note an implausible report, and wake its mission to query the robot."""
+        is_open = subject.is_current and not has_ended(subject.mission)
+        if is_open and doubt(subject.script, why):
+            logger.warning("report held back as implausible: %s %s", message.sender, why)
+            self._workflows.wake(session, subject.mission.workflow, new_id("doubt"))
 
     def _reserved(self, session: Session, subject: _Subject) -> Reservation:
         return self._reservations.of_scripts(session, subject.mission.plan_id, subject.scripts)
@@ -125,6 +150,7 @@ class MissionReports:
             case Refusal(reason=reason):
                 self._answer(session, message, subject, refusal=reason)
             case PacketReport() as report:
+                settle_doubt(subject.script)
                 self._packet(session, report, subject)
                 reissue_if_diverged(subject.script, subject.mission)
             case ScriptReport() as report:
@@ -285,6 +311,7 @@ class MissionReports:
         elif report.state not in TERMINAL_SCRIPTS:
             # A terminal state comes with its own report, which says what was perceived.
             hear(script, report.state, report.at_s)
+            settle_doubt(script)
         _note_waiting(script, report)
         self._events.append(
             session,

@@ -4,7 +4,7 @@ what ran in it before is over.
 
 from collections.abc import Collection
 
-from sqlalchemy import delete, inspect, select
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from app.agents.running_world import RunningWorld
@@ -19,8 +19,7 @@ from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
 from app.planning.proposals import close_plans
-from app.settings import Settings
-from app.store import Database, FactRow, GoalRow, LostRobotRow, MissionRow, ScriptRow, UnknownRow, WorldRow
+from app.store import FactRow, GoalRow, LostRobotRow, MissionRow, ScriptRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
 from robots.wire import FailureCategory
 from robots.world import WorldFile
@@ -29,36 +28,23 @@ UNKNOWN_RUN = ""
 """The run of a world whose fleet has not been heard yet: its facts are as its file says."""
 
 
-def recorded_run(settings: Settings, world: str) -> str | None:
-    """The run that the record's facts of a world belong to; None if there is no record, or no run to continue."""
-    settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
-    database = Database(settings.resolved_database_url())
-    try:
-        known = inspect(database.engine)
-        columns = known.get_columns(WorldRow.__tablename__) if known.has_table(WorldRow.__tablename__) else []
-        if all(column["name"] != WorldRow.run.key for column in columns):
-            return None  # of before there were runs; it is brought up to date when the service begins
-        with database.read() as session:
-            return session.scalar(select(WorldRow.run).where(WorldRow.id == world))
-    finally:
-        database.close()
-
-
 def start_world(session: Session, core: Core, world: RunningWorld) -> None:
     """Start the run that the world is in, or continue it; without one, wait for the run of its fleet."""
     if world.run is None:
         await_fleet(session, core, world.file)
     else:
-        start_world_run(session, core, world.file, world.run, why_new=world.why_afresh)
+        start_world_run(session, core, world.file, world.run, new_run_reason=world.new_run_reason)
 
 
-def start_world_run(session: Session, core: Core, world: WorldFile, run: str, *, why_new: str = "") -> bool:
+def start_world_run(
+    session: Session, core: Core, world: WorldFile, run: str, *, new_run_reason: str = ""
+) -> bool:
     """Continue the run if the record's facts belong to it, and answer True; else start it, and answer False.
 
     A run that starts has the facts of the world's file; missions that ran have failed, open plans have expired, goals
     that nobody has decided on wait to be planned again.
 
-    :param why_new: why the last run could not be continued, if that is known.
+    :param new_run_reason: why the last run could not be continued, if that is known.
     """
     core.database.lock(session, f"world {world.name}")  # another process may start it just now
     row = session.get(WorldRow, world.name)
@@ -79,7 +65,7 @@ def start_world_run(session: Session, core: Core, world: WorldFile, run: str, *,
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name))
     _forget_abandoned(session, world.name)
-    reason = "the simulated world was started afresh" + (f": {why_new}" if why_new else "")
+    reason = "the simulated world was started again" + (f": {new_run_reason}" if new_run_reason else "")
     _end_missions(session, core.events, world.name, reason)
     _reopen_goals(session, core.events, world.name, reason, runs=True)
     return False

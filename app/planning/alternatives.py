@@ -107,7 +107,7 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
     def load(self, session: Session, subject_id: str, *, lock: bool) -> GoalRow:
         return session.get_one(GoalRow, subject_id, with_for_update=lock)
 
-    def turn(self, subject: GoalRow) -> Hashable:
+    def attempt_key(self, subject: GoalRow) -> Hashable:
         return subject.plan_id if _is_searched(subject) else None
 
     def begin(self, session: Session, subject: GoalRow) -> PlanningTask | None:

@@ -265,7 +265,7 @@ class Staleness:
 
     def __init__(self, core: Core) -> None:
         self._facts = core.facts
-        self._reservations = core.holdings
+        self._reservations = core.reservations
         self._plan_nets = core.plan_nets
         self._knowledge_base = core.knowledge_base
 

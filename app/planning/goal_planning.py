@@ -48,7 +48,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
     def load(self, session: Session, subject_id: str, *, lock: bool) -> GoalRow:
         return session.get_one(GoalRow, subject_id, with_for_update=lock)
 
-    def turn(self, subject: GoalRow) -> Hashable:
+    def attempt_key(self, subject: GoalRow) -> Hashable:
         return (subject.attempts, subject.releases_seen) if subject.state == GoalState.PLANNING else None
 
     def begin(self, session: Session, subject: GoalRow) -> PlanningTask | None:
@@ -79,7 +79,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if result.answer is not None:
             self._propose(session, goal, task, result.answer[0])
         elif result.waits_for:
-            goal_lifecycle.wait(goal, f"waits for {result.waits_for}")
+            goal_lifecycle.wait_for(goal, result.waits_for)
             self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             self._waiting.look_again(session, goal)
         else:

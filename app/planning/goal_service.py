@@ -147,8 +147,8 @@ class GoalService:
         )
         if count >= self._open_goals:
             raise Busy(
-                f"{count} goals are open, as many as may be (MACTA_OPEN_GOALS); cancel some, decide on their plans, or "
-                "ask again when missions have ended",
+                f"{count} goals are open, the limit (MACTA_OPEN_GOALS); cancel some, decide on their plans, or submit "
+                "the goal again when missions have ended",
                 code="too-many-goals",
             )
 

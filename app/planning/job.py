@@ -44,7 +44,7 @@ class ReplacedPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningTask:
-    """What is planned in one turn of a job.
+    """What is planned in one attempt of a job.
 
     :param time_limit_s: of the work, once a process takes it up.
     :param replaces: the plan that the work repairs.
@@ -75,17 +75,17 @@ class PlanningJob(ABC, Generic[Row, Task]):
 
     @abstractmethod
     def load(self, session: Session, subject_id: str, *, lock: bool) -> Row:
-        """Read the subject; locking a mission locks its goal first."""
+        """Read the subject, locked if wanted; to lock a mission is to lock its goal first."""
 
     @abstractmethod
     def begin(self, session: Session, subject: Row) -> Task | None:
-        """What is to be planned; None if a plan is no longer wanted."""
+        """Build what is to be planned, and record that planning begins; None if no plan is wanted any longer."""
 
     @abstractmethod
-    def turn(self, subject: Row) -> Hashable:
-        """What tells this turn of planning from the next one, which answers another question.
+    def attempt_key(self, subject: Row) -> Hashable:
+        """Identifies the present planning attempt; None while no plan is wanted.
 
-        None while no plan is wanted.
+        A result is recorded only if the key has not changed since its attempt began.
         """
 
     @abstractmethod
@@ -110,11 +110,11 @@ class PlanningJob(ABC, Generic[Row, Task]):
             task = self.begin(session, subject)
             if task is None:
                 return
-            turn = self.turn(subject)
+            key = self.attempt_key(subject)
             goal_id = _goal_of(session, subject).id
 
         def is_wanted(session: Session) -> bool:
-            return self.turn(self.load(session, subject_id, lock=False)) == turn
+            return self.attempt_key(self.load(session, subject_id, lock=False)) == key
 
         watch = ProgressWatch(self._database, self._events, goal_id, is_wanted=is_wanted, clock=self._clock)
         try:
@@ -124,7 +124,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
         with self._database.write() as session:
             subject = self.load(session, subject_id, lock=True)
             _goal_of(session, subject).planning = None
-            if self.turn(subject) == turn:
+            if self.attempt_key(subject) == key:
                 self.conclude(session, subject, task, result)
 
     def _give_up(self, subject_id: str, reason: str) -> None:

@@ -9,6 +9,7 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.blockers import Blockers
 from app.domain.durations import Durations, Kind
 from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
@@ -44,7 +45,7 @@ MAX_BLOCKERS = 8
 
 Points = Callable[[str], Mapping[str, tuple[float, float]]]
 """By world, the last reported position of each robot, (x, y) in metres; one without a report is where the file says."""
-Resting = Callable[[str], Mapping[str, str]]
+UnavailableRobots = Callable[[str], Mapping[str, str]]
 """By world, the robots that are not recruited now, each with the reason."""
 
 
@@ -52,10 +53,10 @@ Resting = Callable[[str], Mapping[str, str]]
 class GoalProblem:
     """A goal's planning problem, and what it was built from.
 
-    :param whole: the problem if nothing were reserved and no robot rested.
+    :param whole: the problem if nothing were reserved and every robot were available.
     :param refusal: why the goal makes no sense in the present world; empty if it does.
     :param held: what other missions have reserved.
-    :param resting: the robots that are not recruited, each with the reason.
+    :param unavailable: the robots that are not recruited, each with the reason.
     :param factors: what durations are scaled by, by action and team size.
     :param releases: how often something had become free in the world by then.
     """
@@ -64,17 +65,15 @@ class GoalProblem:
     whole: PlanningProblem
     refusal: str
     held: Sequence[MissionReservation]
-    resting: Mapping[str, str]
+    unavailable: Mapping[str, str]
     factors: Mapping[Kind, float]
     world_version: int
     releases: int
 
     @property
-    def waits_for(self) -> str:
-        """The missions and robots that may block the goal, in words; empty if there are none."""
-        missions = [str(mission) for mission in self.held]
-        robots = [f"{robot}, {why}" for robot, why in sorted(self.resting.items())]
-        return " and ".join((*missions, *robots))
+    def waits_for(self) -> Blockers:
+        """The missions and robots that may block the goal."""
+        return Blockers(missions=tuple(str(mission) for mission in self.held), robots=self.unavailable)
 
     def why_never(self, knowledge_base: KnowledgeBase) -> str:
         """Why the goal would have no plan even if all of them were free, in words; empty if it may have one."""
@@ -85,15 +84,15 @@ class GoalProblem:
     def without(self, robots: Collection[str]) -> "GoalProblem":
         """The same without these robots: they are not waited for either."""
         facts = frozenset(fact for fact in self.whole.facts if not _is_ability(fact, of=robots))
-        resting = {robot: why for robot, why in self.resting.items() if robot not in robots}
-        return replace(self, whole=replace(self.whole, facts=facts), resting=resting)
+        unavailable = {robot: why for robot, why in self.unavailable.items() if robot not in robots}
+        return replace(self, whole=replace(self.whole, facts=facts), unavailable=unavailable)
 
     def blocking_only(self, knowledge_base: KnowledgeBase) -> "GoalProblem":
         """The same with only those missions and robots that each block the goal alone.
 
         All of them are left where none does so alone, or where they are too many to try.
         """
-        if len(self.held) + len(self.resting) > MAX_BLOCKERS:
+        if len(self.held) + len(self.unavailable) > MAX_BLOCKERS:
             return self
 
         def blocks(withheld: Callable[[Fact], bool]) -> bool:
@@ -101,10 +100,10 @@ class GoalProblem:
             return _is_hopeless(knowledge_base, replace(self.whole, facts=left))
 
         held = [one for one in self.held if blocks(partial(is_withheld, reserved=one.reservation))]
-        resting = {
-            robot: why for robot, why in self.resting.items() if blocks(partial(_is_ability, of={robot}))
+        unavailable = {
+            robot: why for robot, why in self.unavailable.items() if blocks(partial(_is_ability, of={robot}))
         }
-        return replace(self, held=held, resting=resting) if held or resting else self
+        return replace(self, held=held, unavailable=unavailable) if held or unavailable else self
 
 
 def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:
@@ -143,16 +142,16 @@ class ProblemBuilder:
         worlds: Mapping[str, WorldFile],
         clocks: Mapping[str, Clock],
         points: Points,
-        resting: Resting,
+        unavailable: UnavailableRobots,
     ) -> None:
         """:param clocks: the worlds' clocks by the world's name."""
         self._facts = core.facts
-        self._reservations = core.holdings
+        self._reservations = core.reservations
         self._knowledge_base = core.knowledge_base
         self._worlds = worlds
         self._clocks = clocks
         self._points = points
-        self._resting = resting
+        self._unavailable = unavailable
 
     def build(self, session: Session, goal: GoalRow) -> GoalProblem:
         """What is to be planned for the goal now; it may use what its own mission has reserved.
@@ -160,7 +159,10 @@ class ProblemBuilder:
         :raises Conflict: if its world does not run.
         """
         if goal.world not in self._worlds:
-            raise Conflict(f"world {goal.world} does not run", code="world-not-running")
+            raise Conflict(
+                f"world {goal.world} is not running in this service; start it with --world",
+                code="world-not-running",
+            )
         world = self._worlds[goal.world]
         facts = self._facts.facts(session, goal.world)
         held = [
@@ -173,11 +175,11 @@ class ProblemBuilder:
         wanted = _with_chosen_berths(session, goal, stated, world, facts, reserved)
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
-        resting = {**self._resting(goal.world), **lost_robot_reasons(session, goal.world)}
+        unavailable = {**self._unavailable(goal.world), **lost_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
-        able = frozenset(fact for fact in facts if not _is_ability(fact, of=resting))
+        able = frozenset(fact for fact in facts if not _is_ability(fact, of=unavailable))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
         return GoalProblem(
@@ -185,7 +187,7 @@ class ProblemBuilder:
             whole=replace(problem, facts=facts),
             refusal="; ".join(issue.detail for issue in issues),
             held=held,
-            resting=resting,
+            unavailable=unavailable,
             factors=factors,
             world_version=self._facts.version(session, goal.world),
             releases=session.get_one(WorldRow, goal.world).releases,
@@ -242,7 +244,7 @@ def _with_chosen_berths(
     The berths of its last plan are kept unless a mission has reserved them; else berths are preferred that no mission
     has reserved and no other open plan uses.
     """
-    if all(len(row) == 1 for row in world.rows.values()):
+    if all(len(row) == 1 for row in world.places_by_location.values()):
         return wanted
     own, others = _target_locations(session, goal)
     return assign_berths(

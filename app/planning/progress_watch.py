@@ -1,4 +1,4 @@
-"""Watches what is planned for a goal: records its progress, and reads operators' orders to stop or cancel."""
+"""Records the progress of planning for a goal, and reads whether an operator has stopped or cancelled it."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,7 +20,7 @@ READ_S = 0.25
 
 
 class ProgressWatch(Watch):
-    """The watch of one turn of planning, whether for the goal itself or for its mission. For one thread."""
+    """The watch of one planning attempt, for the goal itself or for its mission's repair. Not thread-safe."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class ProgressWatch(Watch):
         is_wanted: Callable[[Session], bool],
         clock: WallClock,
     ) -> None:
-        """:param is_wanted: whether the record still wants this turn's result."""
+        """:param is_wanted: whether the attempt's result is still wanted, by the database."""
         self._database = database
         self._events = events
         self._goal_id = goal_id
@@ -39,7 +39,7 @@ class ProgressWatch(Watch):
         self._clock = clock
         self._newest: Progress | None = None
         self._recorded: dict[str, Any] = {}
-        self._recorded_at_s = clock.monotonic_s()  # a plan that is found at once needs no progress
+        self._recorded_at_s = clock.monotonic_s()  # no progress is recorded of a plan that is found at once
         self._read_at_s = float("-inf")
         self._stop = False
         self._cancelled = False
@@ -66,24 +66,24 @@ class ProgressWatch(Watch):
         self._read_at_s = self._clock.monotonic_s()
 
     def _record(self) -> None:
-        """Record the newest progress; with an event only where more than the time has changed."""
+        """Record the newest progress; append an event only if more than the elapsed time has changed."""
         newest = self._newest
         if newest is None or self._clock.monotonic_s() < self._recorded_at_s + RECORD_S:
             return
         self._newest = None
         self._recorded_at_s = self._clock.monotonic_s()
-        news = {
+        reported = {
             "engine": newest.engine,
             "makespan_s": newest.makespan_s,
             "lower_bound_s": newest.lower_bound_s,
         }
-        planning = {**news, "elapsed_s": newest.elapsed_s}
+        planning = {**reported, "elapsed_s": newest.elapsed_s}
         with self._database.write() as session:
             goal = session.get_one(GoalRow, self._goal_id, with_for_update=True)
             if not self._is_wanted(session):
                 return
             goal.planning = planning
-            if news != self._recorded:
+            if reported != self._recorded:
                 self._events.append(
                     session,
                     GoalProgress(
@@ -95,4 +95,4 @@ class ProgressWatch(Watch):
                         lower_bound_s=newest.lower_bound_s,
                     ),
                 )
-        self._recorded = news
+        self._recorded = reported

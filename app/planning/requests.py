@@ -49,7 +49,7 @@ class PlanningRequests:
     ) -> None:
         """Have the mission's plan repaired; this uses up one of its tries.
 
-        :param troubles: what befell the mission since the last attempt.
+        :param troubles: what befell the scripts of its present plan.
         :param failure: the failure category that the attempt is recorded under.
         """
         at_s = self._clocks[mission.world].now_s()

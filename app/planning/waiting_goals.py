@@ -1,14 +1,19 @@
 """Plans waiting goals again, one after the other, the most urgent first, when something becomes free."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
+from threading import Lock
 
-from sqlalchemy import select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.blockers import Blockers
+from app.domain.events import GoalWaiting
 from app.domain.ids import new_id
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
-from app.store import GoalRow, WorldRow
+from app.domain.lifecycles.recovery import RecoveryStep, note_blockers, waits_for
+from app.store import GoalRow, MissionRow, WorldRow
 from app.workflows import PLAN_WAITING, WAITING, step
 
 GOALS_PER_WORKFLOW = 25
@@ -24,19 +29,53 @@ class WaitingGoals:
 
     def __init__(self, core: Core) -> None:
         self._database = core.database
+        self._events = core.events
         self._workflows = core.workflows
-        self._rested: set[str] = set()
+        self._has_available: set[str] = set()
+        self._new_reasons: dict[tuple[str, str], str] = {}
+        self._lock = Lock()
 
-    def rested(self, world: str) -> None:
-        """Note that a robot of the world may be recruited again; the next `look` acts on it."""
-        self._rested.add(world)
+    def robot_available(self, world: str) -> None:
+        """Note that a robot of the world may be recruited again, for the next `handle_availability`."""
+        self._has_available.add(world)
 
-    def look(self, world: str) -> None:
-        """Plan the world's waiting goals again if a robot of it may be recruited again."""
-        if world in self._rested:
+    def unavailability_changed(self, world: str, robot: str, why: str) -> None:
+        """Note the new reason why a robot is not recruited, for the next `handle_availability`."""
+        with self._lock:
+            self._new_reasons[world, robot] = why
+
+    def handle_availability(self, world: str) -> None:
+        """Plan waiting goals again if a robot of the world became available; update the reasons why others wait."""
+        with self._lock:
+            unavailable = {robot: why for (of, robot), why in self._new_reasons.items() if of == world}
+            for robot in unavailable:
+                del self._new_reasons[world, robot]
+        if unavailable and self._waits_for_any(world, unavailable):
+            self._update_reasons(world, unavailable)
+        if world in self._has_available:
             with self._database.write() as session:
                 self.release(session, world)
-            self._rested.discard(world)
+            self._has_available.discard(world)
+
+    def _waits_for_any(self, world: str, robots: Collection[str]) -> bool:
+        with self._database.read() as session:
+            known = [goal.waits_for for goal in session.scalars(_waiting_goals(world))]
+            waiting = [waits_for(mission) for mission in session.scalars(_waiting_missions(world))]
+        waiting += [Blockers.from_json(one) for one in known if one is not None]
+        return any(robot in blockers.robots for blockers in waiting for robot in robots)
+
+    def _update_reasons(self, world: str, unavailable: Mapping[str, str]) -> None:
+        with self._database.write() as session:
+            for goal in session.scalars(_waiting_goals(world).with_for_update()).all():
+                before = Blockers() if goal.waits_for is None else Blockers.from_json(goal.waits_for)
+                if (now := before.updated(unavailable)) != before:
+                    goal_lifecycle.wait_for(goal, now)
+                    self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
+            for mission in session.scalars(_waiting_missions(world).with_for_update()).all():
+                before = waits_for(mission)
+                if (now := before.updated(unavailable)) != before:
+                    note_blockers(mission, now)
+                    self._workflows.wake(session, mission.workflow, new_id("reworded"))
 
     def release(self, session: Session, world: str) -> None:
         """Something of the world is free again: once the caller's transaction commits, waiting goals are planned."""
@@ -72,6 +111,16 @@ class WaitingGoals:
 
     def _wake(self, session: Session, world: str) -> None:
         self._workflows.start(session, WAITING, PLAN_WAITING, new_id("waiting"), world)
+
+
+def _waiting_goals(world: str) -> Select[GoalRow]:
+    waiting = (GoalRow.world == world, GoalRow.state == GoalState.WAITING)
+    return select(GoalRow).where(*waiting).order_by(GoalRow.id)
+
+
+def _waiting_missions(world: str) -> Select[MissionRow]:
+    waiting = (MissionRow.world == world, MissionRow.recovery_step == RecoveryStep.WAITING)
+    return select(MissionRow).where(*waiting).order_by(MissionRow.id)
 
 
 def _world_to_change(session: Session, world: str) -> WorldRow:

@@ -1,4 +1,4 @@
-"""Maps wall-clock times to times of a world's clock: events of the log have only wall-clock times."""
+"""Converts wall-clock times to times of a world's clock, because logged events only have wall-clock times."""
 
 from bisect import bisect_right
 from collections import deque
@@ -25,7 +25,7 @@ class ClockMap:
         self._read_at_s = 0.0
 
     def read(self) -> None:
-        """Take a reading of all clocks if the last one is old enough."""
+        """Read all clocks, unless that was done less than `INTERVAL_S` ago."""
         wall_s = self._wall.epoch_s()
         if abs(wall_s - self._read_at_s) < INTERVAL_S:
             return

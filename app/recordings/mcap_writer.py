@@ -105,7 +105,10 @@ class McapWriter:
             self._json(ROBOTS + name, kept, told.at_s)
         if telemetry:
             latest = max(told.at_s for told in telemetry.values())
-            transforms = [_transform(name, told) for name, told in telemetry.items()]
+            transforms = [
+                _placed(name, FRAME, told.x_m, told.y_m, told.heading_rad, told.at_s)
+                for name, told in telemetry.items()
+            ]
             self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), latest)
 
     def write_samples(
@@ -147,10 +150,6 @@ class McapWriter:
         self._writer.add_message(
             channel, log_time=int(at_s * NANO), data=data, publish_time=int(self._wall.epoch_s() * NANO)
         )
-
-
-def _transform(name: str, told: Telemetry) -> FrameTransform:
-    return _placed(name, FRAME, told.x_m, told.y_m, told.heading_rad, told.at_s)
 
 
 def _placed(name: str, frame: str, x_m: float, y_m: float, heading_rad: float, at_s: float) -> FrameTransform:

@@ -1,4 +1,4 @@
-"""Records every mission from its beginning to its end; after a restart in another part."""
+"""Records every mission from its beginning to its end; each restart of the service begins another part (file)."""
 
 import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -23,8 +23,11 @@ from app.workflows.leases import ExecutorRegistry
 from robots.clock import Clock
 
 INTERVAL_S = 0.5
+"""Longest wait for new telemetry, and the pause after an error."""
 PAUSE_S = 0.1
+"""Least time between two turns: telemetry is recorded at most ten times a second."""
 MAX_EVENTS = 500
+"""Events read from the database at once."""
 DISK_FULL_PAUSE_S = 60.0
 """Pause after a write has failed, such as on a full disk."""
 
@@ -33,7 +36,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedBodies:
-    """Functions that give what is recorded in the form of the API; recordings stand below the API and cannot import it.
+    """Functions that return what is recorded in the API's form, injected since recordings cannot import the API.
 
     :param samples: the believed place or robot of each sample of a world.
     :param places: x and y in metres of each place of a world.
@@ -93,12 +96,12 @@ class Recorder:
 
     def _run(self) -> None:
         generation = 0
-        begun = False
+        resumed = False
         while not self._background.ending.is_set():
             try:
-                if not begun:
+                if not resumed:
                     self._resume()
-                    begun = True
+                    resumed = True
                 generation = self._board.wait(generation, INTERVAL_S)
                 self._clock_map.read()
                 self._record_events()
@@ -107,7 +110,9 @@ class Recorder:
                 if self._recordings.is_measurement_due:
                     self._recordings.delete_oldest(keep=frozenset(self._open))
             except OSError as error:
-                logger.warning("recording paused for %.0f s: %s", DISK_FULL_PAUSE_S, error)
+                logger.warning(
+                    "recordings cannot be written, next attempt in %.0f s: %s", DISK_FULL_PAUSE_S, error
+                )
                 self._close_all()
                 self._background.ending.wait(DISK_FULL_PAUSE_S)
             except Exception as error:
@@ -119,7 +124,7 @@ class Recorder:
             self._background.ending.wait(PAUSE_S)
 
     def _record_events(self) -> None:
-        """Record what is new in the database: missions that begin, change and end, and the events of each."""
+        """Record the new events in the database, and the missions that they concern."""
         if self._events.generation == self._generation:
             return
         self._generation = self._events.generation
@@ -153,20 +158,20 @@ class Recorder:
                     recording.write_samples(samples, self._clock_map.now_s(world))
 
     def _records(self, ids: Collection[str]) -> list[MissionRecord]:
-        """Those of the missions that this process is to record."""
+        """The records of those missions that this process has to record."""
         missions = self._missions.missions(ids)
         return self._missions.records(
             [one for one in missions if self._drives(one.world) and self._is_wanted(one)]
         )
 
     def _is_wanted(self, mission: MissionRow) -> bool:
-        # A mission that waits needs no recording: it begins with its first robot.
+        # A mission that waits is not recorded: it begins when its first robot starts.
         begun = mission.started_at_s is not None
-        fresh = mission.state not in ENDED or not self._recordings.has(mission.id)
-        return mission.id in self._open or (begun and fresh)
+        unrecorded = mission.state not in ENDED or not self._recordings.has(mission.id)
+        return mission.id in self._open or (begun and unrecorded)
 
     def _resume(self) -> None:
-        """Go on with the recordings of an earlier process."""
+        """Begin another part of the recordings that an earlier process left open."""
         for record in self._records(self._missions.open_missions()):
             self._record(record, before=self._last_seq + 1)
 
@@ -212,4 +217,4 @@ class Recorder:
     def _close_ended(self) -> None:
         for mission_id in [one.mission for one in self._open.values() if one.is_over]:
             self._open.pop(mission_id).writer.close()
-            logger.info("recorded %s", mission_id)
+            logger.info("recording of mission %s is complete", mission_id)

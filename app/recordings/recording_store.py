@@ -1,12 +1,15 @@
 """Stores recordings: a folder for each mission, a file for each process that recorded it; deletes the oldest."""
 
+import re
 import shutil
 import struct
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO
 
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
@@ -18,10 +21,10 @@ from app.recordings.mcap_writer import McapWriter
 from app.settings import Settings
 
 Entry = tuple[Schema | None, Channel, Message]
-MERGED = "whole.mcap"
-CUT_OFF = (McapError, EOFError, struct.error)
-"""Raised when a file is read past its end that its process could not finish."""
+CUT_OFF = (McapError, EOFError, struct.error, FileNotFoundError)
+"""Raised where a file ends that its process could not finish, or that is deleted by now."""
 PART = "part-"
+_ID = re.compile("[A-Za-z0-9-]{1,120}")
 MEASUREMENTS_PER_BUDGET = 100
 """The folders are measured each time that this fraction of the budget was written."""
 
@@ -85,21 +88,21 @@ class RecordingStore:
             raise NotFound(f"no recording of mission {mission_id!r}: {why}", code="no-recording")
         return chain.from_iterable(_entries(part) for part in parts)
 
-    def merged_file(self, mission_id: str) -> Path:
-        """All parts merged into one finished file.
+    def merged_file(self, mission_id: str) -> IO[bytes]:
+        """All parts merged into one finished file: the caller's own, without a name, open at its start.
 
         :raises NotFound: if there is no recording of the mission.
         """
         entries = self.entries(mission_id)
-        path = self._folder / mission_id / MERGED
-        fresh = path.with_suffix(".new")
-        with fresh.open("wb") as stream:
+        with ExitStack() as on_failure:
+            stream = on_failure.enter_context(TemporaryFile(dir=self._folder))
             writer = Writer(stream)
             writer.start(profile="", library="macta")
             _copy(entries, writer)
             writer.finish()  # type: ignore[no-untyped-call]
-            self._wrote(stream.tell())
-        return fresh.replace(path)
+            stream.seek(0)
+            on_failure.pop_all()
+        return stream
 
     def delete_oldest(self, *, keep: frozenset[str] = frozenset()) -> list[str]:
         """Delete the oldest recordings beyond the budget, except those to `keep`; returns their missions."""
@@ -115,7 +118,7 @@ class RecordingStore:
 
     def _parts(self, mission_id: str) -> list[Path]:
         # The id comes from a client: it must not name a path outside the folder.
-        if not mission_id or Path(mission_id).name != mission_id:
+        if _ID.fullmatch(mission_id) is None:
             return []
         return sorted((self._folder / mission_id).glob(f"{PART}*.mcap"))
 
@@ -133,7 +136,7 @@ class RecordingStore:
 
 
 def _entries(part: Path) -> Iterator[Entry]:
-    with part.open("rb") as stream, suppress(*CUT_OFF):
+    with suppress(*CUT_OFF), part.open("rb") as stream:
         yield from NonSeekingReader(stream).iter_messages(log_time_order=False)
 
 

@@ -17,7 +17,10 @@ IMPORT = re.compile(r'(?<= from )"(\.[^"]+)"')
 def replay_page(static: Path, replay: dict[str, Any], *, title: str) -> str:
     """:param static: the folder of the console's files."""
     modules = _modules(static, ENTRY)
-    addresses = {name: f"data:text/javascript;base64,{_base64(text)}" for name, text in modules.items()}
+    addresses = {
+        name: f"data:text/javascript;base64,{b64encode(text.encode()).decode()}"
+        for name, text in modules.items()
+    }
     style = "\n".join((static / "style" / f"{name}.css").read_text() for name in STYLES)
     # A "<" could end the element early.
     data = json.dumps(replay).replace("<", "\\u003c")
@@ -48,7 +51,3 @@ def _modules(static: Path, entry: str) -> dict[str, str]:
 
 def _absolute(folder: str, relative: re.Match[str]) -> str:
     return f'"{posixpath.normpath(posixpath.join(folder, relative[1]))}"'
-
-
-def _base64(text: str) -> str:
-    return b64encode(text.encode()).decode()

@@ -8,6 +8,7 @@ from app.store.engine import (
     is_unavailable,
     is_unwritable,
     unavailable_reason,
+    unusable_reason,
     write_last,
 )
 from app.store.tables import (
@@ -51,5 +52,6 @@ __all__ = [
     "is_unavailable",
     "is_unwritable",
     "unavailable_reason",
+    "unusable_reason",
     "write_last",
 ]

@@ -8,11 +8,12 @@ goal, plan, mission, script, world; and other processes are notified of what was
 import sqlite3
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from hashlib import sha256
+from pathlib import Path
 
 import psycopg
-from sqlalchemy import Connection, Engine, create_engine, event, func, select
+from sqlalchemy import Connection, Engine, create_engine, event, func, make_url, select
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError
 from sqlalchemy.orm import Session
@@ -35,6 +36,8 @@ SQLITE_UNWRITABLE = (
     sqlite3.SQLITE_CANTOPEN,
 )
 """SQLite's codes likewise, and for I/O errors."""
+SQLITE_DAMAGED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+"""SQLite's codes for a file that is damaged, or no database."""
 
 
 class Database:
@@ -155,6 +158,16 @@ def unavailable_reason(error: BaseException) -> str | None:
     return str(error.orig).partition("\n")[0]
 
 
+def unusable_reason(error: BaseException) -> str | None:
+    """The driver's message if the database is unavailable, damaged, or cannot be connected to as its URL says."""
+    if not isinstance(error, DBAPIError):
+        return None
+    damaged = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF in SQLITE_DAMAGED
+    if damaged or error.statement is None or is_unavailable(error):
+        return str(error.orig).partition("\n")[0]
+    return None
+
+
 def after_commit(session: Session, call: Callable[[], None]) -> None:
     """Call a function of this process when the session's write transaction has committed."""
     session.info.setdefault(_AFTER_COMMIT, []).append(call)
@@ -169,6 +182,8 @@ def _engine(url: str) -> Engine:
             max_overflow=20,
             connect_args={"connect_timeout": 5, "keepalives_idle": 10, "keepalives_interval": 5},
         )
+    if path := make_url(url).database:
+        _make_private(Path(path))
     engine = create_engine(url, pool_size=20, max_overflow=20, connect_args={"check_same_thread": False})
 
     @event.listens_for(engine, "connect")
@@ -185,3 +200,12 @@ def _engine(url: str) -> Engine:
         """`Database` issues BEGIN."""
 
     return engine
+
+
+def _make_private(path: Path) -> None:
+    """Let only its owner read an SQLite database; new files beside it get the modes that it has."""
+    with suppress(OSError):  # SQLite tells better what is wrong with the path
+        path.touch(mode=0o600)
+        for file in (path, path.with_name(f"{path.name}-wal"), path.with_name(f"{path.name}-shm")):
+            if file.exists():
+                file.chmod(0o600)

@@ -12,8 +12,11 @@ from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
-from app.store.unknowns import PLACED, unknown_rows
+from app.store.unknowns import INSTEAD_OF, PLACED, unknown_rows
 from planner import Fact, KnowledgeBase
+
+REMEMBERED_BELIEFS = 5
+"""How many contradicted beliefs a fact keeps, the newest (our choice)."""
 
 
 class FactStore:
@@ -41,8 +44,8 @@ class FactStore:
         query = select(WorldRow).where(WorldRow.id == world).with_for_update()
         return session.scalars(query.execution_options(populate_existing=True)).one()
 
-    def locked(self, session: Session, world: str) -> "WorldFacts":
-        """The world's facts, read under a lock on the world that lasts to the end of the transaction."""
+    def read_locked(self, session: Session, world: str) -> "WorldFacts":
+        """Read the world's facts and lock the world until the end of the transaction."""
         return WorldFacts(
             session,
             self._events,
@@ -63,8 +66,8 @@ class FactStore:
         at_s: float,
         corrects: bool = False,
     ) -> int:
-        """Change the world's facts as `WorldFacts.change` does; answers the world's version after it."""
-        facts = self.locked(session, world)
+        """Change the world's facts as `WorldFacts.change` does; returns the world's new version."""
+        facts = self.read_locked(session, world)
         facts.change(add=add, remove=remove, source=source, at_s=at_s, corrects=corrects)
         return facts.version
 
@@ -104,12 +107,12 @@ class WorldFacts:
 
     @property
     def dated(self) -> Sequence[DatedFact]:
-        """Every fact with its source and time, and the last belief about what has no place now."""
-        doubted = [
+        """Every fact with its source and time, and the last known place of objects and robots that have none now."""
+        last_places = [
             _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
             for row in self._unknown.values()
         ]
-        return [*self.believed, *doubted]
+        return [*self.believed, *last_places]
 
     def change(
         self,
@@ -120,20 +123,26 @@ class WorldFacts:
         at_s: float,
         corrects: bool = False,
     ) -> bool:
-        """Make facts true and false; what is both removed and added is true. True if anything has changed.
+        """Add and remove facts; a fact in both is added. True if anything has changed.
 
-        :param corrects: what is removed was believed wrongly, rather than ended: it stays visible as `instead_of`.
+        :param corrects: the removed facts were wrong, rather than true until now: the new facts about the same objects
+            keep them, and the beliefs that those had replaced, as `instead_of`.
         """
         world = self._world.id
         added = set(add)
-        gone = [self._rows[str(fact)] for fact in set(remove) - added if str(fact) in self._rows]
+        gone = [self._rows[str(fact)] for fact in sorted(set(remove) - added) if str(fact) in self._rows]
         new = [fact for fact in sorted(added) if str(fact) not in self._rows]
-        before = [_belief(old) for old in gone if corrects and not _is_passing(old, source)]
+        wrong = [old for old in gone if corrects and not _ends_as_expected(old, source)]
+        before = [_belief(old) for old in wrong]
+        history = [one for old in wrong for one in (_belief(old), *old.instead_of)]
+        if corrects:
+            history += self._last_beliefs(fact.args[0] for fact in new if fact.predicate in PLACED)
+        history.sort(key=lambda belief: belief["at_s"], reverse=True)
         for old in gone:
             self._session.delete(old)
             del self._rows[old.atom]
         for fact in new:
-            self._rows[str(fact)] = _row(world, fact, source, at_s, before)
+            self._rows[str(fact)] = _row(world, fact, source, at_s, history)
             self._session.add(self._rows[str(fact)])
         self._note_unknown(gone, source=source, at_s=at_s)
         if gone or new:
@@ -155,6 +164,11 @@ class WorldFacts:
         self._session.flush()  # so that the next change can delete what this one has added
         return bool(gone or new)
 
+    def _last_beliefs(self, names: Iterable[str]) -> list[dict[str, Any]]:
+        """What was last believed about objects and robots whose place is unknown, newest first."""
+        rows = [self._unknown[name] for name in names if name in self._unknown]
+        return [one for row in rows for one in (_unknown_belief(row), *row.believed.get(INSTEAD_OF, ()))]
+
     def _note_unknown(self, gone: Iterable[FactRow], *, source: str, at_s: float) -> None:
         """Keep the last belief about each object and robot that has lost its place, until it has one again."""
         placed = {row.args[0] for row in self._rows.values() if row.predicate in PLACED}
@@ -165,7 +179,11 @@ class WorldFacts:
             if row.predicate not in PLACED or name in placed:
                 continue
             unknown = self._unknown.setdefault(name, UnknownRow(world=self._world.id, name=name))
-            unknown.believed = {"predicate": row.predicate, "args": list(row.args)}
+            unknown.believed = {
+                "predicate": row.predicate,
+                "args": list(row.args),
+                INSTEAD_OF: list(row.instead_of),
+            }
             unknown.believed_by = row.source
             unknown.believed_at_s = row.at_s
             unknown.source = source
@@ -186,8 +204,8 @@ def source_of(robot: str) -> str:
     return f"report of {robot}"
 
 
-def _is_passing(old: FactRow, source: str) -> bool:
-    """True of derived facts, and of the former position of a robot that reports its position itself."""
+def _ends_as_expected(old: FactRow, source: str) -> bool:
+    """True if the removal corrects no belief: of derived facts, and of a position when its robot reports a new one."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
     return old.predicate in (VACANT, CLEAR)
@@ -197,16 +215,26 @@ def _belief(row: FactRow) -> dict[str, Any]:
     return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
 
 
+def _unknown_belief(row: UnknownRow) -> dict[str, Any]:
+    said = {"predicate": row.believed["predicate"], "args": list(row.believed["args"])}
+    return {**said, "source": row.believed_by, "at_s": row.believed_at_s}
+
+
 def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> DatedFact:
     return DatedFact(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
 
 
-def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict[str, Any]]) -> FactRow:
-    """:param before: facts that were believed wrongly; those about the same things are kept with the new fact."""
+def _row(world: str, fact: Fact, source: str, at_s: float, history: Sequence[dict[str, Any]]) -> FactRow:
+    """A new row for the fact.
+
+    :param history: wrong beliefs, newest first; those about the same objects are kept with the fact.
+    """
     about = subjects_of(fact)
-    contradicted = [
-        one for one in before if not about.isdisjoint(subjects_of(Fact(one["predicate"], tuple(one["args"]))))
-    ]
+    contradicted = dict[Fact, dict[str, Any]]()
+    for belief in history:
+        one = Fact(belief["predicate"], tuple(belief["args"]))
+        if one != fact and not about.isdisjoint(subjects_of(one)):
+            contradicted.setdefault(one, belief)
     return FactRow(
         world=world,
         atom=str(fact),
@@ -214,5 +242,5 @@ def _row(world: str, fact: Fact, source: str, at_s: float, before: Sequence[dict
         args=list(fact.args),
         source=source,
         at_s=at_s,
-        instead_of=contradicted,
+        instead_of=list(contradicted.values())[:REMEMBERED_BELIEFS],
     )

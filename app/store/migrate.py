@@ -1,19 +1,51 @@
 """Upgrades the tables with Alembic, from the migrations in this package."""
 
+import re
 from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
-from sqlalchemy import Connection
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, inspect
 
+from app.domain.errors import Invalid
 from app.store.engine import Database
+
+REVISION = re.compile("[0-9]{4}")
+"""The form of our migrations' names; they are numbered in order."""
+
+
+FOREIGN = "the database is another program's, name one for Macta alone (MACTA_DATABASE_URL, --data)"
 
 
 def migrate(database: Database) -> None:
-    """Apply the missing migrations in one transaction; of several processes, one does."""
+    """Apply the missing migrations in one transaction; if several processes start at once, one of them does.
+
+    :raises Invalid: if the database is of a newer version or of another program; it is left as it is.
+    """
     with database.write() as session:
         database.lock(session, "migrations")
-        command.upgrade(migration_config(session.connection()), "head")
+        config = migration_config(session.connection())
+        _refuse_others(session.connection(), config)
+        command.upgrade(config, "head")
+
+
+def _refuse_others(connection: Connection, config: Config) -> None:
+    revision = MigrationContext.configure(connection).get_current_revision()
+    if revision is None:
+        if tables := inspect(connection).get_table_names():
+            raise Invalid(f"{FOREIGN}: it holds {', '.join(sorted(tables)[:3])}", code="foreign-database")
+        return
+    newest = ScriptDirectory.from_config(config).get_current_head() or ""
+    if REVISION.fullmatch(revision) is None:
+        raise Invalid(f"{FOREIGN}: its migration is {revision!r}", code="foreign-database")
+    if revision > newest:
+        raise Invalid(
+            f"the database is of a newer version of Macta: its migration is {revision}, this version has {newest}; "
+            "update Macta, or name another database (MACTA_DATABASE_URL, --data)",
+            code="newer-database",
+        )
 
 
 def migration_config(connection: Connection) -> Config:

@@ -7,6 +7,7 @@ from sqlalchemy import and_, or_, select
 from sqlalchemy.orm import Session
 
 from app.domain.errors import Invalid, unrecorded
+from app.domain.lifecycles.mission import ENDED
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store.tables import GoalRow, LostRobotRow, MissionRow, PlanRow, ScriptRow
 
@@ -35,6 +36,12 @@ def lock_mission(session: Session, mission_id: str) -> MissionRow:
     goal_id = session.scalars(select(MissionRow.goal_id).where(MissionRow.id == mission_id)).one()
     session.get_one(GoalRow, goal_id, with_for_update=True)
     return session.get_one(MissionRow, mission_id, with_for_update=True)
+
+
+def lock_running_missions(session: Session, world: str) -> Sequence[MissionRow]:
+    """The missions of a world that have not ended, locked one after the other in the order of their ids."""
+    query = select(MissionRow).where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+    return session.scalars(query.order_by(MissionRow.id).with_for_update()).all()
 
 
 def lost_robots(session: Session, world: str) -> Sequence[LostRobotRow]:

@@ -36,7 +36,7 @@ class WorldRow(Base):
 class FactRow(Base):
     """A fact that holds, in the planner's form, with its source and the world's time it was learned at.
 
-    `instead_of`: what was believed before and contradicted by it, each with source and time.
+    `instead_of`: what was believed before and contradicted by it, newest first, each with source and time.
     """
 
     __tablename__ = "facts"
@@ -51,7 +51,9 @@ class FactRow(Base):
 
 
 class UnknownRow(Base):
-    """An object or robot of which no place is believed: what was believed last, by whom, who said otherwise when."""
+    """An object or robot of which no place is believed: what was believed last (and `instead_of` what), by whom, who
+    said otherwise when.
+    """
 
     __tablename__ = "unknowns"
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
@@ -81,7 +83,8 @@ class GoalRow(Base):
 
     `releases_seen` are the world's releases it was last planned after; `limits` what was asked of the planning,
     `planning` how far that is, while it runs, and `stop_requested` that its best plan so far is to be taken;
-    `alternatives` how the search for other plans than the proposed one stands.
+    `alternatives` how the search for other plans than the proposed one stands; `waits_for` what it waits for, of a goal
+    that does and may be planned once that is free.
     """
 
     __tablename__ = "goals"
@@ -103,6 +106,7 @@ class GoalRow(Base):
     planning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     stop_requested: Mapped[bool] = mapped_column(default=False)
     alternatives: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    waits_for: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     plan_id: Mapped[str | None]
     mission_id: Mapped[str | None]
     created_by: Mapped[str]
@@ -176,8 +180,8 @@ class MissionRow(Base):
 class ScriptRow(Base):
     """A behaviour script of one of a mission's plans and what is known of its execution.
 
-    `packets`: each packet's state and times as reported; `cleared`: the actions whose end it is to know of. The others
-    are explained by the script's life cycle.
+    `packets`: each packet's state and times as reported; `cleared`: the actions whose end it is to know of;
+    `given_at_s`: when it was made (world's clock). The others are explained by the script's life cycle.
     """
 
     __tablename__ = "scripts"
@@ -201,6 +205,8 @@ class ScriptRow(Base):
     clearance: Mapped[str | None]
     abandoned: Mapped[bool] = mapped_column(default=False)
     heard_at_s: Mapped[float | None]
+    given_at_s: Mapped[float | None]
+    doubt: Mapped[str] = mapped_column(default="")
 
 
 class DurationRow(Base):

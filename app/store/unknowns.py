@@ -1,7 +1,8 @@
 """What is not known of a world: objects and robots without a believed place, robots that are lost or do not answer."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -15,6 +16,8 @@ from app.store.tables import MissionRow, ScriptRow, UnknownRow
 from planner import Fact
 
 PLACED = (OBJECT_POSITION, ROBOT_POSITION)
+INSTEAD_OF = "instead_of"
+"""The key under which the last belief about an unknown thing keeps what it was believed instead of."""
 
 
 def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
@@ -25,12 +28,17 @@ def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unknown:
-    """A sample or robot whose place or state is not known; `last` is where it was believed to be."""
+    """A sample or robot whose place or state is not known.
+
+    :param last: where it was believed to be.
+    :param earlier: where it was believed to be before that was said instead, newest first.
+    """
 
     name: str
     reason: str
     since_s: float | None
     last: DatedFact | None
+    earlier: Sequence[DatedFact] = ()
 
 
 def list_unknowns(
@@ -63,13 +71,21 @@ def list_unknowns(
 
 
 def _misplaced(row: UnknownRow) -> Unknown:
-    last = DatedFact(
-        fact=Fact(row.believed["predicate"], tuple(row.believed["args"])),
-        source=row.believed_by,
-        at_s=row.believed_at_s,
-    )
+    last = DatedFact(fact=_fact(row.believed), source=row.believed_by, at_s=row.believed_at_s)
+    before = row.believed.get(INSTEAD_OF, ())
+    earlier = [DatedFact(fact=_fact(one), source=one["source"], at_s=one["at_s"]) for one in before]
     reason = f"it is not where it was believed to be ({row.source})"
-    return Unknown(name=row.name, reason=reason, since_s=row.since_s, last=last)
+    return Unknown(
+        name=row.name,
+        reason=reason,
+        since_s=row.since_s,
+        last=last,
+        earlier=[one for one in earlier if one.fact.predicate in PLACED and one.fact.args[0] == row.name],
+    )
+
+
+def _fact(belief: Mapping[str, Any]) -> Fact:
+    return Fact(belief["predicate"], tuple(belief["args"]))
 
 
 def _silent(session: Session, world: str) -> Sequence[tuple[str, str, float | None]]:

@@ -3,12 +3,12 @@
 import random
 import signal
 import threading
-import time
 from collections import Counter
 from collections.abc import Callable
 
 import httpx2
 
+from app.domain.clock import pause
 from app.planning.pool.process_tree import Running, kill
 from app.trials.service_process import Installation, NotReady, ServiceProcess
 from app.workflows.background import Background
@@ -36,11 +36,12 @@ class ServiceFaults:
 
     def __init__(self, installation: Installation, seed: int, world_fault: WorldFault = lambda _: "") -> None:
         self._installation = installation
+        self._clock = installation.clock
         self._rng = random.Random(seed)
         self._world_fault = world_fault
         self._lock = threading.Lock()
         self._starts = 0
-        self._simulation_killed_at = float("-inf")
+        self._simulation_killed_s = float("-inf")
         self._background: Background | None = None
         self.done: Counter[str] = Counter()
         self.complaints: list[str] = []
@@ -106,7 +107,7 @@ class ServiceFaults:
             case "service killed as it began":
                 self.service.kill()
                 self._restart()
-                time.sleep(self._rng.uniform(0.3, 4.0))
+                pause(self._clock, self._rng.uniform(0.3, 4.0))
                 self.service.kill()
                 self._restart()
             case _:
@@ -116,9 +117,10 @@ class ServiceFaults:
 
     def _kill_simulation(self) -> bool:
         simulation = self.service.simulation()
-        if simulation is None or time.monotonic() - self._simulation_killed_at < SIMULATION_PAUSE_S:
+        now_s = self._clock.monotonic_s()
+        if simulation is None or now_s - self._simulation_killed_s < SIMULATION_PAUSE_S:
             return False
-        self._simulation_killed_at = time.monotonic()
+        self._simulation_killed_s = now_s
         return self._kill_one([simulation])
 
     def _kill_one(self, candidates: list[Running]) -> bool:
@@ -128,7 +130,7 @@ class ServiceFaults:
 
     def _suspend(self) -> None:
         self.service.process.send_signal(signal.SIGSTOP)
-        time.sleep(STOPPED_S)
+        pause(self._clock, STOPPED_S)
         self.service.process.send_signal(signal.SIGCONT)
 
     def _restart(self) -> None:

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import httpx2
 
+from app.domain.clock import SYSTEM_CLOCK, WallClock, pause
 from app.planning.pool.process_tree import Running, kill, tree_of
 
 READY_TIMEOUT_S = 600.0
@@ -36,6 +36,7 @@ class Installation:
     token: str
     speed: float
     environment: Mapping[str, str] = field(default_factory=dict)
+    clock: WallClock = SYSTEM_CLOCK
 
     @property
     def database_url(self) -> str:
@@ -56,7 +57,13 @@ class Installation:
                 env={**outside, "MACTA_TOKEN": self.token, **self.environment},
             )
         return ServiceProcess(
-            number=number, process=process, out=out, err=err, token=self.token, data=self.data
+            number=number,
+            process=process,
+            out=out,
+            err=err,
+            token=self.token,
+            data=self.data,
+            clock=self.clock,
         )
 
     @contextmanager
@@ -79,18 +86,19 @@ class ServiceProcess:
     err: Path
     token: str
     data: Path
+    clock: WallClock
 
     def address(self) -> str:
         """The address of its API, once it answers.
 
         :raises NotReady: if it ends before that, or takes too long.
         """
-        give_up = time.monotonic() + READY_TIMEOUT_S
+        give_up_s = self.clock.monotonic_s() + READY_TIMEOUT_S
         while not (said := self.out.read_text()).endswith("\n"):
-            if not self.is_alive or time.monotonic() > give_up:
+            if not self.is_alive or self.clock.monotonic_s() > give_up_s:
                 raise NotReady(f"service process {self.number} did not start: {self.stderr}")
-            time.sleep(0.05)
-        return said.partition("ready: ")[2].partition("/?token")[0]
+            pause(self.clock, 0.05)
+        return said.partition("ready: ")[2].strip().rstrip("/")
 
     def api(self) -> httpx2.Client:
         """A client of its API, once it answers; the caller closes it.

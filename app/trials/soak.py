@@ -1,13 +1,13 @@
 """The soak trial: rounds of random goals and faults, then settling without faults, then checks."""
 
 import random
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
 import httpx2
 
+from app.domain.clock import WallClock, pause
 from app.trials.checks import (
     Beliefs,
     IsTrue,
@@ -71,16 +71,19 @@ class SoakTrial:
     operator: RandomOperator = field(init=False)
     rounds: list[RoundResult] = field(default_factory=list)
     _follower: EventFollower = field(init=False)
-    _begun_at: float = field(default_factory=time.monotonic)
+    _clock: WallClock = field(init=False)
+    _begun_s: float = field(init=False)
 
     def __post_init__(self) -> None:
+        self._clock = self.installation.clock
+        self._begun_s = self._clock.monotonic_s()
         self.observer = Observer(self.world.name)
         self.operator = RandomOperator(world=self.world, seed=self.seed, observer=self.observer)
         self._follower = EventFollower(self.faults.api)
 
     @property
     def elapsed_s(self) -> float:
-        return time.monotonic() - self._begun_at
+        return self._clock.monotonic_s() - self._begun_s
 
     @property
     def wrong(self) -> list[str]:
@@ -102,11 +105,11 @@ class SoakTrial:
         """Inject goals and faults for `storm_s` of the wall clock, let everything end, and check."""
         self.faults.pause()  # waits until the service is up
         self.faults.start()
-        give_up = time.monotonic() + storm_s
+        give_up_s = self._clock.monotonic_s() + storm_s
         rng = random.Random(f"{self.seed} {len(self.rounds)}")
-        while time.monotonic() < give_up:
+        while self._clock.monotonic_s() < give_up_s:
             self._with_api(self._act)
-            time.sleep(rng.uniform(*ACT_S))
+            pause(self._clock, rng.uniform(*ACT_S))
         self.faults.pause()
         over = self._settle_all()
         result = self._judged(over)
@@ -118,12 +121,12 @@ class SoakTrial:
         self.observer.read(api, self.operator.open)
 
     def _settle_all(self) -> bool:
-        give_up = time.monotonic() + SETTLE_WALL_S
+        give_up_s = self._clock.monotonic_s() + SETTLE_WALL_S
         began_s = self.observer.time_s
-        while time.monotonic() < give_up and self.observer.time_s < began_s + SETTLE_WORLD_S:
+        while self._clock.monotonic_s() < give_up_s and self.observer.time_s < began_s + SETTLE_WORLD_S:
             if self._with_api(self._settle) and not self.operator.open:
                 return True
-            time.sleep(LOOK_S)
+            pause(self._clock, LOOK_S)
         return False
 
     def _settle(self, api: httpx2.Client) -> None:
@@ -142,10 +145,10 @@ class SoakTrial:
         wrong = unfinished_goals(self.observer.goals.values())
         wrong += executed_twice(self._record())
         if over:
-            time.sleep(SNAPSHOT_S)
+            pause(self._clock, SNAPSHOT_S)
             true_state = self.true_state()
             found = self._found()
-            wrong += disagreements(found, true_state.lies, self.world.owners)
+            wrong += disagreements(found, true_state.lies, self.world.location_of)
             wrong += untrue_goals(self._latest(), true_state.is_true)
         wrong += self._lost_events()
         return RoundResult(
@@ -180,9 +183,9 @@ class SoakTrial:
         )
 
     def _lost_events(self) -> list[str]:
-        give_up = time.monotonic() + CAUGHT_UP_S
+        give_up_s = self._clock.monotonic_s() + CAUGHT_UP_S
         while lost := lost_events(self._follower.seen, self._record().events):
-            if time.monotonic() > give_up:
+            if self._clock.monotonic_s() > give_up_s:
                 break
-            time.sleep(LOOK_S)
+            pause(self._clock, LOOK_S)
         return lost

@@ -124,7 +124,7 @@ class ExecutorRegistry:
                 return
             if self._clock.monotonic_s() > give_up_s:
                 raise Unavailable(
-                    f"another process on this database has world {', '.join(others)}; "
+                    f"another process on this database drives world {', '.join(others)}; "
                     "give this one a database of its own, or reach the world's robots over --broker"
                 )
             self._clock.wait(self._background.ending, HEARTBEAT_S)
@@ -147,7 +147,9 @@ class ExecutorRegistry:
                 if row is not None:
                     row.seen_at = ENDED_AT_S
         except Exception as error:  # they will notice
-            logger.warning("could not record that this process ends: %s", error)
+            logger.warning(
+                "could not record the end of this process, its work is taken over after a delay: %s", error
+            )
 
     def holds_lease(self, world: str) -> bool:
         """True if this process, and no other, is to deliver to the world's robots and to record what they report."""
@@ -187,7 +189,7 @@ class ExecutorRegistry:
             return
         self._lost_check_at_s = self._clock.monotonic_s() + LOST_CHECK_S
         if count := self._workflows.recover_lost():
-            logger.warning("recovered %d workflows that this process had lost", count)
+            logger.warning("resumed %d workflows of this process that were no longer running", count)
 
     def _run(self) -> None:
         while not self._background.ending.is_set():
@@ -225,7 +227,12 @@ class ExecutorRegistry:
             )
             for dead in session.scalars(query.with_for_update(skip_locked=True)).all():
                 if count := self._workflows.recover_executor(dead.id):
-                    logger.warning("recovered %d workflows of executor %s on %s", count, dead.id, dead.host)
+                    logger.warning(
+                        "took over %d workflows of executor %s on %s, which sends no heartbeat",
+                        count,
+                        dead.id,
+                        dead.host,
+                    )
                 if dead.seen_at < now - FORGOTTEN_AFTER_S:
                     session.execute(delete(ExecutorRow).where(ExecutorRow.id == dead.id))
 

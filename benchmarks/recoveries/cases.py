@@ -12,9 +12,9 @@ from benchmarks.mishaps.acts import (
     jaws_fail,
     jaws_mended,
     knocked,
-    let_go,
     mended,
     put,
+    release,
     sensor,
     switched_off,
     switched_on,
@@ -138,7 +138,7 @@ def _together() -> Iterator[Case]:
     together = partial(Case, of=RELOCATION, after_s=10.0)
     for robot in ("fred", "ginger"):
         joint = partial(together, robot=robot, during="TRANSPORT")
-        yield joint(name="lets go", do=let_go)
+        yield joint(name="lets go", do=release)
         yield joint(name="switched off", do=switched_off)
         yield joint(name="radio broken", do=radio_broken)
         yield joint(name="infra-red dead", do=sensor(SENSOR_FAULTS["infra-red dead"]))

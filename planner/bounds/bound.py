@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from planner.bounds.network import Network
 from planner.bounds.paths import FAR, Graph, Ints, duals, shortest
 from planner.bounds.world import MILLISECONDS, NotModelled, World
-from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
 
@@ -59,12 +58,7 @@ class _Bounds:
         self.problem = problem
         world = network.world
         self.representatives = world.representatives
-        said: dict[str, list[Fact]] = {}
-        for fact in problem.facts:
-            if fact.predicate in world.fluents:
-                for arg in fact.args:
-                    said.setdefault(arg, []).append(fact)
-        self.stands = {agent: network.configuration(agent, said.get(agent, ())) for agent in world.agents}
+        self.stands = {agent: network.configuration(agent, world.said(agent)) for agent in world.agents}
         self.members = {
             one: [a for a in world.agents if world.representative[a] == one] for one in self.representatives
         }
@@ -76,9 +70,9 @@ class _Bounds:
                     goals.setdefault(thing, []).append(states)
         self._start = {}
         for thing in sorted(goals):
-            facts = said.get(thing, [])
+            facts = world.said(thing)
             held = {arg for fact in facts for arg in fact.args if arg in world.representative}
-            self._start[thing] = network.state(thing, [*facts, *(f for one in held for f in said[one])])
+            self._start[thing] = network.state(thing, [*facts, *(f for one in held for f in world.said(one))])
         self._goals = {thing: sorted(set(some[0]).intersection(*some)) for thing, some in goals.items()}
         thing_edges = network.thing_edges
         agent_edges = network.agent_edges

@@ -1,7 +1,8 @@
 """What a problem's operators do to the variables of agents and things, without grounding."""
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 from planner.bounds.world import NotModelled, Step, World
@@ -38,8 +39,14 @@ class Moves:
             for op in world.base.operators_among(set(world.problem.objects.values()))
             if not self._is_contradictory(op)
         ]
-        self.of_things = {kind: self._decided_of_things(kind) for kind in world.thing_types}
-        self.of_agents = self._decided_of_agents()
+        self.of_things = {
+            kind: self._decided(variables, partial(self._moved_things, kind=kind))
+            for kind, variables in world.of_things.items()
+        }
+        self.of_agents = self._decided(
+            world.of_agents,
+            lambda op, kept: self._concerned(op, kept) if self._is_relevant(op, kept) else (),
+        )
         self._of_agent: dict[str, Mapping[str, Move]] = {}
         self.steps = [self._step(op) for op in self._operators if self._is_relevant(op, self.of_agents)]
 
@@ -54,9 +61,7 @@ class Moves:
         """By parameter what the operator does to things of a type."""
         variables = self.of_things[kind]
         return {
-            name: self._move(op, name, variables)
-            for name in op.parameters
-            if self._moves_thing(op, name, kind, variables)
+            name: self._move(op, name, variables) for name in self._moved_things(op, variables, kind=kind)
         }
 
     def state(self, of_thing: Lifted, of_agents: Mapping[str, Lifted]) -> Lifted:
@@ -121,15 +126,18 @@ class Moves:
         move = self._move(op, name, variables)
         return self._names_agent(op, name) and move.before != move.after
 
-    def _decided_of_things(self, kind: str) -> tuple[Variable, ...]:
-        """The variables of things whose value is a precondition of every action that changes any of them."""
-        kept = self.world.of_things[kind]
+    def _decided(
+        self, kept: tuple[Variable, ...], changed: Callable[[Operator, Sequence[Variable]], Iterable[str]]
+    ) -> tuple[Variable, ...]:
+        """The variables whose value is a precondition of every action that changes any of them.
+
+        :param changed: the parameters of an operator whose variables it changes.
+        """
         while True:
             unknown = {
                 one
                 for op in self._operators
-                for name in op.parameters
-                if self._moves_thing(op, name, kind, kept)
+                for name in changed(op, kept)
                 for one in kept
                 if one.of(op.preconditions, name) is None
             }
@@ -137,21 +145,8 @@ class Moves:
                 return kept
             kept = tuple(one for one in kept if one not in unknown)
 
-    def _decided_of_agents(self) -> tuple[Variable, ...]:
-        """The variables of agents whose value is a precondition of every relevant action."""
-        kept = self.world.of_agents
-        while True:
-            unknown = {
-                one
-                for op in self._operators
-                if self._is_relevant(op, kept)
-                for name in self._concerned(op, kept)
-                for one in kept
-                if one.of(op.preconditions, name) is None
-            }
-            if not unknown:
-                return kept
-            kept = tuple(one for one in kept if one not in unknown)
+    def _moved_things(self, op: Operator, variables: Sequence[Variable], *, kind: str) -> list[str]:
+        return [name for name in op.parameters if self._moves_thing(op, name, kind, variables)]
 
     def _is_relevant(self, op: Operator, of_agents: Sequence[Variable]) -> bool:
         """True if the action changes a variable."""

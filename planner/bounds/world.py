@@ -23,6 +23,7 @@ from planner.knowledge.invariants import Variable, variables_of
 from planner.knowledge.literal import Literal
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
+from planner.problem.static_facts import StaticFacts
 
 THING = "the thing"
 OTHER = "another thing"
@@ -60,9 +61,7 @@ class World:
         classes = AgentClasses(knowledge_base, problem)
         self.agents = classes.agents
         self.fluents = knowledge_base.fluents
-        placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
-        placed |= {arg for _, args in problem.functions for arg in args}
-        self.things = frozenset(problem.objects.keys() - placed - set(self.agents))
+        self.things = StaticFacts(knowledge_base, problem).things
         known = frozenset(self.agents)
         together = any(len(known.intersection(args)) > 1 for _, args in problem.functions)
         self.representative: Mapping[str, str] = {
@@ -73,7 +72,11 @@ class World:
         stands_for = {**self.representative, **dict.fromkeys(self.things, OTHER)}
         self._rows: dict[tuple[str, int, str], set[Row]] = {}
         self._all: dict[str, set[Row]] = defaultdict(set)
+        self._said: dict[str, list[Fact]] = {}
         for fact in problem.facts:
+            if fact.predicate in self.fluents:
+                for arg in fact.args:
+                    self._said.setdefault(arg, []).append(fact)
             self._note(fact.predicate, tuple([stands_for.get(arg, arg) for arg in fact.args]))
         self._tables: dict[tuple[str, tuple[tuple[str, ...], ...]], Floats] = {}
         self._admitted: dict[str, frozenset[str]] = {}
@@ -101,13 +104,11 @@ class World:
     def _sound(self, kinds: set[str], names: Sequence[str]) -> tuple[Variable, ...]:
         """The variables of these types that have at most one value each from the start."""
         found = variables_of(self.base, frozenset(kinds), frozenset(self.problem.objects.values()))
-        said: dict[str, list[Fact]] = {name: [] for name in names}
-        for fact in self.problem.facts:
-            if fact.predicate in self.fluents:
-                for name in fact.args:
-                    if name in said:
-                        said[name].append(fact)
-        return tuple(one for one in found if all(one.is_single(said[name], name) for name in names))
+        return tuple(one for one in found if all(one.is_single(self.said(name), name) for name in names))
+
+    def said(self, name: str) -> Sequence[Fact]:
+        """The fluent facts that name an object."""
+        return self._said.get(name, ())
 
     def pool(self, kind: str) -> tuple[str, ...]:
         """Objects of a type that are neither agents nor things, and constants."""

@@ -10,6 +10,7 @@ from itertools import product
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
+from planner.plan_nets.progression import apply_action
 from planner.problem.interface import PlanningProblem
 
 LONGEST = 300
@@ -79,9 +80,7 @@ class _Shortening:
             )
             if action is None:
                 return None
-            for held, effects in ((state, action.effects), (achieved, action.intended_effects)):
-                held.difference_update(action.deletes)
-                held.update(effects)
+            apply_action(action, state, achieved)
             replayed.append(action)
         return replayed if achieved.issuperset(self._problem.goals) else None
 

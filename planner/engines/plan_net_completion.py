@@ -1,8 +1,6 @@
 """From an engine's sequence of actions to a checked plan-net."""
 
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from planner.errors import InvalidPlan, KnowledgeBaseError
 from planner.explanation.recruiting import recruitment_of
@@ -13,7 +11,7 @@ from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.synchronisation import keep_in_step
 from planner.plan_nets.validation import faults_of, unjustified
-from planner.problem.interface import PlanningProblem, PlanningResult, PlanningStatus
+from planner.problem.interface import PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
 from planner.problem.static_facts import StaticFacts
 
 
@@ -65,20 +63,25 @@ Outcome = tuple[PlanningStatus, PlanNet | None, str]
 
 
 def timed_result(
-    engine: str, knowledge_base: KnowledgeBase, problem: PlanningProblem, plan: Callable[[], PlanningResult]
+    engine: str,
+    knowledge_base: KnowledgeBase,
+    problem: PlanningProblem,
+    request: PlanningRequest,
+    plan: Callable[[], Outcome],
 ) -> PlanningResult:
     """What `plan` answers, with the time it took; `FAILED` if the problem or its plan is not of the knowledge base."""
-    begun = time.monotonic()
+    timer = request.timer()
     try:
         for fact in (*sorted(problem.facts), *problem.goals):
             knowledge_base.check(fact, problem.objects)
-        result = plan()
+        outcome = plan()
     except (KnowledgeBaseError, InvalidPlan) as error:
-        result = to_result(engine, (PlanningStatus.FAILED, None, str(error)))
-    return replace(result, planning_s=round(time.monotonic() - begun, 4))
-
-
-def to_result(engine: str, outcome: Outcome) -> PlanningResult:
-    """The outcome as an engine's result; `timed_result` fills in the time."""
+        outcome = (PlanningStatus.FAILED, None, str(error))
     status, plan_net, reason = outcome
-    return PlanningResult(status=status, engine=engine, planning_s=0.0, plan_net=plan_net, reason=reason)
+    return PlanningResult(
+        status=status,
+        engine=engine,
+        planning_s=round(timer.elapsed_s, 4),
+        plan_net=plan_net,
+        reason=reason,
+    )

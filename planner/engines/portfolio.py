@@ -1,7 +1,6 @@
 """Several engines as one: each is asked only if those before it found nothing."""
 
 import logging
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -16,24 +15,19 @@ from planner.problem.interface import (
     Progress,
     warm_up,
 )
+from planner.problem.timer import Timer
 
 MIN_SHARE_S = 0.05
 """With less time left, no further engine is asked."""
 
 _STATUS_TEXT = {
     PlanningStatus.UNSOLVABLE: "proves that there is no plan",
-    PlanningStatus.NOT_FOUND: "found no plan",
     PlanningStatus.TIMED_OUT: "found no plan in its time",
     PlanningStatus.OUT_OF_MEMORY: "ran out of memory",
+    PlanningStatus.NOT_FOUND: "found no plan",
     PlanningStatus.FAILED: "failed",
 }
-_MOST_INFORMATIVE_FIRST = (
-    PlanningStatus.UNSOLVABLE,
-    PlanningStatus.TIMED_OUT,
-    PlanningStatus.OUT_OF_MEMORY,
-    PlanningStatus.NOT_FOUND,
-    PlanningStatus.FAILED,
-)
+"""The most informative first."""
 
 logger = logging.getLogger(__name__)
 
@@ -59,15 +53,15 @@ class Portfolio:
             try:
                 warm_up(engine)
             except Exception:
-                logger.exception("engine %s cannot be warmed up", engine.name)
+                logger.exception("engine %s could not be prepared in advance", engine.name)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
-        relay = _Relay(observer)
+        relay = _Relay(observer, request.timer())
         answers: list[PlanningResult] = []
         for index, engine in enumerate(self.engines):
-            left_s = request.time_limit_s - relay.elapsed_s
+            left_s = relay.timer.left_s
             if answers and (left_s < MIN_SHARE_S or observer.should_stop()):
                 break
             share_s = left_s if engine is self.engines[-1] else left_s / 2
@@ -84,7 +78,7 @@ class Portfolio:
     def _none_found(
         self, answers: Sequence[PlanningResult], stopped: bool, relay: "_Relay"
     ) -> PlanningResult:
-        status = min((answer.status for answer in answers), key=_MOST_INFORMATIVE_FIRST.index)
+        status = min((answer.status for answer in answers), key=list(_STATUS_TEXT).index)
         reason = _summary(answers)
         if stopped:
             status = PlanningStatus.NOT_FOUND
@@ -97,21 +91,20 @@ class Portfolio:
     def _concluded(answer: PlanningResult, reason: str, relay: "_Relay") -> PlanningResult:
         """The answer as the portfolio's: its whole time, its best bound."""
         return replace(
-            answer, reason=reason, planning_s=round(relay.elapsed_s, 3), lower_bound_s=relay.lower_bound_s
+            answer,
+            reason=reason,
+            planning_s=round(relay.timer.elapsed_s, 3),
+            lower_bound_s=relay.lower_bound_s,
         )
 
 
 class _Relay(Observer):
     """Passes the engines' progress on, in the portfolio's time and with the best bound any of them proved."""
 
-    def __init__(self, observer: Observer) -> None:
+    def __init__(self, observer: Observer, timer: Timer) -> None:
         self._observer = observer
-        self._begun = time.monotonic()
+        self.timer = timer
         self.lower_bound_s: float | None = None
-
-    @property
-    def elapsed_s(self) -> float:
-        return time.monotonic() - self._begun
 
     def learn(self, bound_s: float | None) -> None:
         if bound_s is not None:
@@ -120,7 +113,7 @@ class _Relay(Observer):
     def progress(self, progress: Progress) -> None:
         self.learn(progress.lower_bound_s)
         self._observer.progress(
-            replace(progress, elapsed_s=round(self.elapsed_s, 3), lower_bound_s=self.lower_bound_s)
+            replace(progress, elapsed_s=round(self.timer.elapsed_s, 3), lower_bound_s=self.lower_bound_s)
         )
 
     def should_stop(self) -> bool:

@@ -62,7 +62,7 @@ class _Diagnosis:
             yield f"no action has the intended effect {goal.predicate}{by_the_way}"
         goals = [goal for goal in goals if goal not in hopeless]
         if goals:
-            problem = self._lean(goals)
+            problem = self._small(goals)
             supposed = self._supposing(problem, self._plausible(problem), with_functions=False)
             if any(supposed.missing(goal) is None for goal in goals):
                 bold = self._plausible(problem, strict=False)
@@ -77,11 +77,11 @@ class _Diagnosis:
             for effect in op.intended_effects
         )
 
-    def _lean(self, goals: list[Fact]) -> PlanningProblem:
+    def _small(self, goals: list[Fact]) -> PlanningProblem:
         problem = replace(self._problem, goals=tuple(goals))
         if len(problem.objects) <= MAX_OBJECTS:
             return problem
-        return StaticFacts(self._base, problem).lean(problem)
+        return StaticFacts(self._base, problem).without_bystanders(problem)
 
     def _supposing(
         self, problem: PlanningProblem, facts: Iterable[Fact], *, with_functions: bool
@@ -237,7 +237,7 @@ class _Reason:
             position = leaf.args.index(arg)
             that = clause(self._base, leaf, position)
             pinned = {*leaf.args} - {arg} <= self._pinned
-            if that and pinned and not any(_with(leaf, position, r) in self._problem.facts for r in rivals):
+            if that and pinned and not any(leaf.renamed({arg: r}) in self._problem.facts for r in rivals):
                 return f" {that}"
         return None
 
@@ -267,7 +267,3 @@ class _Reason:
 
 def _alike(one: Fact, other: Fact, position: int) -> bool:
     return all(i == position or a == b for i, (a, b) in enumerate(zip(one.args, other.args, strict=True)))
-
-
-def _with(fact: Fact, position: int, arg: str) -> Fact:
-    return Fact(fact.predicate, (*fact.args[:position], arg, *fact.args[position + 1 :]))

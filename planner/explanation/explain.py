@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from planner.explanation.ordering import Reasons
 from planner.explanation.purpose import chain_in_words, purposes
-from planner.explanation.recruiting import Rivals, Trial, trials, why_this_robot
+from planner.explanation.recruiting import Rivals, trials, why_this_robot
 from planner.explanation.timing import Wait, makespan, waits
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
@@ -64,10 +64,10 @@ def explain(
     names = {action.id: f"{action.id} {action.tag}" for action in plan_net.actions}
     reasons = Reasons(plan_net, names, knowledge_base)
     rivals = Rivals(plan_net, problem, knowledge_base)
-    tried: Mapping[str, Trial] = {}
+    tried: Mapping[str, str] = {}
     if engine is not None:
         tried = trials(plan_net, rivals.statics, engine, request or PlanningRequest(), observer)
-    order = _orders(plan_net, reasons)
+    order = _orders(plan_net, names, reasons)
     purpose = purposes(plan_net, knowledge_base)
     return Explanation(
         actions=tuple(
@@ -84,17 +84,17 @@ def explain(
             )
             for action in plan_net.actions
         ),
-        robots={robot: trial.words for robot, trial in sorted(tried.items())},
+        robots=dict(sorted(tried.items())),
         makespan=makespan(plan_net, names, reasons),
         waits=waits(plan_net, names, reasons),
     )
 
 
-def _orders(plan_net: PlanNet, reasons: Reasons) -> Mapping[str, list[str]]:
+def _orders(plan_net: PlanNet, names: Mapping[str, str], reasons: Reasons) -> Mapping[str, list[str]]:
     """For each action what it comes after, then what it comes before."""
     order: dict[str, list[str]] = {action.id: [] for action in plan_net.actions}
     for ordering in plan_net.orderings:
-        order[ordering.after].append(reasons.after(ordering))
+        order[ordering.after].append(f"after {names[ordering.before]}: {reasons.why(ordering)}")
     for ordering in plan_net.orderings:
-        order[ordering.before].append(reasons.before(ordering))
+        order[ordering.before].append(f"before {names[ordering.after]}: {reasons.why(ordering)}")
     return order

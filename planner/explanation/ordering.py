@@ -28,14 +28,6 @@ class Reasons:
             self._given[link.producer, link.consumer].append(link.fact)
             self._promised[link.producer].add(link.fact)
 
-    def after(self, ordering: Ordering) -> str:
-        """The ordering in the later action's explanation."""
-        return f"after {self._names[ordering.before]}: {self.why(ordering)}"
-
-    def before(self, ordering: Ordering) -> str:
-        """The ordering in the earlier action's explanation."""
-        return f"before {self._names[ordering.after]}: {self.why(ordering)}"
-
     def why(self, ordering: Ordering) -> str:
         """`a2 DOCK brings about that yard_1 is at door_1 for a3 TRANSPORT`, and what keeps it."""
         words = {

@@ -2,7 +2,6 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -17,15 +16,13 @@ from planner.problem.interface import (
     PlanningStatus,
 )
 from planner.problem.solving import TimeLimitedEngine
-from planner.problem.static_facts import StaticFacts, in_place_of
+from planner.problem.static_facts import StaticFacts
 from planner.relaxation import Relaxation
 
-Action = GroundAction | PlanNetAction
 
-
-def recruitment_of(actions: Sequence[Action], statics: StaticFacts) -> dict[str, str]:
+def recruitment_of(actions: Sequence[GroundAction], statics: StaticFacts) -> dict[str, str]:
     """A sentence for each robot: what it is to do and can, what it reaches, and who else would qualify."""
-    work: dict[str, list[Action]] = defaultdict(list)
+    work: dict[str, list[GroundAction]] = defaultdict(list)
     for action in actions:
         for agent in action.agents:
             work[agent].append(action)
@@ -41,7 +38,7 @@ def robots_by_work(plan_net: PlanNet) -> list[str]:
     return sorted(work_s, key=lambda robot: (-work_s[robot], robot))
 
 
-def _sentence(robot: str, work: Mapping[str, Sequence[Action]], statics: StaticFacts) -> str:
+def _sentence(robot: str, work: Mapping[str, Sequence[GroundAction]], statics: StaticFacts) -> str:
     mine = work[robot]
     tags = list(dict.fromkeys(action.tag for action in mine))
     needed = {fact for action in mine for fact in action.preconditions if fact in statics.facts}
@@ -67,25 +64,19 @@ MAX_TRIALS = 8
 MAX_NAMED = 3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
-    """The best plan found without a robot; or, in words, why there is none."""
-
-    robot: str
-    plan_net: PlanNet | None
-    words: str
-
-
 def trials(
     plan_net: PlanNet,
     statics: StaticFacts,
     engine: PlanningEngine,
     request: PlanningRequest,
     observer: Observer,
-) -> Mapping[str, Trial]:
-    """The problem solved again without each of the plan's robots; the time limit is for all together."""
+) -> Mapping[str, str]:
+    """By robot, in words, what the best plan found without it costs, or why there is none.
+
+    The time limit is for all together.
+    """
     solving = TimeLimitedEngine(engine, request, observer)
-    found: dict[str, Trial] = {}
+    found: dict[str, str] = {}
     for robot in robots_by_work(plan_net)[:MAX_TRIALS]:
         result = solving.plan_if_time(statics.without({robot}))
         if result is not None:
@@ -93,17 +84,17 @@ def trials(
     return found
 
 
-def _trial(robot: str, result: PlanningResult, plan_net: PlanNet) -> Trial:
+def _trial(robot: str, result: PlanningResult, plan_net: PlanNet) -> str:
     other = result.plan_net
     if other is not None and robot not in other.robots:
         new = naturally_sorted(set(other.robots) - set(plan_net.robots))
         instead = f"{enumeration(new)} instead of {robot}" if new else f"the others without {robot}"
         longer_s = other.makespan_s - plan_net.makespan_s
-        return Trial(robot=robot, plan_net=other, words=f"{instead}: {longer_s:+.1f} s")
+        return f"{instead}: {longer_s:+.1f} s"
     if result.status is PlanningStatus.UNSOLVABLE or other is not None:
         why = f": then {result.reason}" if result.reason else ""
-        return Trial(robot=robot, plan_net=None, words=f"there is no plan without {robot}{why}")
-    return Trial(robot=robot, plan_net=None, words=f"no plan without {robot} was found ({result.reason})")
+        return f"there is no plan without {robot}{why}"
+    return f"no plan without {robot} was found ({result.reason})"
 
 
 class Rivals:
@@ -112,8 +103,6 @@ class Rivals:
     def __init__(self, plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
         self.statics = StaticFacts(knowledge_base, problem)
         self.knowledge_base = knowledge_base
-        # What is said of a robot and a thing that is moved would be too many facts to ask for.
-        self._moved = problem.objects.keys() - self.statics.placed - set(self.statics.robots)
         asked = {
             fact.predicate
             for action in plan_net.actions
@@ -128,7 +117,7 @@ class Rivals:
         fact = self.statics.obstacle(other, action.preconditions, robot)
         if fact is not None:
             return fact
-        states = (in_place_of(fact, robot, other) for fact in self._states(action, robot))
+        states = (fact.renamed({robot: other}) for fact in self._states(action, robot))
         return next((fact for fact in states if not self._relaxation.holds(fact)), None)
 
     def _states(self, action: PlanNetAction, robot: str) -> Iterator[Fact]:
@@ -136,16 +125,17 @@ class Rivals:
 
         Nothing if the action moves the robot alone: others come from elsewhere.
         """
-        if not any(arg in self._moved for fact in action.intended_effects for arg in fact.args):
+        if not any(arg in self.statics.things for fact in action.intended_effects for arg in fact.args):
             return
-        beside = self._moved.union(action.agents) - {robot}
+        # What is said of a robot and a thing would be too many facts to ask for.
+        beside = self.statics.things.union(action.agents) - {robot}
         for fact in action.preconditions:
             is_state = fact.predicate in self.knowledge_base.fluents and robot in fact.args
             if is_state and beside.isdisjoint(fact.args):
                 yield fact
 
 
-def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: Trial | None) -> str:
+def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: str | None) -> str:
     """In words, what keeps the other robots from the action in this robot's place, and what one of them costs."""
     obstacles: dict[str, Fact] = {}
     able: list[str] = []
@@ -157,7 +147,7 @@ def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: Tri
             obstacles[other] = fact
     reasons = list(_kept_away(obstacles, rivals.knowledge_base, alone=not able))
     if able and trial is not None:
-        reasons.insert(0, trial.words)
+        reasons.insert(0, trial)
     elif able:
         reasons.insert(0, f"{enumeration(able)} could do it, too")
     return "; ".join(reasons) or "there is no other robot"

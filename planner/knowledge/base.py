@@ -19,12 +19,10 @@ class KnowledgeBase:
         self.actions: Mapping[str, ActionSpec] = {action.name: action for action in file.actions}
         self.predicates: Mapping[str, PredicateSpec] = file.predicates
         self.operators: tuple[Operator, ...] = tuple(op for spec in file.actions for op in operators_of(spec))
-        self._constants = {value: kind for kind in file.types for value in file.constants(kind)}
-
-    @property
-    def constants(self) -> Mapping[str, str]:
+        self.constants: Mapping[str, str] = {
+            value: kind for kind in file.types for value in file.constants(kind)
+        }
         """Each constant's type."""
-        return self._constants
 
     @cached_property
     def fluents(self) -> frozenset[str]:
@@ -87,7 +85,7 @@ class KnowledgeBase:
             fact = Fact(predicate, given)
             self.check(fact, objects)
             return fact
-        if self._constants.get(predicate) != RELATION:
+        if self.constants.get(predicate) != RELATION:
             raise KnowledgeBaseError(
                 f"unknown predicate {predicate!r}; choices: {', '.join(self.relation_names())}"
             )
@@ -147,7 +145,7 @@ class KnowledgeBase:
         return None
 
     def _type_of(self, name: str, objects: Mapping[str, str]) -> str:
-        return objects.get(name, self._constants.get(name, ""))
+        return objects.get(name, self.constants.get(name, ""))
 
     def _mismatch(self, fact: Fact, objects: Mapping[str, str]) -> str | None:
         wanted = self.predicates[fact.predicate].arguments

@@ -8,6 +8,9 @@ from typing import cast
 
 from planner.errors import KnowledgeBaseError
 
+MAX_LENGTH = 300
+"""Of an expression, in characters; a longer one could be nested deeper than it can be read."""
+
 Functions = Mapping[tuple[str, tuple[str, ...]], float]
 
 NOTHING_KNOWN: Functions = {}
@@ -29,6 +32,8 @@ class Expression:
     @classmethod
     def parse(cls, text: str) -> "Expression":
         """:raises KnowledgeBaseError: if it is more than + - * / over numbers and function(parameter, …)."""
+        if len(text) > MAX_LENGTH:
+            raise KnowledgeBaseError(f"{text[:40]!r}… is longer than {MAX_LENGTH} characters")
         try:
             tree = ast.parse(text, mode="eval").body
         except SyntaxError as error:

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from planner.errors import KnowledgeBaseError
 from planner.knowledge.base import KnowledgeBase
+from planner.knowledge.extent import check_extent
 from planner.knowledge.schema import KnowledgeBaseFile
 
 _PLACE = re.compile(r"^(?:Value error, )?((?:[a-z_]+)(?:\.[A-Za-z0-9_]+)+): ")
@@ -39,6 +40,8 @@ def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
         raise KnowledgeBaseError(f"no knowledge base file {str(path)!r}")
     try:
         text = file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise KnowledgeBaseError(f"{path} cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise KnowledgeBaseError(f"{path} is no text: {error.reason} at byte {error.start}") from error
     return read_knowledge_base(text, str(path))
@@ -50,8 +53,10 @@ def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
         root, data = _composed(text)
     except yaml.YAMLError as error:
         raise KnowledgeBaseError(f"{origin} is not YAML: {error}") from error
+    except ValueError as error:  # too much of it, or a number or date that cannot be
+        raise KnowledgeBaseError(f"{origin} cannot be read: {error}") from error
     if not isinstance(data, dict) or root is None:
-        raise KnowledgeBaseError(f"{origin} holds no mapping of types, predicates and actions")
+        raise KnowledgeBaseError(f"{origin} does not contain a mapping of types, predicates and actions")
     if doubles := list(_doubles(root)):
         raise KnowledgeBaseError("\n".join([f"{origin} is not a valid knowledge base:", *doubles]))
     try:
@@ -64,6 +69,7 @@ def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
 def _composed(text: str) -> tuple[yaml.Node | None, Any]:
     """The nodes, which know their lines, and what they hold."""
     try:
+        check_extent(text)
         return yaml.compose(text, Loader=_QUICK), yaml.load(text, Loader=_QUICK)
     except yaml.YAMLError:  # yaml's own reader tells it better: it shows the line
         return yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)

@@ -1,12 +1,14 @@
 """From a partial order to the plan-net: time windows, ids, descriptions."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
-from planner.plan_nets.extraction import FROM_START, PartialOrder
+from planner.plan_nets.causality import FROM_START
+from planner.plan_nets.extraction import PartialOrder
 from planner.plan_nets.plan_net import GOAL, INITIAL, CausalLink, Ordering, PlanNet, PlanNetAction
-from planner.plan_nets.schedule import Windows, windows
+from planner.plan_nets.schedule import windows
 
 
 def assemble(
@@ -24,7 +26,12 @@ def assemble(
     end = len(order.actions)
     achievers = {link.fact: link.producer for link in order.links if link.consumer == end}
     spans = [action.duration_s for action in order.actions]
-    times = windows(spans, order.orderings, _ends_by(achievers, deadlines_s or {}))
+    due = {
+        goal: (producer, deadlines_s[goal])
+        for goal, producer in achievers.items()
+        if deadlines_s and goal in deadlines_s and producer != FROM_START
+    }
+    times = windows(spans, order.orderings, _ends_by(due.values()))
     ranked = sorted(range(end), key=lambda position: (times.earliest[position], position))
     rank = {position: number for number, position in enumerate([*ranked, end], start=1)}
     names = {position: f"a{number}" for position, number in rank.items()}
@@ -44,29 +51,20 @@ def assemble(
             for before, after in sorted(order.orderings, key=lambda pair: (rank[pair[0]], rank[pair[1]]))
         ),
         recruitment=dict(sorted(recruitment.items())),
-        late=_late(achievers, deadlines_s or {}, times, spans),
+        late={
+            goal: late_s
+            for goal, (producer, end_s) in due.items()
+            if (late_s := round(times.earliest[producer] + spans[producer] - end_s, 3)) > 0
+        },
     )
 
 
-def _ends_by(achievers: Mapping[Fact, int], deadlines_s: Mapping[Fact, float]) -> dict[int, float]:
+def _ends_by(due: Iterable[tuple[int, float]]) -> dict[int, float]:
     """By when each achiever must end: the earliest deadline of what it achieves."""
     ends: dict[int, float] = {}
-    for goal, producer in achievers.items():
-        if goal in deadlines_s and producer != FROM_START:
-            ends[producer] = min(ends.get(producer, deadlines_s[goal]), deadlines_s[goal])
+    for producer, end_s in due:
+        ends[producer] = min(ends.get(producer, end_s), end_s)
     return ends
-
-
-def _late(
-    achievers: Mapping[Fact, int], deadlines_s: Mapping[Fact, float], times: Windows, spans: Sequence[float]
-) -> dict[Fact, float]:
-    late: dict[Fact, float] = {}
-    for goal, producer in achievers.items():
-        if goal in deadlines_s and producer != FROM_START:
-            seconds = round(times.earliest[producer] + spans[producer] - deadlines_s[goal], 3)
-            if seconds > 0:
-                late[goal] = seconds
-    return late
 
 
 def _action(
@@ -75,19 +73,9 @@ def _action(
     times = {"time1": f"{earliest:.0f} s", "time2": f"{earliest + action.duration_s:.0f} s"}
     template = knowledge_base.actions[action.tag].description
     return PlanNetAction(
+        **{slot.name: getattr(action, slot.name) for slot in fields(GroundAction)},
         id=action_id,
-        tag=action.tag,
-        arguments=dict(action.arguments),
-        agents=action.agents,
-        preconditions=action.preconditions,
-        deletes=action.deletes,
-        intended_effects=action.intended_effects,
-        other_effects=action.other_effects,
-        duration_s=action.duration_s,
         earliest_start_s=earliest,
         latest_start_s=latest,
         description=template.format(**{**action.arguments, **times}),
-        distance_m=action.distance_m,
-        energy_j=action.energy_j,
-        under_way=action.under_way,
     )

@@ -19,8 +19,6 @@ from planner.plan_nets.precedence import Precedence
 from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
 
-__all__ = ["FROM_START", "Link", "PartialOrder", "causal_links", "extract", "fault_of", "without_redundant"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartialOrder:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from planner.fact import Fact
+from planner.knowledge import GroundAction
 from planner.plan_nets.schedule import critical_path
 
 INITIAL = "initial"
@@ -37,34 +38,13 @@ class OrderingReason(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanNetAction:
-    """A ground plan-net action (table 3). Times in seconds from the plan's start.
-
-    `under_way`: it runs already when the plan starts; duration, distance and energy are what is left of it.
-    """
+class PlanNetAction(GroundAction):
+    """A ground plan-net action (table 3) with its time window, seconds from the plan's start."""
 
     id: str
-    tag: str
-    arguments: Mapping[str, str]
-    agents: tuple[str, ...]
-    preconditions: tuple[Fact, ...]
-    deletes: tuple[Fact, ...]
-    intended_effects: tuple[Fact, ...]
-    other_effects: tuple[Fact, ...]
-    duration_s: float
     earliest_start_s: float
     latest_start_s: float
     description: str
-    distance_m: float = 0.0
-    energy_j: float = 0.0
-    under_way: bool = False
-
-    def __str__(self) -> str:
-        return f"{self.tag}({', '.join(self.arguments.values())})"
-
-    @property
-    def effects(self) -> tuple[Fact, ...]:
-        return self.intended_effects + self.other_effects
 
     @property
     def earliest_end_s(self) -> float:

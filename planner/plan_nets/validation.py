@@ -1,11 +1,12 @@
 """Validates a plan-net from nothing but itself, its initial facts and the knowledge base."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from planner.errors import CyclicOrder
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
+from planner.plan_nets.extraction import fault_of
 from planner.plan_nets.plan_net import GOAL, INITIAL, ROUNDING_S, CausalLink, PlanNet, PlanNetAction
 from planner.plan_nets.precedence import Precedence, members
 
@@ -26,7 +27,7 @@ def faults_of(plan_net: PlanNet, facts: frozenset[Fact], knowledge_base: Knowled
         *_resource_faults(plan_net, precedence),
         *_schedule_faults(plan_net),
         *unjustified(plan_net, knowledge_base),
-        *([fault] if (fault := replay(plan_net, linearisation(plan_net), facts)) else []),
+        *([fault] if (fault := fault_of(linearisation(plan_net), facts, plan_net.goals)) else []),
     ]
 
 
@@ -54,18 +55,6 @@ def precedence_of(plan_net: PlanNet, number: Mapping[str, int]) -> Precedence:
 def linearisation(plan_net: PlanNet) -> tuple[PlanNetAction, ...]:
     """The actions by earliest start."""
     return tuple(sorted(plan_net.actions, key=lambda action: (action.earliest_start_s, int(action.id[1:]))))
-
-
-def replay(plan_net: PlanNet, sequence: Iterable[PlanNetAction], facts: frozenset[Fact]) -> str | None:
-    """Carry the actions out in this order; what goes wrong, or None if every goal holds at the end."""
-    state = set(facts)
-    for action in sequence:
-        missing = [fact for fact in action.preconditions if fact not in state]
-        if missing:
-            return f"{action.id} {action.tag} needs {missing[0]}, which does not hold"
-        state.difference_update(action.deletes)
-        state.update(action.effects)
-    return next((f"the goal {goal} is not reached" for goal in plan_net.goals if goal not in state), None)
 
 
 def _support_faults(plan_net: PlanNet, facts: frozenset[Fact]) -> list[str]:

@@ -1,5 +1,6 @@
 """The interface of planning engines: problem, request, result, observer."""
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -7,6 +8,7 @@ from typing import Protocol
 
 from planner.fact import Fact
 from planner.plan_nets.plan_net import PlanNet
+from planner.problem.timer import Clock, Timer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +44,7 @@ class PlanningRequest:
     :param time_limit_s: an engine answers by then, with the best plan it has.
     :param effort_s: time to improve the first plan; None leaves it to the engine, by the problem's size.
     :param seed: same problem, request and machine-independent effort (`effort_s` None): same plan-net.
+    :param clock: what limits are measured by.
     """
 
     time_limit_s: float = 60.0
@@ -49,6 +52,11 @@ class PlanningRequest:
     objective: Objective = Objective.MAKESPAN
     memory_limit_mb: int = 2048
     seed: int = 0
+    clock: Clock = time.monotonic
+
+    def timer(self) -> Timer:
+        """Begins to measure the time limit."""
+        return Timer(self.time_limit_s, self.clock)
 
 
 class PlanningStatus(StrEnum):

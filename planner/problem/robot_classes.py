@@ -81,18 +81,8 @@ def _said_of(
     for fact in problem.facts:
         if fact.predicate not in fluents and own.isdisjoint(fact.args):
             for agent in known.intersection(fact.args):
-                said[agent].add(of_class(fact, agent))
+                said[agent].add(fact.renamed({agent: ANYONE}))
     for (name, args), value in problem.functions.items():
         for agent in known.intersection(args):
-            said[agent].add((of_class(Fact(name, args), agent), value))
+            said[agent].add((Fact(name, args).renamed({agent: ANYONE}), value))
     return {agent: frozenset(said[agent]) for agent in known}
-
-
-def of_class(fact: Fact, agent: str) -> Fact:
-    """The fact with the agent's name left open."""
-    return Fact(fact.predicate, tuple(ANYONE if arg == agent else arg for arg in fact.args))
-
-
-def of_agent(fact: Fact, agent: str) -> Fact:
-    """The fact of a class said of one agent."""
-    return Fact(fact.predicate, tuple(agent if arg == ANYONE else arg for arg in fact.args))

@@ -1,6 +1,5 @@
 """Several problems solved by one engine within one time limit."""
 
-import time
 from dataclasses import replace
 from math import inf
 
@@ -24,23 +23,15 @@ class TimeLimitedEngine:
         self._engine = engine
         self._request = request
         self._observer = observer
-        self._begun = time.monotonic()
+        self.timer = request.timer()
         self._longest_s = MIN_SHARE_S
         self.last: PlanningResult | None = None
         """The engine's last answer."""
 
     @property
-    def elapsed_s(self) -> float:
-        return time.monotonic() - self._begun
-
-    @property
-    def left_s(self) -> float:
-        return self._request.time_limit_s - self.elapsed_s
-
-    @property
     def is_over(self) -> bool:
         """True if the time is used up or the observer wants to stop."""
-        return self.left_s < MIN_SHARE_S or self._observer.should_stop()
+        return self.timer.left_s < MIN_SHARE_S or self._observer.should_stop()
 
     def plan(
         self, problem: PlanningProblem, objective: Objective | None = None, *, at_most_s: float = inf
@@ -49,20 +40,20 @@ class TimeLimitedEngine:
 
         :param objective: the request's unless given.
         """
-        begun = time.monotonic()
+        begun_s = self.timer.elapsed_s
         request = replace(
             self._request,
             objective=objective or self._request.objective,
-            time_limit_s=max(min(self.left_s, at_most_s), MIN_SHARE_S),
+            time_limit_s=max(min(self.timer.left_s, at_most_s), MIN_SHARE_S),
         )
         self.last = self._engine.plan(problem, request, self._observer)
-        self._longest_s = max(self._longest_s, time.monotonic() - begun)
+        self._longest_s = max(self._longest_s, self.timer.elapsed_s - begun_s)
         return self.last
 
     def plan_if_time(
         self, problem: PlanningProblem, objective: Objective | None = None
     ) -> PlanningResult | None:
         """The engine's answer; None if less time is left than an earlier problem took, or nobody waits any longer."""
-        if self.left_s < self._longest_s or self._observer.should_stop():
+        if self.timer.left_s < self._longest_s or self._observer.should_stop():
             return None
         return self.plan(problem, objective)

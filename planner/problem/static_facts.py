@@ -18,15 +18,16 @@ class StaticFacts:
         self.robots = knowledge_base.agents_among(problem.objects)
 
     @cached_property
-    def placed(self) -> frozenset[str]:
-        """What static facts and functions name: all but the things that are moved or worked on."""
-        facts = {arg for fact in self.facts for arg in fact.args}
-        return frozenset(facts.union(*(args for _, args in self._problem.functions)))
+    def things(self) -> frozenset[str]:
+        """What is moved or worked on: the objects but robots that no static fact or function names."""
+        placed = {arg for fact in self.facts for arg in fact.args}
+        placed = placed.union(self.robots, *(args for _, args in self._problem.functions))
+        return frozenset(self._problem.objects.keys() - placed)
 
     def obstacle(self, robot: str, facts: Iterable[Fact], instead_of: str) -> Fact | None:
         """The first of the facts that is static and does not hold with `robot` in the other's place."""
         exchanged = (
-            in_place_of(fact, instead_of, robot)
+            fact.renamed({instead_of: robot})
             for fact in facts
             if fact in self.facts and instead_of in fact.args
         )
@@ -37,24 +38,19 @@ class StaticFacts:
         withheld = {fact for fact in self.facts if not set(robots).isdisjoint(fact.args)}
         return replace(self._problem, facts=self._problem.facts - withheld)
 
-    def lean(self, problem: PlanningProblem) -> PlanningProblem:
+    def without_bystanders(self, problem: PlanningProblem) -> PlanningProblem:
         """The problem without bystanders: objects that no goal, static fact or function names."""
         named = {arg for goal in problem.goals for arg in goal.args}
-        bystanders = problem.objects.keys() - named - self.placed - set(self.robots)
+        bystanders = self.things - named
         return replace(
             problem,
             objects={name: kind for name, kind in problem.objects.items() if name not in bystanders},
             facts=frozenset(fact for fact in problem.facts if bystanders.isdisjoint(fact.args)),
         )
 
-    def lean_for(self, problem: PlanningProblem, goal: Fact, achieved: Iterable[Fact]) -> PlanningProblem:
-        """The lean problem of one goal that keeps those goals already achieved which it could undo."""
-        lean = self.lean(replace(problem, goals=(goal,)))
-        bystanders = problem.objects.keys() - lean.objects.keys()
+    def for_goal(self, problem: PlanningProblem, goal: Fact, achieved: Iterable[Fact]) -> PlanningProblem:
+        """The problem of one goal without bystanders that keeps those goals already achieved which it could undo."""
+        small = self.without_bystanders(replace(problem, goals=(goal,)))
+        bystanders = problem.objects.keys() - small.objects.keys()
         kept = tuple(fact for fact in achieved if bystanders.isdisjoint(fact.args))
-        return replace(lean, goals=(*kept, goal))
-
-
-def in_place_of(fact: Fact, old: str, new: str) -> Fact:
-    """The fact said of another object."""
-    return Fact(fact.predicate, tuple(new if arg == old else arg for arg in fact.args))
+        return replace(small, goals=(*kept, goal))

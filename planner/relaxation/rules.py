@@ -21,7 +21,6 @@ class Rule:
     body: tuple[Literal, ...]
     types: Mapping[str, str]
     distinct: tuple[tuple[str, str], ...]
-    tag: str
 
     @property
     def literals(self) -> tuple[Literal, ...]:
@@ -46,7 +45,7 @@ def rules_of(
         ]
         distinct = tuple(op.distinct)
         rules += [
-            Rule(head=head, body=body, types=op.parameters, distinct=distinct, tag=op.spec.name)
+            Rule(head=head, body=body, types=op.parameters, distinct=distinct)
             for head in dict.fromkeys(heads)
         ]
     return rules

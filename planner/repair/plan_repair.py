@@ -1,4 +1,4 @@
-"""Repairs a plan-net after the world has changed; valid actions are kept as far as that pays.
+"""Repairs a plan-net after the world has changed, keeping its valid actions where that costs little makespan.
 
 Plan stability after Fox, Gerevini, Long & Serina (2006, "Plan stability: replanning versus plan repair"): the
 fewer actions change the better; we weigh it against the makespan.
@@ -29,37 +29,55 @@ from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining
 
 STABILITY_S = 5.0
-"""Seconds of makespan that one kept action is worth, unless told. Our choice: about what a robot needs to release a
-sample; who has approved a plan wants a reason for each change."""
+"""Default for the seconds of makespan that one kept action is worth. Our choice: about the time to release a sample;
+an operator who has approved a plan should see few changes to it."""
 OWN_NAME = "repair"
-"""The engine named by a plan-net that needed no engine."""
+"""Name given as the engine of a plan-net that was repaired without one."""
 EXPECTED_CHANGED_SHARE = 0.5
-"""Expected share of the kept actions that replanning would change; a repair may be worse by their worth."""
-EXTRA_TRY_S = 1.0
-EXTRA_TRY_FACTOR = 2.0
+"""Expected share of the kept actions that replanning would change (our choice). A repair whose makespan is longer by
+no more than these actions are worth is accepted without replanning."""
+EXTRA_ATTEMPT_S = 1.0
+EXTRA_ATTEMPT_FACTOR = 2.0
 """Time limit of a further attempt: this many seconds plus this factor times the time needed so far."""
 
 
 class Course(StrEnum):
     """How a plan-net was repaired."""
 
-    KEPT = "kept"  # what was left still reaches the goals; it is only scheduled again
-    MENDED = "mended"  # what still works is kept, the goals that it misses are planned again
-    ANEW = "anew"  # all goals are planned again
-    JOINED = "joined"  # all that was left is kept, goals have been added
+    KEPT = "kept"  # the remaining actions still achieve the goals; they are only scheduled again
+    MENDED = "mended"  # the executable remaining actions are kept, the other goals are planned again
+    REPLANNED = "anew"  # all goals are planned again
+    JOINED = "joined"  # all remaining actions are kept, actions for added goals are inserted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repair:
-    """The repaired plan-net, if there is one, and how it differs from what was left of the old one.
+    """The repaired plan-net, if there is one, and how it differs from the remaining actions of the old one.
 
-    `problem` is the one it solves: the present facts, as of when what is under way began.
+    `problem` is the one it solves: the present facts, set back to before the actions under way (see `Remaining`).
     """
 
     course: Course
     result: PlanningResult
     problem: PlanningProblem
     difference: Difference | None = None
+
+    @classmethod
+    def of(cls, course: Course, result: PlanningResult, remaining: Remaining, planning_s: float) -> "Repair":
+        """A planning result for the remaining problem, compared with the remaining actions if it has a plan-net."""
+        difference = None
+        if result.plan_net is not None:
+            difference = compare(remaining.actions, result.plan_net, elapsed_s=remaining.progress.elapsed_s)
+        result = replace(result, planning_s=round(planning_s, 4))
+        return cls(course=course, result=result, problem=remaining.problem, difference=difference)
+
+    @classmethod
+    def failed(cls, course: Course, reason: str, remaining: Remaining, planning_s: float) -> "Repair":
+        """No plan-net was found, for a reason other than an engine's."""
+        result = PlanningResult(
+            status=PlanningStatus.NOT_FOUND, engine=OWN_NAME, planning_s=planning_s, reason=reason
+        )
+        return cls.of(course, result, remaining, planning_s)
 
     @property
     def plan_net(self) -> PlanNet | None:
@@ -77,143 +95,134 @@ def repair(
     *,
     stability_s: float = STABILITY_S,
 ) -> Repair:
-    """A plan-net from now on that keeps what is done, what is under way, and as much of the rest as pays.
+    """Plan the rest of the mission, keeping the actions under way and as many of the remaining ones as pays.
 
-    Tried in turn: the rest as it is; what leads to those goals that it still reaches, the others planned after that
-    and beside it where they can be; the same with the beginnings of what leads to no goal any longer; all goals again.
-    The next is tried unless the one before is good enough: no longer than any plan is expected to take at least, and
-    what planning again would change. The best is the one least late, then with the shortest makespan, each changed
-    action counting `stability_s`.
+    The attempts, in order:
+
+    1. keep all remaining actions;
+    2. keep those that contribute to goals they still achieve, and plan the other goals after or in parallel to them;
+    3. likewise, also keeping actions that can be executed but whose goals can no longer be achieved by the old plan;
+    4. plan all goals again.
+
+    They end with the first repair that is good enough: on time, and with a makespan of at most a lower estimate plus
+    the worth of the actions that replanning is expected to change. The repair with the least lateness is returned;
+    among equals the one with the shortest makespan, where each changed action counts as `stability_s`.
 
     :param problem: the present facts, and all the goals from now on.
     :param request: its time limit is for everything together.
-    :raises UnknownAction: if the progress speaks of actions that the plan-net has not.
+    :raises UnknownAction: if the progress names actions that the plan-net lacks.
     """
     remaining = Remaining(plan_net, problem, progress, knowledge_base)
-    return _PlanRepair(engine, remaining, progress, request, observer, stability_s).run()
+    planner = TimeLimitedEngine(engine, request, observer)
+    return _PlanRepair(planner, remaining, stability_s).run()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _RepairedPlan:
-    """A plan-net to choose."""
-
-    course: Course
-    engine: str
-    plan_net: PlanNet
-    difference: Difference
+_Candidate = tuple[Repair, PlanNet, Difference]
+"""A repair that may be chosen, its plan-net and the difference from the remaining actions."""
 
 
 class _PlanRepair:
-    def __init__(
-        self,
-        engine: PlanningEngine,
-        remaining: Remaining,
-        progress: MissionProgress,
-        request: PlanningRequest,
-        observer: Observer,
-        stability_s: float,
-    ) -> None:
+    def __init__(self, planner: TimeLimitedEngine, remaining: Remaining, stability_s: float) -> None:
         self._remaining = remaining
-        self._progress = progress
         self._stability_s = stability_s
-        self._planner = TimeLimitedEngine(engine, request, observer)
+        self._planner = planner
         self._goals = remaining.problem.goals
+        progress = remaining.progress
         left = [action.earliest_end_s - progress.elapsed_s for action in remaining.actions]
-        self._least_s = max((0.0, *left, *progress.under_way.values()))
-        """The least that any plan is expected to take: what was left, and what is missing if planned by itself."""
+        self._estimate_s = max((0.0, *left, *progress.under_way.values()))
+        """Lower estimate of any plan's makespan: the remaining actions', or that of the missing goals' own plan."""
 
     def run(self) -> Repair:
-        found: list[_RepairedPlan] = []
+        found: list[_Candidate] = []
         for attempt in self._attempts():
             if (repaired := attempt()) is not None:
                 found.append(repaired)
                 if self._is_good_enough(repaired) or self._planner.is_over:
                     break
-        return self._repair(min(found, key=self._merit)) if found else self._none()
+        if not found:
+            return self._failure()
+        best, _, _ = min(found, key=self._cost)
+        result = replace(best.result, planning_s=round(self._planner.timer.elapsed_s, 4))
+        return replace(best, result=result)
 
-    def _attempts(self) -> Iterator[Callable[[], _RepairedPlan | None]]:
+    def _attempts(self) -> Iterator[Callable[[], _Candidate | None]]:
         running = self._remaining.under_way
         rest = self._remaining.rest
         if len(running) + len(rest) == len(self._remaining.actions):
-            yield lambda: self._made(Course.KEPT, (*running, *rest))
-        able, achieved = self._able((*running, *rest))
-        bare = without_redundant(able, self._remaining.problem.facts, achieved)
-        yield lambda: self._repaired(bare)
-        if len(bare) < len(able):
-            # The beginnings of what has no end may be of use; or lead where no way leads on.
-            yield lambda: self._repaired(
-                able, at_most_s=EXTRA_TRY_S + EXTRA_TRY_FACTOR * self._planner.elapsed_s
+            yield lambda: self._candidate(Course.KEPT, (*running, *rest))
+        executable, achieved = self._executable((*running, *rest))
+        contributing = without_redundant(executable, self._remaining.problem.facts, achieved)
+        yield lambda: self._keep_and_plan_missing(contributing)
+        if len(contributing) < len(executable):
+            # Actions whose goal is no longer achieved may help a new plan, or lead to a dead end: limit the time.
+            yield lambda: self._keep_and_plan_missing(
+                executable, at_most_s=EXTRA_ATTEMPT_S + EXTRA_ATTEMPT_FACTOR * self._planner.timer.elapsed_s
             )
-        yield lambda: self._followed(Course.ANEW, running)
+        yield lambda: self._keep_and_plan(Course.REPLANNED, running)
 
-    def _able(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
-        """The actions that can be carried out though others cannot, and the goals that are achieved then."""
+    def _executable(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
+        """The actions that can be executed when the others are skipped, and the goals that they achieve."""
         facts = self._remaining.problem.facts
         state = set(facts)
         achieved = set(facts)
-        able = list[GroundAction]()
+        executable = list[GroundAction]()
         for action in sequence:
             if state.issuperset(action.preconditions):
                 apply_action(action, state, achieved)
-                able.append(action)
-        return tuple(able), [goal for goal in self._goals if goal in achieved]
+                executable.append(action)
+        return tuple(executable), [goal for goal in self._goals if goal in achieved]
 
-    def _repaired(self, kept: Sequence[GroundAction], *, at_most_s: float = inf) -> _RepairedPlan | None:
-        """What is kept, then what it misses; to keep nothing but what is under way is to plan again."""
+    def _keep_and_plan_missing(
+        self, kept: Sequence[GroundAction], *, at_most_s: float = inf
+    ) -> _Candidate | None:
+        """Keep these actions and plan what they do not achieve; None if only those under way would be kept."""
         if len(kept) == len(self._remaining.under_way):
             return None
-        return self._made(Course.MENDED, kept) or self._followed(Course.MENDED, kept, at_most_s=at_most_s)
+        return self._candidate(Course.MENDED, kept) or self._keep_and_plan(
+            Course.MENDED, kept, at_most_s=at_most_s
+        )
 
-    def _followed(
+    def _keep_and_plan(
         self, course: Course, kept: Sequence[GroundAction], *, at_most_s: float = inf
-    ) -> _RepairedPlan | None:
-        """The kept actions with a plan for all goals from where they lead to. Planning again is left half the time."""
-        if course is Course.MENDED:
-            at_most_s = min(at_most_s, self._planner.left_s / 2)
-        fresh = self._planner.plan(self._remaining.after(kept), at_most_s=at_most_s).plan_net
-        if fresh is None:
-            return None
-        self._least_s = max(self._least_s, fresh.makespan_s)
-        return self._made(course, insert_new_actions(kept, fresh, self._remaining))
+    ) -> _Candidate | None:
+        """Insert into the kept actions a plan for all goals, made for the state after them.
 
-    def _made(self, course: Course, sequence: Sequence[GroundAction]) -> _RepairedPlan | None:
+        A repair uses at most half the time that is left, so that replanning has the other half.
+        """
+        if course is Course.MENDED:
+            at_most_s = min(at_most_s, self._planner.timer.left_s / 2)
+        planned = self._planner.plan(self._remaining.after(kept), at_most_s=at_most_s).plan_net
+        if planned is None:
+            return None
+        self._estimate_s = max(self._estimate_s, planned.makespan_s)
+        return self._candidate(course, insert_new_actions(kept, planned, self._remaining))
+
+    def _candidate(self, course: Course, sequence: Sequence[GroundAction]) -> _Candidate | None:
         plan_net = self._remaining.finished(sequence, self._goals)
         if isinstance(plan_net, str):
             return None
-        difference = compare(self._remaining.actions, plan_net, elapsed_s=self._progress.elapsed_s)
-        asked = self._planner.last
-        engine = asked.engine if asked is not None else OWN_NAME
-        return _RepairedPlan(course=course, engine=engine, plan_net=plan_net, difference=difference)
-
-    def _is_good_enough(self, repaired: _RepairedPlan) -> bool:
-        worth_s = EXPECTED_CHANGED_SHARE * self._stability_s * len(repaired.difference.kept)
-        return not repaired.plan_net.late and repaired.plan_net.makespan_s <= self._least_s + worth_s
-
-    def _merit(self, repaired: _RepairedPlan) -> tuple[float, float]:
-        changed_s = self._stability_s * repaired.difference.changes
-        return sum(repaired.plan_net.late.values()), repaired.plan_net.makespan_s + changed_s
-
-    def _repair(self, repaired: _RepairedPlan) -> Repair:
+        last = self._planner.last
+        engine = last.engine if last is not None else OWN_NAME
         result = PlanningResult(
-            status=PlanningStatus.SOLVED,
-            engine=repaired.engine,
-            planning_s=round(self._planner.elapsed_s, 4),
-            plan_net=repaired.plan_net,
+            status=PlanningStatus.SOLVED, engine=engine, planning_s=0.0, plan_net=plan_net
         )
-        return Repair(
-            course=repaired.course,
-            result=result,
-            problem=self._remaining.problem,
-            difference=repaired.difference,
-        )
+        repaired = Repair.of(course, result, self._remaining, self._planner.timer.elapsed_s)
+        assert repaired.difference is not None
+        return repaired, plan_net, repaired.difference
 
-    def _none(self) -> Repair:
-        """No plan-net: as the engine said, which was asked for all goals last."""
-        said = self._planner.last
-        if said is None or said.plan_net is not None:
-            reason = "the plan found does not follow on what is under way"
-            said = PlanningResult(
-                status=PlanningStatus.NOT_FOUND, engine=OWN_NAME, planning_s=0.0, reason=reason
-            )
-        result = replace(said, planning_s=round(self._planner.elapsed_s, 4))
-        return Repair(course=Course.ANEW, result=result, problem=self._remaining.problem)
+    def _is_good_enough(self, candidate: _Candidate) -> bool:
+        _, plan_net, difference = candidate
+        worth_s = EXPECTED_CHANGED_SHARE * self._stability_s * len(difference.kept)
+        return not plan_net.late and plan_net.makespan_s <= self._estimate_s + worth_s
+
+    def _cost(self, candidate: _Candidate) -> tuple[float, float]:
+        _, plan_net, difference = candidate
+        return sum(plan_net.late.values()), plan_net.makespan_s + self._stability_s * difference.changes
+
+    def _failure(self) -> Repair:
+        """The result if no attempt succeeded: the engine's last answer, which is about all goals."""
+        last = self._planner.last
+        if last is None or last.plan_net is not None:
+            reason = "the plan found cannot follow the actions under way"
+            return Repair.failed(Course.REPLANNED, reason, self._remaining, self._planner.timer.elapsed_s)
+        return Repair.of(Course.REPLANNED, last, self._remaining, self._planner.timer.elapsed_s)

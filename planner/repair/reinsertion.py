@@ -15,7 +15,7 @@ from planner.knowledge import GroundAction
 from planner.plan_nets.extraction import extract, fault_of
 from planner.plan_nets.plan_net import ROUNDING_S, PlanNet
 from planner.plan_nets.schedule import windows
-from planner.repair.remaining import Remaining, in_order, sequence_of
+from planner.repair.remaining import Remaining, in_order
 
 REPLAYS = 600
 """Maximum number of positions tried."""
@@ -37,7 +37,7 @@ def insert_new_actions(
     :param kept: those under way first.
     :param starts_by_s: position among the kept → latest start; what would break one is not done.
     """
-    actions = (*kept, *sequence_of(fresh))
+    actions = (*kept, *in_order(fresh))
     return _Reinsertion(actions, len(kept), remaining, starts_by_s or {}).run(
         _blocks(fresh, len(kept), remaining)
     )

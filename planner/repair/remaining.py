@@ -6,7 +6,7 @@ back. It stands first in the sequence, hence nothing rests on what it takes away
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 
 from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
@@ -59,7 +59,7 @@ class Remaining:
         """
         _refuse_unknown(plan_net, progress)
         self.knowledge_base = knowledge_base
-        self._progress = progress
+        self.progress = progress
         able = StaticFacts(knowledge_base, problem).without(progress.lost)
         self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
         left = [(a, ground) for a in self.actions if (ground := self._ground(a, able)) is not None]
@@ -92,14 +92,14 @@ class Remaining:
 
     def _refused(self, plan_net: PlanNet) -> str:
         """What is wrong with it though it is valid; empty if nothing is."""
-        if lost := sorted(self._progress.lost.intersection(plan_net.robots)):
+        if lost := sorted(self.progress.lost.intersection(plan_net.robots)):
             return f"{', '.join(lost)} is not to be planned with"
         held_up = (a for a in plan_net.actions if a.under_way and a.earliest_start_s > ROUNDING_S)
         return next((f"{a.id} {a.tag} is under way, yet would wait" for a in held_up), "")
 
     def _ground(self, action: PlanNetAction, problem: PlanningProblem) -> GroundAction | None:
         """The action with its duration as it is expected now; None if it cannot be any longer."""
-        if not self._progress.lost.isdisjoint(action.agents):
+        if not self.progress.lost.isdisjoint(action.agents):
             return None
         try:
             return self.knowledge_base.ground(
@@ -111,20 +111,12 @@ class Remaining:
     def _runs_on(self, action: PlanNetAction, ground: GroundAction, problem: PlanningProblem) -> bool:
         """True if it is under way and what it needs to its end still holds."""
         needs = set(ground.preconditions) - set(ground.deletes)
-        return action.id in self._progress.under_way and problem.facts.issuperset(needs)
+        return action.id in self.progress.under_way and problem.facts.issuperset(needs)
 
 
 def in_order(plan_net: PlanNet) -> tuple[PlanNetAction, ...]:
     """The actions of a plan-net in one of its orders, those under way first."""
     return tuple(sorted(linearisation(plan_net), key=lambda action: not action.under_way))
-
-
-def sequence_of(plan_net: PlanNet) -> tuple[GroundAction, ...]:
-    """The same, not scheduled."""
-    names = [slot.name for slot in fields(GroundAction)]
-    return tuple(
-        GroundAction(**{name: getattr(action, name) for name in names}) for action in in_order(plan_net)
-    )
 
 
 def _begun(action: GroundAction, left_s: float) -> GroundAction:

@@ -1,25 +1,20 @@
-"""Qualitative beliefs about things, by their cursors (SRA: BELIEF(close(object)), BELIEF(moving(object)))."""
+"""Qualitative beliefs about tracked objects (SRA: BELIEF(close(object)), BELIEF(moving(object)))."""
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from robots.conditions.verdict import Verdict
-from robots.data import Strict
-from robots.perception.percepts import SURROUNDINGS, TRACKING, Needs, Percepts
+from robots.conditions.verdict import Condition, Verdict
+from robots.perception.percepts import SURROUNDINGS, TRACKING, Percepts
 from robots.physical.body import RADIUS_M
 
 BELIEVED = 0.5
-"""Evidence from which on a thing is believed to be where its cursor is."""
+"""The least evidence with which an object is believed to be where its cursor is."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Believed(Strict):
-    """There is enough evidence of a thing."""
+class Believed(Condition, needs=TRACKING):
+    """There is enough evidence of the object."""
 
-    needs: ClassVar[Needs] = TRACKING
-    sense: Literal["believed"] = "believed"
     object: str
     evidence: Annotated[float, Field(gt=0, le=1)] = BELIEVED
 
@@ -28,12 +23,9 @@ class Believed(Strict):
         return Verdict(evidence >= self.evidence, f"has evidence {evidence:.2f} of {self.object}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Close(Strict):
-    """close(object): a thing that is believed in is no farther than `m`."""
+class Close(Condition, needs=TRACKING):
+    """close(object): the object is believed to be within `m` metres."""
 
-    needs: ClassVar[Needs] = TRACKING
-    sense: Literal["close"] = "close"
     object: str
     m: Annotated[float, Field(gt=0, le=10)] = 1.0
 
@@ -45,12 +37,9 @@ class Close(Strict):
         return Verdict(abs(at) <= self.m, f"is {abs(at):.2f} m from {self.object}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Moving(Strict):
-    """moving(object): a thing that is believed in does not stand still."""
+class Moving(Condition, needs=TRACKING):
+    """moving(object): the object is believed to move."""
 
-    needs: ClassVar[Needs] = TRACKING
-    sense: Literal["moving"] = "moving"
     object: str
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -62,12 +51,9 @@ class Moving(Strict):
         return Verdict(moving, f"perceives that {self.object} {'moves' if moving else 'stands still'}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NarrowPassage(Strict):
-    """narrow_passage: between what stands to either side, here or just ahead, is little more room than to pass."""
+class NarrowPassage(Condition, needs=SURROUNDINGS):
+    """narrow_passage: the free width between left and right, here or just ahead, is at most `width_m` (SRA fig. 4)."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["narrow_passage"] = "narrow_passage"
     width_m: Annotated[float, Field(gt=2 * RADIUS_M, le=3)] = 1.1
     ahead_m: Annotated[float, Field(ge=0, le=2)] = 0.5
 

@@ -1,48 +1,20 @@
-"""Conditions made of conditions, and the set of all that data may name."""
+"""Conditions made of conditions, and the type of all that data may state."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import Field
-
-from robots.conditions.beliefs import Believed, Close, Moving, NarrowPassage
-from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear, LinedUp, Over, Still
-from robots.conditions.motion import Advanced, AtRest, Elapsed, Faster, Heading, Raised, Travelled, Turned
-from robots.conditions.own_state import (
-    BetweenJaws,
-    Bumped,
-    Charged,
-    Charging,
-    Commanded,
-    Empty,
-    Holding,
-    NotDriven,
-)
-from robots.conditions.position import (
-    Abeam,
-    Closer,
-    Cramped,
-    Facing,
-    JawsAt,
-    Near,
-    OffPoint,
-    OnCourse,
-    Opening,
-    Reached,
-)
-from robots.conditions.sight import Beside, Clear, InView, LiesAt, SoleHolder, Vacant
+from robots.conditions import beliefs, long_objects, motion, own_state, position, sight  # noqa: F401, define conditions
 from robots.conditions.verdict import Condition, Verdict
-from robots.data import Strict
+from robots.data import ChosenBy
 from robots.perception.percepts import NOTHING, Needs, Percepts
 
+AnyCondition = Annotated[Condition, ChosenBy("sense")]
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Not(Strict):
-    """The contrary."""
 
-    sense: Literal["not"] = "not"
-    of: "AnyCondition"
+class Not(Condition):
+    """The condition does not hold."""
+
+    of: AnyCondition
 
     @property
     def needs(self) -> Needs:
@@ -53,12 +25,10 @@ class Not(Strict):
         return Verdict(not verdict.holds, verdict.words)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnyOf(Strict):
-    """At least one of several."""
+class AnyOf(Condition):
+    """At least one of the conditions holds."""
 
-    sense: Literal["any"] = "any"
-    of: "tuple[AnyCondition, ...]"
+    of: tuple[AnyCondition, ...]
 
     @property
     def needs(self) -> Needs:
@@ -68,15 +38,13 @@ class AnyOf(Strict):
         verdicts = [one.check(percepts) for one in self.of]
         holds = any(one.holds for one in verdicts)
         unseen = not holds and any(one.unseen for one in verdicts)
-        return Verdict(holds, "; ".join(one.words for one in verdicts), unseen)
+        return Verdict(holds, in_words(verdicts), unseen)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AllOf(Strict):
-    """Every one of several."""
+class AllOf(Condition):
+    """Every one of the conditions holds."""
 
-    sense: Literal["all"] = "all"
-    of: "tuple[AnyCondition, ...]"
+    of: tuple[AnyCondition, ...]
 
     @property
     def needs(self) -> Needs:
@@ -85,57 +53,7 @@ class AllOf(Strict):
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]
         unseen = any(one.unseen for one in verdicts)
-        return Verdict(all(one.holds for one in verdicts), "; ".join(one.words for one in verdicts), unseen)
-
-
-AnyCondition = Annotated[
-    Near
-    | Closer
-    | Cramped
-    | OffPoint
-    | OnCourse
-    | Believed
-    | Close
-    | Moving
-    | NarrowPassage
-    | Facing
-    | Abeam
-    | Opening
-    | Reached
-    | BetweenJaws
-    | JawsAt
-    | Holding
-    | Empty
-    | LiesAt
-    | Vacant
-    | Clear
-    | Beside
-    | InView
-    | SoleHolder
-    | Elapsed
-    | Travelled
-    | Advanced
-    | Turned
-    | Heading
-    | AtRest
-    | Faster
-    | Raised
-    | Bumped
-    | AtHandle
-    | HoldsAlone
-    | JointNear
-    | LinedUp
-    | Still
-    | Over
-    | Charged
-    | Charging
-    | Commanded
-    | NotDriven
-    | Not
-    | AnyOf
-    | AllOf,
-    Field(discriminator="sense"),
-]
+        return Verdict(all(one.holds for one in verdicts), in_words(verdicts), unseen)
 
 
 def unmet(conditions: Iterable[Condition], percepts: Percepts) -> list[Verdict]:

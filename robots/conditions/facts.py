@@ -1,4 +1,4 @@
-"""Symbolic facts in rel/ref form and the senses: the facts a robot perceives, and the condition that senses a fact.
+"""Symbolic facts in rel/ref form: the facts that a robot perceives, and the sensor condition for a fact.
 
 Robots are coupled by sensing wherever that suffices (MACTA §5: "no need for the robots to directly communicate"). The
 measures are our choice.
@@ -20,14 +20,14 @@ from robots.wire import SymbolicFact
 
 NEAR_M = 0.2
 IN_THE_WAY_M = 0.5
-"""A robot with empty jaws is also near a place if no other robot has room at its approach point."""
+"""A robot with empty jaws counts as near a place up to this distance: no other robot has room there then."""
 AT_M = 0.12
 REPORTED: Needs = LOCATING
 """The sensors that a report's facts need; they run while there is a script."""
 TRUSTED_M = 3.0
-"""A farther tag's place is not reported: its bearing is too coarse."""
+"""The place of a tag beyond this range is not reported: its bearing is too coarse."""
 LOOKED_AT_M = 1.5
-"""Up to this distance it is also reported that nothing lies at a place in view."""
+"""Up to this range a place in view is also reported as vacant."""
 
 
 def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
@@ -113,9 +113,9 @@ HELD_BY_M = 0.5
 
 
 def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # noqa: PLR0911
-    """The sensor condition that tells this robot a fact has become true.
+    """The sensor condition by which this robot perceives that a fact has become true.
 
-    :raises RepertoireError: if no sensor of this robot can tell.
+    :raises RepertoireError: if none of its sensors can perceive it.
     """
     match fact.predicate, fact.args:
         case "in", (thing, place) if place in profile.places:
@@ -141,4 +141,4 @@ def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # no
             return Beside(target=robot, other=place, m=STAND_OFF_M + 0.2)
         case "robot_attribute", (robot, "gripper", "empty") if robot == profile.name:
             return Empty()
-    raise RepertoireError(f"{profile.name} has no sensor that tells {fact}")
+    raise RepertoireError(f"{profile.name} has no sensor for {fact}")

@@ -1,27 +1,22 @@
 """Conditions on a long object that two robots carry."""
 
 from cmath import phase, rect
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from robots.conditions.verdict import Verdict
-from robots.data import Strict
+from robots.conditions.verdict import Condition, Verdict
 from robots.perception.formation import formation_with, put_down_point
-from robots.perception.percepts import LOCATING, SIGHT, STANDS_AT_M, Needs, Percepts
+from robots.perception.percepts import LOCATING, SIGHT, STANDS_AT_M, Percepts
 from robots.physical.body import GRIPPER_REACH_M
 from robots.physical.profile import STAND_OFF_M
 
 HANDLES = ("left", "right")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AtHandle(Strict):
+class AtHandle(Condition, needs=LOCATING):
     """Another robot has its jaws at a handle of a long object and has stood still for `still_s`."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["at_handle"] = "at_handle"
     object: str
     robot: str
     within_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M + 0.05
@@ -37,12 +32,9 @@ class AtHandle(Strict):
         return Verdict(False, f"{words}, not still yet")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HoldsAlone(Strict):
+class HoldsAlone(Condition, needs=LOCATING):
     """Holds an object, and no other robot stands at a handle of it."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["holds_alone"] = "holds_alone"
     object: str
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -53,12 +45,9 @@ class HoldsAlone(Strict):
         return Verdict(not by, f"sees {' and '.join(by) or 'no robot'} at {self.object}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointNear(Strict):
-    """The whole stands at a place's approach point and faces its beacon: its middle is where one robot would stand."""
+class JointNear(Condition, needs=LOCATING):
+    """The formation stands at a place's approach point and faces its beacon; its middle counts as its position."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["joint_near"] = "joint_near"
     object: str
     place: str
     within_m: Annotated[float, Field(gt=0)] = 0.15
@@ -77,12 +66,9 @@ class JointNear(Strict):
         return Verdict(holds, said)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinedUp(Strict):
-    """Stands before a handle, square enough to drive straight up to it: in a funnel that narrows towards it."""
+class LinedUp(Condition, needs=LOCATING):
+    """Stands in front of a handle in a funnel that narrows towards it: driving straight ahead reaches it."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["lined_up"] = "lined_up"
     target: str
     from_m: Annotated[float, Field(gt=0)] = STAND_OFF_M + 0.15
     to_m: Annotated[float, Field(gt=0)] = GRIPPER_REACH_M - 0.1
@@ -100,12 +86,9 @@ class LinedUp(Strict):
         return Verdict(holds, f"is {off.real:.2f} m before {self.target}, {off.imag:+.2f} m aside")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Still(Strict):
-    """Sees that something has not moved for a while."""
+class Still(Condition, needs=SIGHT):
+    """Sees that an object has not moved for `for_s`."""
 
-    needs: ClassVar[Needs] = SIGHT
-    sense: Literal["still"] = "still"
     object: str
     for_s: Annotated[float, Field(gt=0)] = 1.5
 
@@ -116,12 +99,9 @@ class Still(Strict):
         return Verdict(still_s >= self.for_s, f"has seen {self.object} lie still for {still_s:.1f} s")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Over(Strict):
+class Over(Condition, needs=LOCATING):
     """The middle of a held object is over a place's floor point."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["over"] = "over"
     object: str
     place: str
     within_m: Annotated[float, Field(gt=0)] = 0.05
@@ -133,7 +113,7 @@ class Over(Strict):
 
 
 def to_handle_m(percepts: Percepts, thing: str, robot: str) -> float | None:
-    """From another robot to the handle of an object that is nearer to it; None if either is not perceived."""
+    """Distance from another robot to its nearer handle of an object; None if either is not perceived."""
     at = percepts.locate(robot)
     handles = [percepts.locate(f"{thing}@{which}") for which in HANDLES]
     gaps_m = [abs(handle - at) for handle in handles if handle is not None and at is not None]

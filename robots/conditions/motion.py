@@ -1,23 +1,18 @@
 """Conditions on the robot's own motion since the packet's start, by odometry."""
 
-from dataclasses import dataclass
 from math import pi
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robots.conditions.verdict import Verdict
-from robots.data import Strict
-from robots.perception.percepts import NOTHING, Needs, Percepts
+from robots.conditions.verdict import Condition, Verdict
+from robots.perception.percepts import Percepts
 from robots.physical.geometry import wrap
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Elapsed(Strict):
-    """The packet's patterns have acted for some seconds."""
+class Elapsed(Condition):
+    """The packet's patterns have been active for `s` seconds."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["elapsed"] = "elapsed"
     s: Annotated[float, Field(ge=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -25,12 +20,9 @@ class Elapsed(Strict):
         return Verdict(elapsed_s >= self.s, f"has acted for {elapsed_s:.1f} s")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Travelled(Strict):
-    """Has driven a way, ahead or back."""
+class Travelled(Condition):
+    """The distance driven, ahead and back, has reached `m` metres."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["travelled"] = "travelled"
     m: Annotated[float, Field(ge=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -38,12 +30,9 @@ class Travelled(Strict):
         return Verdict(travelled_m >= self.m, f"has driven {travelled_m:.2f} m")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Advanced(Strict):
-    """Is as far ahead of where the packet began, or behind if negative, as wanted."""
+class Advanced(Condition):
+    """The displacement along the heading since the packet's start is `m` metres; negative: backwards."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["advanced"] = "advanced"
     m: float
     within_m: Annotated[float, Field(gt=0)] = 0.02
 
@@ -52,12 +41,9 @@ class Advanced(Strict):
         return Verdict(abs(advanced_m - self.m) <= self.within_m, f"has advanced {advanced_m:+.2f} m")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Turned(Strict):
-    """Has turned by an angle since the packet began; counter-clockwise positive, more than a full turn allowed."""
+class Turned(Condition):
+    """The angle turned since the packet's start is `sign * rad`; counter-clockwise positive, not wrapped."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["turned"] = "turned"
     rad: float
     sign: Literal[-1, 1] = 1
     within_rad: Annotated[float, Field(gt=0)] = 0.03
@@ -68,12 +54,9 @@ class Turned(Strict):
         return Verdict(holds, f"has turned by {turned_rad:+.2f} rad")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Heading(Strict):
-    """Heads in a direction of the world's frame."""
+class Heading(Condition):
+    """The heading in the world's frame is `rad`."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["heading"] = "heading"
     rad: Annotated[float, Field(ge=-2 * pi, le=2 * pi)]
     within_rad: Annotated[float, Field(gt=0)] = 0.04
 
@@ -82,12 +65,9 @@ class Heading(Strict):
         return Verdict(abs(off_rad) <= self.within_rad, f"is {off_rad:+.2f} rad off its heading")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AtRest(Strict):
-    """Neither drives nor turns."""
+class AtRest(Condition):
+    """Speed and turn rate are zero within a tolerance."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["at_rest"] = "at_rest"
     m_s: Annotated[float, Field(gt=0)] = 0.02
     rad_s: Annotated[float, Field(gt=0)] = 0.05
 
@@ -97,12 +77,9 @@ class AtRest(Strict):
         return Verdict(holds, f"drives at {now.speed_m_s:+.2f} m/s, turns at {now.turn_rad_s:+.2f} rad/s")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Faster(Strict):
-    """Drives faster than allowed, ahead or back."""
+class Faster(Condition):
+    """The speed, ahead or back, exceeds `m_s`."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["faster"] = "faster"
     m_s: Annotated[float, Field(gt=0)]
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -110,12 +87,9 @@ class Faster(Strict):
         return Verdict(abs(speed_m_s) > self.m_s, f"drives at {speed_m_s:+.2f} m/s")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Raised(Strict):
+class Raised(Condition):
     """The packet has raised an event."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["raised"] = "raised"
     event: str
 
     def check(self, percepts: Percepts) -> Verdict:

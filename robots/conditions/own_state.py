@@ -1,21 +1,16 @@
-"""Conditions on the gripper."""
+"""Conditions on the robot's own state: gripper, battery and operator."""
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from robots.conditions.verdict import Verdict
-from robots.data import Strict
-from robots.perception.percepts import GRIP, NOTHING, TOUCH, Needs, Percepts
+from robots.conditions.verdict import Condition, Verdict
+from robots.perception.percepts import GRIP, TOUCH, Percepts
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BetweenJaws(Strict):
-    """The jaws' light barrier meets an object."""
+class BetweenJaws(Condition, needs=GRIP):
+    """The object interrupts the jaws' light barrier."""
 
-    needs: ClassVar[Needs] = GRIP
-    sense: Literal["between_jaws"] = "between_jaws"
     object: str
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -23,24 +18,18 @@ class BetweenJaws(Strict):
         return Verdict(there == self.object, f"has {there or 'nothing'} between its jaws")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Holding(Strict):
-    """Holds an object."""
+class Holding(Condition, needs=GRIP):
+    """The gripper holds the object."""
 
-    needs: ClassVar[Needs] = GRIP
-    sense: Literal["holding"] = "holding"
     object: str
 
     def check(self, percepts: Percepts) -> Verdict:
         return Verdict(percepts.holding == self.object, f"holds {percepts.holding or 'nothing'}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Empty(Strict):
-    """The gripper holds nothing. `open`: and its jaws are open."""
+class Empty(Condition, needs=GRIP):
+    """The gripper holds nothing; with `open` its jaws must be open, too."""
 
-    needs: ClassVar[Needs] = GRIP
-    sense: Literal["empty"] = "empty"
     open: bool = False
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -49,13 +38,10 @@ class Empty(Strict):
         return Verdict(holds, f"holds {percepts.holding or 'nothing'}, jaws {jaws}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bumped(Strict):
+class Bumped(Condition, needs=TOUCH):
     """The bumper has touched something within the last seconds."""
 
-    needs: ClassVar[Needs] = TOUCH
-    sense: Literal["bumped"] = "bumped"
-    within_s: float = Field(default=0.5, ge=0)
+    within_s: Annotated[float, Field(ge=0)] = 0.5
 
     def check(self, percepts: Percepts) -> Verdict:
         if percepts.bumper:
@@ -66,47 +52,32 @@ class Bumped(Strict):
         return Verdict(ago_s <= self.within_s, f"touched something {ago_s:.1f} s ago")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Charged(Strict):
-    """The battery holds a share of its charge, or more."""
+class Charged(Condition):
+    """The battery's charge is at least the share `to`."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["charged"] = "charged"
     to: Annotated[float, Field(gt=0, le=1)]
 
     def check(self, percepts: Percepts) -> Verdict:
         return Verdict(percepts.battery >= self.to, f"has its battery at {percepts.battery:.0%}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Charging(Strict):
+class Charging(Condition):
     """The battery is being charged."""
-
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["charging"] = "charging"
 
     def check(self, percepts: Percepts) -> Verdict:
         return Verdict(percepts.charging, f"{'is' if percepts.charging else 'is not'} charged")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Commanded(Strict):
-    """The operator commands it to move; without that it stands, whatever avoidance asks for."""
-
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["commanded"] = "commanded"
+class Commanded(Condition):
+    """The operator's command is to move; without one, obstacle avoidance must not move the robot either."""
 
     def check(self, percepts: Percepts) -> Verdict:
         moves = percepts.drive_command is not None and percepts.drive_command.moves
         return Verdict(moves, f"is {'commanded' if moves else 'not commanded'} to move")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NotDriven(Strict):
-    """No operator drives it."""
-
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["not_driven"] = "not_driven"
+class NotDriven(Condition):
+    """No operator drives the robot."""
 
     def check(self, percepts: Percepts) -> Verdict:
         free = percepts.drive_command is None

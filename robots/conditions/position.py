@@ -1,26 +1,21 @@
-"""Conditions on where the robot stands, and what is around it."""
+"""Conditions on the robot's position and its surroundings."""
 
 from cmath import phase
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import pi, sin
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robots.conditions.verdict import Verdict
-from robots.data import Strict
+from robots.conditions.verdict import Condition, Verdict
 from robots.perception.course import guide
-from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.perception.percepts import LOCATING, SURROUNDINGS, Percepts
 from robots.physical.body import GRIPPER_REACH_M, RADIUS_M
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Near(Strict):
+class Near(Condition, needs=LOCATING):
     """Stands at a place's approach point, facing its beacon."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["near"] = "near"
     place: str
     within_m: float = 0.12
     facing_rad: float = 0.16
@@ -35,12 +30,9 @@ class Near(Strict):
         return Verdict(holds, f"{words}, the beacon at {phase(beacon):+.2f} rad")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Closer(Strict):
+class Closer(Condition, needs=LOCATING):
     """Is less than `m` metres from something, and faces it within `facing_rad`."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["closer"] = "closer"
     target: str
     m: float
     facing_rad: float = 3.2
@@ -53,12 +45,9 @@ class Closer(Strict):
         return Verdict(holds, f"is {abs(at):.2f} m from {self.target}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cramped(Strict):
-    """Something other than a robot is so close ahead that the jaws would meet it in a turn."""
+class Cramped(Condition, needs=SURROUNDINGS):
+    """An obstacle other than a robot is so close ahead that the jaws would hit it in a turn."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["cramped"] = "cramped"
     gap_m: float = 0.3
     sector_rad: float = 0.9
 
@@ -70,12 +59,9 @@ class Cramped(Strict):
         return Verdict(gap_m < self.gap_m, f"has {gap_m:.2f} m free ahead")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OffPoint(Strict):
+class OffPoint(Condition, needs=LOCATING):
     """Is at least `m` metres from a place's approach point."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["off_point"] = "off_point"
     place: str
     m: float
 
@@ -86,12 +72,9 @@ class OffPoint(Strict):
         return Verdict(abs(point) >= self.m, f"is {abs(point):.2f} m off the approach point of {self.place}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OnCourse(Strict):
-    """Heads, within `rad`, in the direction that leads to stand near a place."""
+class OnCourse(Condition, needs=SURROUNDINGS):
+    """The heading is within `rad` of the guidance to a place's approach point."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["on_course"] = "on_course"
     place: str
     rad: float
 
@@ -102,12 +85,9 @@ class OnCourse(Strict):
         return Verdict(abs(guidance.turn_rad) <= self.rad, f"is {guidance.turn_rad:+.2f} rad off its way")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JawsAt(Strict):
+class JawsAt(Condition, needs=LOCATING):
     """The jaws' middle is over a place's floor point."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["jaws_at"] = "jaws_at"
     place: str
     within_m: float = 0.03
 
@@ -118,18 +98,15 @@ class JawsAt(Strict):
 
 
 BEAM_RAD = 0.45
-"""To this angle off abeam the side is looked at: three beams of sixteen."""
+"""Half the sector abeam in which obstacles count: three beams of sixteen."""
 AHEAD_RAD = 0.6
-"""From this angle off straight ahead on it is looked for what goes on at the side."""
+"""Obstacles beyond this angle off straight ahead can be the continuation of what is followed."""
 SIDES = {1: "left", -1: "right"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Facing(Strict):
-    """Faces something; with `keep_m` above 0 also at that distance."""
+class Facing(Condition, needs=LOCATING):
+    """Faces the target; with `keep_m` above 0 also at that distance."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["facing"] = "facing"
     target: str
     within_rad: Annotated[float, Field(gt=0)] = 0.06
     keep_m: Annotated[float, Field(ge=0)] = 0.0
@@ -145,12 +122,9 @@ class Facing(Strict):
         return Verdict(holds, f"has {self.target} at {phase(at):+.2f} rad, {abs(at):.2f} m")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reached(Strict):
-    """Stands where `stand_off_m` is left to something, or nearer."""
+class Reached(Condition, needs=LOCATING):
+    """The distance to the target is `stand_off_m` or less."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["reached"] = "reached"
     target: str
     stand_off_m: Annotated[float, Field(ge=0)]
     within_m: Annotated[float, Field(gt=0)]
@@ -163,12 +137,9 @@ class Reached(Strict):
         return Verdict(holds, f"is {abs(at):.2f} m from {self.target}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Abeam(Strict):
-    """Something stands at a side, at `gap_m` from the hull, or not much farther."""
+class Abeam(Condition, needs=SURROUNDINGS):
+    """An obstacle is abeam on that side, within `gap_m` and a tolerance of the hull."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["abeam"] = "abeam"
     side: Literal[-1, 1]
     gap_m: Annotated[float, Field(gt=0)]
     slack_m: Annotated[float, Field(ge=0)] = 0.15
@@ -183,12 +154,9 @@ class Abeam(Strict):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Opening(Strict):
-    """What was followed at a side at a gap from the hull does not go on: ahead on that side is nothing of it."""
+class Opening(Condition, needs=SURROUNDINGS):
+    """The obstacle that is followed on a side at `gap_m` has ended: nothing continues it ahead on that side."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["opening"] = "opening"
     side: Literal[-1, 1]
     gap_m: Annotated[float, Field(gt=0)]
     beyond_m: Annotated[float, Field(gt=0)] = 0.25
@@ -204,6 +172,6 @@ class Opening(Strict):
 
 
 def _at_side(percepts: Percepts, side: int) -> Iterator[tuple[complex, float]]:
-    """What stands about, with how far it is off straight ahead towards that side, radians."""
+    """Every obstacle, with its angle off straight ahead towards that side, radians."""
     for one in percepts.obstacles:
         yield one.at, side * phase(one.at)

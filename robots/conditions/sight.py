@@ -1,11 +1,7 @@
 """Conditions on samples and other robots in view."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal
-
-from robots.conditions.verdict import Verdict
-from robots.data import Strict
-from robots.perception.percepts import LOCATING, SIGHT, Needs, Percepts
+from robots.conditions.verdict import Condition, Verdict
+from robots.perception.percepts import LOCATING, SIGHT, Percepts
 from robots.physical.body import GRIPPER_REACH_M
 
 LIES_AT_M = 0.3
@@ -18,15 +14,12 @@ SHARED_M = 0.5
 """A robot this close to what is in another's jaws may hold it as well."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LiesAt(Strict):
-    """Sees an object's tag at a location, lying still. `left`: and no robot stands by it any longer.
+class LiesAt(Condition, needs=LOCATING):
+    """Sees an object's tag lie still at a location; with `left` no robot may be near it.
 
-    Our choice: a sample that is carried up to a location shows its tag there before it is let go.
+    Our choice: the tag of a sample is at the location before the robot that brings it has released it.
     """
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["lies_at"] = "lies_at"
     object: str
     place: str
     still_s: float = 0.5
@@ -48,12 +41,9 @@ class LiesAt(Strict):
         return Verdict(not by, f"{words}, {' and '.join(by)} still by it" if by else words)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Vacant(Strict):
+class Vacant(Condition, needs=LOCATING):
     """Sees a location's beacon and no foreign tag at it."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["vacant"] = "vacant"
     place: str
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -64,12 +54,9 @@ class Vacant(Strict):
         return Verdict(not there, f"sees {' and '.join(there) or 'no sample'} at {self.place}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Clear(Strict):
-    """No other robot is seen at a location's approach point on my side."""
+class Clear(Condition, needs=LOCATING):
+    """No other robot is seen at a location's approach point on this robot's side."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["clear"] = "clear"
     place: str
 
     def check(self, percepts: Percepts) -> Verdict:
@@ -80,12 +67,9 @@ class Clear(Strict):
         return Verdict(not there, f"sees {' and '.join(there) or 'no robot'} at {self.place}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Beside(Strict):
+class Beside(Condition, needs=LOCATING):
     """Sees something within `m` metres of another thing: a robot by a location, an object by a robot."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["beside"] = "beside"
     target: str
     other: str
     m: float
@@ -104,12 +88,9 @@ class Beside(Strict):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InView(Strict):
-    """Has had something in view without a break for some seconds."""
+class InView(Condition, needs=SIGHT):
+    """The target has been in view for `for_s` without a break."""
 
-    needs: ClassVar[Needs] = SIGHT
-    sense: Literal["in_view"] = "in_view"
     target: str
     for_s: float = 0.0
 
@@ -119,12 +100,8 @@ class InView(Strict):
         return Verdict(holds, f"has had {self.target} in view for {held_s:.1f} s")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SoleHolder(Strict):
-    """Holds nothing, or something that it may drive off with: for one robot, with no other by it as far as it sees."""
-
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["sole_holder"] = "sole_holder"
+class SoleHolder(Condition, needs=LOCATING):
+    """Holds nothing, or a compact object with no other robot near it: the robot may drive off with it."""
 
     def check(self, percepts: Percepts) -> Verdict:
         held = percepts.holding

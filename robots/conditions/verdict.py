@@ -1,16 +1,16 @@
 """What a condition is, and what it answers."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
-from robots.perception.percepts import Needs, Percepts
+from robots.perception.percepts import Percepts, SensingVariant
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """Whether a condition holds, and what was perceived, in words.
 
-    `unseen`: it does not hold for want of sight, neither what it asks about nor the place of it is in view.
+    `unseen`: it does not hold because neither the object nor its place is in view.
     """
 
     holds: bool
@@ -18,10 +18,9 @@ class Verdict:
     unseen: bool = False
 
 
-class Condition(Protocol):
-    """A question to the senses. `needs`: the sensors whose percepts it asks for."""
+class Condition(SensingVariant, ABC):
+    """A sensor condition: one subclass for each that data may state, `{sense: holding, object: rock}`."""
 
-    @property
-    def needs(self) -> Needs: ...
-
-    def check(self, percepts: Percepts) -> Verdict: ...
+    @abstractmethod
+    def check(self, percepts: Percepts) -> Verdict:
+        """Whether it holds, by what is perceived in this tick."""

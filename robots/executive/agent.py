@@ -6,7 +6,7 @@ from dataclasses import replace
 from robots.clock import Clock
 from robots.conditions.facts import REPORTED
 from robots.errors import RepertoireError, SensorFault
-from robots.executive.control_loop import control_loop
+from robots.executive.control_loop import LOOPS, ControlLoop
 from robots.executive.executive import Executive
 from robots.executive.known_scripts import StaleScripts, remember, supersedes
 from robots.executive.mailbox import Mailbox
@@ -77,7 +77,7 @@ class BehaviouralAgent:
         self._executive = Executive(profile, self._repertoire)
         self._upkeep = Upkeep(profile, load_self_level())
         self._teleoperation = Teleoperation(profile)
-        self._loop = control_loop(profile.architecture, self._executive)
+        self._loop: ControlLoop = LOOPS[profile.architecture](self._executive)
         self._sensory = SensoryController(body)
         self._health = SensorHealth(profile.whisker_least_m)
         self._meter = SensingMeter(load_powers())
@@ -103,9 +103,10 @@ class BehaviouralAgent:
             tuning_version=self._tuning_version,
             tuning=self._tuning,
             estimate=self._perception.localiser.memory(),
-            upkeep=self._upkeep.memory(),
+            upkeep=self._upkeep.state.saved(),
             sensing_used_j=self._meter.used_j,
             sensing_saved_j=self._meter.saved_j,
+            held=self._perception.held,
         )
 
     def _recall(self, memory: RobotMemory) -> None:
@@ -118,7 +119,8 @@ class BehaviouralAgent:
         self._executive.retune(self._repertoire.tuned(memory.tuning))
         self._executive.recall(memory.executive, now_s)
         self._perception.localiser.recall(memory.estimate)
-        self._upkeep.recall(memory.upkeep)
+        self._upkeep.state = memory.upkeep.saved()
+        self._perception.held = memory.held
         self._meter = SensingMeter(
             load_powers(), used_j=memory.sensing_used_j, saved_j=memory.sensing_saved_j
         )

@@ -1,7 +1,7 @@
 """Control loops: parallel sensing and acting (P-SMPA, algorithm 1), or sense, model, plan and act in sequence."""
 
 from cmath import phase, rect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
 from math import hypot
@@ -46,15 +46,6 @@ class ControlLoop(Protocol):
     def beside(self) -> tuple[SensorAction, ...]:
         """The sensor actions to run until the next tick."""
         ...
-
-
-def control_loop(architecture: Architecture, executive: Executive) -> ControlLoop:
-    """The loop of a profile's architecture."""
-    loops: dict[Architecture, Callable[[Executive], ControlLoop]] = {
-        Architecture.PARALLEL: ParallelLoop,
-        Architecture.SEQUENTIAL: SequentialLoop,
-    }
-    return loops[architecture](executive)
 
 
 class ParallelLoop:
@@ -148,6 +139,12 @@ class SequentialLoop:
     def _enter(self, phase: Phase) -> None:
         self._phase = phase
         self._since_s = 0.0
+
+
+LOOPS: Mapping[Architecture, Callable[[Executive], ControlLoop]] = {
+    Architecture.PARALLEL: ParallelLoop,
+    Architecture.SEQUENTIAL: SequentialLoop,
+}
 
 
 def moved_by_odometry(model: Percepts, now: Percepts) -> Percepts:

@@ -31,5 +31,5 @@ class EventWatch:
                 news[name] = "; ".join(verdict.words for verdict in verdicts)
             self.held_s[name] = now_s
         if news:
-            self.raised |= news.keys()
+            self.raised = self.raised.union(news)
         return news

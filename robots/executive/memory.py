@@ -6,7 +6,7 @@ the pose estimate. Not kept: sightings, tracked objects, the grid of its surroun
 
 from pydantic import ConfigDict, Field
 
-from robots.data import Checked
+from robots.data import Checked, Memory
 from robots.perception.localisation import EstimateMemory
 from robots.perception.progress import WayMemory
 from robots.reactive.stall import StallMemory
@@ -14,7 +14,7 @@ from robots.wire import BehaviourScript, Message, PacketState, ScriptState
 from robots.wire.operator import PacketTunings
 
 
-class PacketMemory(Checked):
+class PacketMemory(Memory):
     """The progress of one packet. `told`: the sensors whose defects were reported; `held_s`: when each event's
     conditions last held, in the packet's time.
     """
@@ -25,8 +25,8 @@ class PacketMemory(Checked):
     lost_s: float = 0.0
     unseen_s: float = 0.0
     told: frozenset[str] = frozenset()
-    stall: StallMemory = StallMemory()
-    way: WayMemory = WayMemory()
+    stall: StallMemory = Field(default_factory=StallMemory)
+    way: WayMemory = Field(default_factory=WayMemory)
     raised: frozenset[str] = frozenset()
     held_s: dict[str, float] = Field(default_factory=dict)
 
@@ -58,7 +58,7 @@ class MailboxMemory(Checked):
     reports: tuple[Message, ...] = ()
 
 
-class UpkeepMemory(Checked):
+class UpkeepMemory(Memory):
     """How often the robot has sought its charger, and when it last started; None if never."""
 
     count: int = 0
@@ -85,3 +85,4 @@ class RobotMemory(Checked):
     upkeep: UpkeepMemory
     sensing_used_j: float
     sensing_saved_j: float
+    held: str | None = None

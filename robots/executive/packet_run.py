@@ -52,21 +52,19 @@ class PacketRun:
 
     def __init__(self, packet: BehaviourPacket, content: BoundPacket, profile: RobotProfile) -> None:
         self.packet = packet
-        self.state = PacketState.WAITING
         self.content = content
         self.perceived: Percepts | None = None
         """The percepts of the last tick."""
         self._profile = profile
-        self._uncleared = set(packet.after)
         self._missing: list[str] = []
-        self._waited_s = 0.0
-        self._lost_s = 0.0
-        self._unseen_s = 0.0
-        self._reported_defects: set[str] = set()
         self._guard = StallGuard(content.goal, content.retries or 0, content.stalled_s)
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
-        self._watch = EventWatch(content.events)
+        self.recall(PacketMemory(state=PacketState.WAITING, uncleared=frozenset(packet.after)))
+
+    @property
+    def state(self) -> PacketState:
+        return self._memory.state
 
     @property
     def over(self) -> bool:
@@ -92,46 +90,31 @@ class PacketRun:
 
     def clear(self, ended: Iterable[str]) -> None:
         """Stop waiting for these actions, which have ended. May be called before the packet's turn."""
-        self._uncleared.difference_update(ended)
+        self._memory.uncleared -= frozenset(ended)
 
     def rebound(self, content: BoundPacket) -> "PacketRun":
         """A new run of the same packet with another content."""
         run = PacketRun(self.packet, content, self._profile)
-        run._uncleared &= self._uncleared
+        run._memory.uncleared &= self._memory.uncleared
         return run
 
     def memory(self) -> PacketMemory:
-        return PacketMemory(
-            state=self.state,
-            uncleared=frozenset(self._uncleared),
-            waited_s=self._waited_s,
-            lost_s=self._lost_s,
-            unseen_s=self._unseen_s,
-            told=frozenset(self._reported_defects),
-            stall=self._guard.memory(),
-            way=self._odometer.memory(),
-            raised=self._watch.raised,
-            held_s=dict(self._watch.held_s),
-        )
+        self._memory.raised = self._watch.raised
+        self._memory.held_s = self._watch.held_s
+        return self._memory.saved()
 
     def recall(self, memory: PacketMemory) -> None:
         """Restore the state of an earlier run of the same packet."""
-        self.state = memory.state
-        self._uncleared = set(memory.uncleared)
-        self._waited_s = memory.waited_s
-        self._lost_s = memory.lost_s
-        self._unseen_s = memory.unseen_s
-        self._reported_defects = set(memory.told)
-        self._guard.recall(memory.stall)
-        self._odometer.recall(memory.way)
-        self._watch.raised = memory.raised
-        self._watch.held_s = dict(memory.held_s)
+        self._memory = memory.saved()
+        self._guard.state = self._memory.stall
+        self._odometer.way = self._memory.way
+        self._watch = EventWatch(self.content.events, memory.raised, dict(memory.held_s))
 
     def step(self, percepts: Percepts, step_s: float) -> Outcome:
         """Advance by one tick. `step_s`: the time since the last one."""
         self.perceived = percepts
         if self.state is PacketState.WAITING:
-            self.state = PacketState.INITIALIZING
+            self._memory.state = PacketState.INITIALIZING
             return Outcome(change=Change(state=self.state, detail=self._awaited_clearance()))
         if self.state is PacketState.INITIALIZING:
             return self._wait(percepts, step_s)
@@ -147,7 +130,7 @@ class PacketRun:
         self, category: FailureCategory, reason: str, percepts: Percepts | None, *, when: str = ""
     ) -> Outcome:
         """Give up, with a detail that describes the robot's situation."""
-        self.state = PacketState.FAILED
+        self._memory.state = PacketState.FAILED
         detail = f"{self.packet.tag} {reason}"
         if percepts is not None:
             detail += f"; {when}{describe_situation(percepts, self.packet.arguments.values())}"
@@ -159,22 +142,22 @@ class PacketRun:
         words = filter(None, (clearance, *(verdict.words for verdict in unmet_now)))
         self._missing = list(dict.fromkeys(words))
         if not self._missing:
-            self.state = PacketState.RUNNING
+            self._memory.state = PacketState.RUNNING
             return Outcome(change=Change(state=self.state))
-        self._waited_s += step_s
-        if self._waited_s > self.packet.wait_timeout_s:
+        self._memory.waited_s += step_s
+        if self._memory.waited_s > self.packet.wait_timeout_s:
             reason = f"could not start within {self.packet.wait_timeout_s:.0f} s: the robot {self.waits_for}"
             category = FailureCategory.DEADLINE if clearance else FailureCategory.WORLD_CHANGED
             return self.fail(category, reason, percepts)
         unseen = any(one.unseen for one in unmet_now)
-        self._unseen_s = self._unseen_s + step_s if unseen else 0.0
-        if self._unseen_s > UNSEEN_S:
+        self._memory.unseen_s = self._memory.unseen_s + step_s if unseen else 0.0
+        if self._memory.unseen_s > UNSEEN_S:
             reason = f"could not start for {UNSEEN_S:.0f} s for want of sight: the robot {self.waits_for}"
             return self.fail(FailureCategory.WORLD_CHANGED, reason, percepts)
         return self._act(self.content.waiting, percepts)
 
     def _awaited_clearance(self) -> str:
-        uncleared = [action for action in self.packet.after if action in self._uncleared]
+        uncleared = [action for action in self.packet.after if action in self._memory.uncleared]
         return f"waits for clearance: {', '.join(uncleared)}" if uncleared else ""
 
     def _advance(self, percepts: Percepts, step_s: float) -> Outcome:
@@ -197,18 +180,18 @@ class PacketRun:
 
     def _new_defects(self, percepts: Percepts) -> list[str]:
         """Defects of sensors that this packet has not reported yet, in words."""
-        new = [defect for defect in percepts.degraded if defect.sensor not in self._reported_defects]
-        self._reported_defects.update(defect.sensor for defect in new)
+        new = [defect for defect in percepts.degraded if defect.sensor not in self._memory.told]
+        self._memory.told |= {defect.sensor for defect in new}
         return [defect.words for defect in new]
 
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
         missing = unmet(self.content.after, percepts)
         if not missing:
-            self.state = PacketState.FINISHED
+            self._memory.state = PacketState.FINISHED
             return Outcome(change=Change(state=self.state))
         lost = unmet(self.content.maintain, percepts)
-        self._lost_s = self._lost_s + step_s if lost else 0.0
-        if self._lost_s > (UNSEEN_S if any(one.unseen for one in lost) else LOST_S):
+        self._memory.lost_s = self._memory.lost_s + step_s if lost else 0.0
+        if self._memory.lost_s > (UNSEEN_S if any(one.unseen for one in lost) else LOST_S):
             reason = f"broke off: the robot {in_words(lost)}"
             return self.fail(FailureCategory.WORLD_CHANGED, reason, percepts)
         for limit in (TOO_FAR, TIMEOUT):
@@ -236,7 +219,7 @@ class PacketRun:
             return self.fail(FailureCategory.ROBOT, reason, percepts)
         if guard.stalled:
             guard.begin_manoeuvre()
-            detail = f"no progress, backs off and tries again ({guard.retries} of {guard.allowed})"
+            detail = f"no progress, backs off and tries again ({guard.state.retries} of {guard.allowed})"
             return Outcome(change=Change(state=self.state, detail=detail))
         return self._act(self.content.patterns, percepts)
 

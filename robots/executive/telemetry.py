@@ -5,7 +5,7 @@ from math import isfinite
 
 from robots.executive.executive import Executive
 from robots.executive.packet_run import PacketRun
-from robots.perception.percepts import GRIP, LOCATING, Percepts
+from robots.perception.percepts import LOCATING, Percepts
 from robots.physical.body import Sensor
 from robots.physical.energy import SensingMeter
 from robots.physical.sightings import Sightings
@@ -23,14 +23,13 @@ def telemetry(
     """The robot's own belief, its current activity, and the energy that its sensing uses."""
     run = executive.current
     ranges_m = percepts.data.values.get(Sensor.ULTRASONIC)
-    held = percepts.data.holds(GRIP)
     return Telemetry(
         at_s=percepts.time_s,
         x_m=percepts.pose.x_m,
         y_m=percepts.pose.y_m,
         heading_rad=percepts.pose.heading_rad,
         ranges_m=() if ranges_m is None else tuple(r if isfinite(r) else None for r in ranges_m.tolist()),
-        holding=percepts.holding if held else None,
+        holding=percepts.last_held,
         battery=percepts.battery,
         charging=percepts.charging,
         script_id=executive.script_id,

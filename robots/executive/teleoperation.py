@@ -84,7 +84,7 @@ class Teleoperation:
         gave_way = executive.script_id != self._script_id
         detail = f"gave way to script {executive.script_id}" if gave_way else executive.end_reason
         self._last_driver = last.driver
-        self._end_reason = detail or "let go"
+        self._end_reason = detail or "released"
         self._last = None
         self._script_id = None
         if not gave_way:
@@ -101,7 +101,7 @@ class Teleoperation:
     def _refusal(self, wanted: SetPoint, executive: Executive) -> str | None:
         me = self._profile.name
         if wanted.driver == self._last_driver:
-            return f"{me} is driven no more: {self._end_reason}"
+            return f"{me} is no longer driven: {self._end_reason}"
         if self.driver not in (None, wanted.driver):
             return f"{self.driver} drives {me}"
         if executive.script is not None and not executive.script.is_own:

@@ -23,14 +23,6 @@ class Instant:
     responses: Responses
     motion: Motion
 
-    def __str__(self) -> str:
-        answers = " ".join(f"{name} {r:+.2f}/{u:.2f}" for name, (r, u) in self.responses.shown().items())
-        resultants = " ".join(
-            f"{dof} {r:+.2f}/{u:.2f}" for dof, (r, u) in self.responses.resultants().items()
-        )
-        driven = f"{self.motion.linear_m_s:+.2f} m/s {self.motion.angular_rad_s:+.2f} rad/s"
-        return f"{self.at_s:.2f} s {self.packet_id}: {answers} => {resultants} => {driven}"
-
 
 class Shape(NamedTuple):
     """What successive ticks have in common."""
@@ -67,14 +59,6 @@ class Trace:
 
     def __len__(self) -> int:
         return len(self._rows)
-
-    @property
-    def latest(self) -> Instant | None:
-        return _instant(self._shapes[-1], self._rows[-1]) if self._rows else None
-
-    def of(self, packet_id: str) -> list[Instant]:
-        """The kept instants of one packet."""
-        return [instant for instant in self if instant.packet_id == packet_id]
 
     def report(
         self, now_s: float, seconds: float, conditions: tuple[TracedCondition, ...] = ()

@@ -21,25 +21,18 @@ class Upkeep:
     def __init__(self, profile: RobotProfile, levels: SelfLevel) -> None:
         self._profile = profile
         self._levels = levels
-        self._began_s = float("-inf")
-        self._count = 0
-
-    def memory(self) -> UpkeepMemory:
-        return UpkeepMemory(count=self._count, began_s=self._began_s if self._count else None)
-
-    def recall(self, memory: UpkeepMemory) -> None:
-        self._count = memory.count
-        self._began_s = float("-inf") if memory.began_s is None else memory.began_s
+        self.state = UpkeepMemory()
 
     def script(self, percepts: Percepts) -> BehaviourScript | None:
         """The script to run without any other; None if none is needed, or there is no home."""
         if self._profile.home is None or percepts.battery >= self._levels.low:
             return None
-        if percepts.charging or percepts.time_s < self._began_s + PAUSE_S:
+        began_s = self.state.began_s
+        if percepts.charging or (began_s is not None and percepts.time_s < began_s + PAUSE_S):
             return None
-        self._began_s = percepts.time_s
-        self._count += 1
-        return recharge(self._profile.name, self._profile.home, self._count)
+        self.state.began_s = percepts.time_s
+        self.state.count += 1
+        return recharge(self._profile.name, self._profile.home, self.state.count)
 
     def refusal(self, percepts: Percepts | None, *, current_tag: str | None) -> str | None:
         """Why the battery is too low for a script; None if it is not, or not known. `current_tag`: of its packet."""

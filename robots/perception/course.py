@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from math import asin, atan2, cos, hypot, inf, isnan, nan, pi, radians
 from operator import itemgetter
 
-import numba
 import numpy as np
 
+from robots.compiled import kernel
 from robots.perception.obstacles import Flags, Floats, Obstacles, Points
 from robots.perception.percepts import Percepts
 from robots.physical.body import RADIUS_M
@@ -40,7 +40,7 @@ def clear_course(target: complex, obstacles: Obstacles) -> float | None:
     return None if isnan(course) else course
 
 
-@numba.njit(cache=True)
+@kernel
 def _clear(target: complex, at: Points, radii_m: Floats, robots: Flags, hull_m: float) -> float:
     """`clear_course`, compiled; NaN for None. `hull_m`: the robot's radius."""
     low, width = _shadows(hypot(target.real, target.imag), at, radii_m, robots, hull_m)
@@ -59,7 +59,7 @@ def _clear(target: complex, at: Points, radii_m: Floats, robots: Flags, hull_m: 
     return best
 
 
-@numba.njit(cache=True)
+@kernel
 def _shadows(
     distance_m: float, at: Points, radii_m: Floats, robots: Flags, hull_m: float
 ) -> tuple[Floats, Floats]:

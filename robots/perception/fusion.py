@@ -3,14 +3,12 @@
 from cmath import rect
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 
-from robots.errors import SensorFault
 from robots.perception.health import Defect
 from robots.perception.localisation import Localiser
-from robots.perception.obstacles import NOTHING_SOLID, ROBOT, Obstacles, Surroundings
+from robots.perception.obstacles import NO_OBSTACLE, ROBOT, ObstacleCollector, Obstacles
 from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
 from robots.perception.recognition import by_infra_red, by_touch, by_whiskers
 from robots.perception.sensing import MutualDataStore
@@ -51,6 +49,8 @@ class Perception:
         self._thing_rows = np.empty(0, np.int64)
         self._measured: tuple[tuple[str, ...], str | None] = ((), None)
         self._lengths_m = np.empty(0)
+        self.held: str | None = None
+        """What the jaws were last sensed to hold; the gripper is not sensed all the time."""
 
     def perceive(
         self,
@@ -62,14 +62,12 @@ class Perception:
         charging: bool = False,
         degraded: tuple[Defect, ...] = (),
     ) -> Percepts:
-        """Fuse the readings of the running sensors.
-
-        :raises SensorFault: if a reading is not valid; names the sensor.
-        """
-        check(data, odometry, battery)
+        """Fuse the readings of the running sensors, which `SensorHealth` has checked."""
         sightings: Sightings | None = data.values.get(Sensor.INFRA_RED)
         pose = self.localiser.update(odometry, NONE_IN_VIEW if sightings is None else sightings)
         self._look(sightings, now_s)
+        if Sensor.GRIPPER in data.values:
+            self.held = data.get(Sensor.GRIPPER).holding
         if data.values.get(Sensor.BUMPER):
             self._bump = self._contact(pose, now_s)
         self._tracking.observe(self._observations(data, pose, now_s), now_s)
@@ -89,6 +87,7 @@ class Perception:
             charging=charging,
             degraded=degraded,
             last_seen=self._last_seen,
+            last_held=self.held,
         )
 
     def _look(self, sightings: Sightings | None, now_s: float) -> None:
@@ -128,22 +127,22 @@ class Perception:
             self._measured = (things.names, held)
             self._lengths_m = np.array([self._length_m(name, held) for name in things.names], np.float64)
         ranges_m = data.values.get(Sensor.ULTRASONIC)
-        around = Surroundings(things.read, self._lengths_m, 0 if ranges_m is None else len(ranges_m))
-        solid = around.so_far()
+        collector = ObstacleCollector(things.read, self._lengths_m, 0 if ranges_m is None else len(ranges_m))
+        solid = collector.collected()
         if ranges_m is None:
             return solid, None
-        around.add_hits(ranges_m, self._profile.whisker_least_m)
+        collector.add_hits(ranges_m, self._profile.whisker_least_m)
         if self._bump is not None and now_s - self._bump.felt_s <= REMEMBERED_S:
             # NOTE: it may be below the whiskers' plane.
-            around.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)
-        return solid, around.so_far()
+            collector.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)
+        return solid, collector.collected()
 
     def _length_m(self, thing: str, held: str | None) -> float:
-        """The length in the sense of `Surroundings`."""
+        """The length that `ObstacleCollector` takes for the body."""
         if thing in self._profile.fellows:
             return ROBOT
         if thing in (held, self._profile.name):
-            return NOTHING_SOLID
+            return NO_OBSTACLE
         return self._profile.lengths_m.get(thing, 0.0)
 
     def _contact(self, pose: Pose, now_s: float) -> Bump:
@@ -153,25 +152,3 @@ class Perception:
         heading_rad = last.heading_rad if last is not None and still else pose.heading_rad
         at = complex(pose.x_m, pose.y_m) + rect(RADIUS_M + BUMP_RADIUS_M, heading_rad)
         return Bump(at=at, felt_s=now_s, heading_rad=heading_rad)
-
-
-def check(data: MutualDataStore, odometry: Pose, battery: float) -> None:
-    """Refuse invalid readings.
-
-    :raises SensorFault: naming the sensor and its reading.
-    """
-    ranges_m = data.values.get(Sensor.ULTRASONIC)
-    if ranges_m is not None and not ranges_m.min(initial=0.0) >= 0:
-        beam = np.flatnonzero(~(ranges_m >= 0))[0]
-        raise SensorFault(f"whisker {beam} reads {ranges_m[beam]}")
-    sightings: Sightings = data.values.get(Sensor.INFRA_RED, NONE_IN_VIEW)
-    if not sightings.sound:
-        wrong = next(one for one in sightings.values() if not one.sound)
-        raise SensorFault(f"the beacon sensor reads {wrong.read} for {wrong.identity}")
-    if not all(map(isfinite, (odometry.x_m, odometry.y_m, odometry.heading_rad))):
-        raise SensorFault(f"odometry reads {odometry}")
-    head_m = data.values.get(Sensor.CAPTURE_HEAD, (0.0, 0.0))
-    if not all(map(isfinite, head_m)):
-        raise SensorFault(f"the capture head reads {head_m}")
-    if not 0 <= battery <= 1:
-        raise SensorFault(f"the battery reads {battery}")

@@ -8,10 +8,10 @@ from dataclasses import replace
 from math import hypot, isfinite
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.compiled import kernel
 from robots.errors import SensorFault
 from robots.physical.body import Pose, Readings
 from robots.physical.geometry import wrap
@@ -55,6 +55,10 @@ class SensorHealth:
 
         :raises SensorFault: if the remaining readings do not suffice; names the sensor and its reading.
         """
+        if not all(map(isfinite, (odometry.x_m, odometry.y_m, odometry.heading_rad))):
+            raise SensorFault(f"odometry reads {odometry}")
+        if not all(map(isfinite, readings.capture_head_m or ())):
+            raise SensorFault(f"the capture head reads {readings.capture_head_m}")
         moved_m = self._moved_m(odometry)
         defects: list[Defect] = []
         battery = self._gauge(readings.battery, defects)
@@ -71,8 +75,7 @@ class SensorHealth:
         if last is None:
             return 0.0
         way_m = hypot(odometry.x_m - last.x_m, odometry.y_m - last.y_m)
-        moved_m = way_m + ARM_M * abs(wrap(odometry.heading_rad - last.heading_rad))
-        return moved_m if isfinite(moved_m) else 0.0
+        return way_m + ARM_M * abs(wrap(odometry.heading_rad - last.heading_rad))
 
     def _gauge(self, battery: float, defects: list[Defect]) -> float:
         if 0 <= battery <= 1:
@@ -132,7 +135,7 @@ class SensorHealth:
         return _bridged(ranges_m, failed)
 
 
-@numba.njit(cache=True)
+@kernel
 def _count_same(
     ranges_m: NDArray[np.float64],
     last_m: NDArray[np.float64],

@@ -8,11 +8,11 @@ robot's map correct it. The arithmetic is compiled (numba): a robot in a hall se
 from collections.abc import Mapping
 from math import atan2, cos, hypot, nan, pi, sin
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from robots.compiled import kernel
 from robots.data import Checked
 from robots.physical.body import Pose
 from robots.physical.geometry import to_robot, wrap
@@ -49,12 +49,6 @@ class Localiser:
     def pose(self) -> Pose:
         x, y, heading = self._state.tolist()
         return Pose(x_m=x, y_m=y, heading_rad=wrap(heading))
-
-    @property
-    def sigma(self) -> tuple[float, float, float]:
-        """One standard deviation of x, y (metres) and heading (radians)."""
-        x, y, heading = np.sqrt(np.diag(self._covariance))
-        return float(x), float(y), float(heading)
 
     def memory(self) -> EstimateMemory:
         return EstimateMemory(
@@ -113,7 +107,7 @@ DOUBT_M2 = 0.25
 Floats = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@kernel
 def predict(state: Floats, covariance: Floats, ahead_m: float, left_m: float, turned_rad: float) -> None:
     """Predict by a step of odometry, robot's frame."""
     c = cos(state[2])
@@ -137,7 +131,7 @@ def predict(state: Floats, covariance: Floats, ahead_m: float, left_m: float, tu
     _mirror(covariance)
 
 
-@numba.njit(cache=True)
+@kernel
 def correct(state: Floats, covariance: Floats, beacons: Floats, seen: Floats, rejected: int) -> int:
     """Correct by each beacon in turn; returns how many sightings in a row were rejected.
 
@@ -189,7 +183,7 @@ def correct(state: Floats, covariance: Floats, beacons: Floats, seen: Floats, re
     return rejected
 
 
-@numba.njit(cache=True)
+@kernel
 def _mirror(covariance: Floats) -> None:
     """Keep it exactly symmetric."""
     covariance[1, 0] = covariance[0, 1]

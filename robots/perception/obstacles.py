@@ -3,25 +3,26 @@
 Arrays: at: shape (N,), complex, metres; radii_m: shape (N,); robots: shape (N,), True of other robots.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import cos, hypot, inf, nan, pi, sin
-from typing import overload
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.compiled import kernel
 from robots.physical.body import RADIUS_M
 
 SAMPLE_RADIUS_M = 0.06
 WHISKER_RADIUS_M = 0.02
-LONG_SHARES = (-0.5, -0.25, 0.0, 0.25, 0.5)
-"""The centres of the discs along a long object."""
+LONG_OBJECT_DISC_SHARES = (-0.5, -0.25, 0.0, 0.25, 0.5)
+"""Centres of the discs that stand for a long object, as shares of its length from its middle."""
+ON_ROBOT_M = 0.1
+"""A whisker's hit this far outside the hull of a robot in view is taken for that robot (our choice)."""
 
 ROBOT = -1.0
-NOTHING_SOLID = nan
-"""Lengths that stand for another robot and for no obstacle."""
+NO_OBSTACLE = nan
+"""Values used in place of a length for another robot and for what is no obstacle, such as the object held."""
 
 Points = NDArray[np.complex128]
 Floats = NDArray[np.float64]
@@ -42,7 +43,7 @@ class Obstacle:
         return max(0.0, abs(self.at) - self.radius_m - RADIUS_M)
 
 
-class Obstacles(Sequence[Obstacle]):
+class Obstacles:
     """Discs in the robot's frame; immutable."""
 
     __slots__ = ("at", "radii_m", "robots")
@@ -54,7 +55,7 @@ class Obstacles(Sequence[Obstacle]):
 
     @classmethod
     def of(cls, discs: Iterable[Obstacle]) -> "Obstacles":
-        """From discs one by one."""
+        """Convert single discs to columns."""
         each = tuple(discs)
         return cls(
             np.array([one.at for one in each], dtype=np.complex128),
@@ -67,19 +68,6 @@ class Obstacles(Sequence[Obstacle]):
         gap_m, at = _nearest(self.at, self.radii_m, self.robots, RADIUS_M, sector_rad, robots_only)
         return None if gap_m == inf else (gap_m, at)
 
-    @overload
-    def __getitem__(self, number: int) -> Obstacle: ...
-    @overload
-    def __getitem__(self, number: slice) -> "Obstacles": ...
-    def __getitem__(self, number: int | slice) -> "Obstacle | Obstacles":
-        if isinstance(number, slice):
-            return Obstacles(self.at[number], self.radii_m[number], self.robots[number])
-        return Obstacle(
-            at=complex(self.at[number]),
-            radius_m=float(self.radii_m[number]),
-            is_robot=bool(self.robots[number]),
-        )
-
     def __iter__(self) -> Iterator[Obstacle]:
         columns = (self.at.tolist(), self.radii_m.tolist(), self.robots.tolist())
         for at, radius_m, is_robot in zip(*columns, strict=True):
@@ -89,24 +77,24 @@ class Obstacles(Sequence[Obstacle]):
         return len(self.at)
 
 
-class Surroundings:
-    """Collects obstacles from sightings and whiskers."""
+class ObstacleCollector:
+    """Collects the obstacles of one tick from the bodies in view, the whiskers and the bumper."""
 
     def __init__(self, things: Floats, lengths_m: Floats, whiskers: int) -> None:
         """Begin with the bodies in view.
 
-        :param things: shape (N, 3), as of `Sightings`.
-        :param lengths_m: shape (N,): a sample's length, 0 of a compact one; `ROBOT` or `NOTHING_SOLID`.
-        :param whiskers: how many there are.
+        :param things: shape (N, 3): range, bearing and aspect of each body in view, as in `Sightings.read`.
+        :param lengths_m: shape (N,): an object's length, 0 for a compact sample, or `ROBOT` or `NO_OBSTACLE`.
+        :param whiskers: number of whiskers.
         """
-        # NOTE: allocated once for all, so that the bodies are the first part of the arrays and nothing is copied.
-        capacity = len(LONG_SHARES) * len(things) + whiskers + 1
+        # NOTE: allocated for the largest number of discs; bodies come first, so that `collected` need not copy.
+        capacity = len(LONG_OBJECT_DISC_SHARES) * len(things) + whiskers + 1
         self._at = np.empty(capacity, np.complex128)
         self._radii_m = np.empty(capacity)
         self._robots = np.empty(capacity, np.bool_)
         self._count = _put_bodies(things, lengths_m, RADIUS_M, self._at, self._radii_m, self._robots)
 
-    def add_hits(self, ranges_m: Floats, least_m: float) -> None:
+    def add_hits(self, ranges_m: Floats, min_range_m: float) -> None:
         """Add the whiskers' hits, except on robots in view.
 
         A reading at the shortest range only says that something is nearer: it is placed at half the range (our choice).
@@ -114,21 +102,22 @@ class Surroundings:
         :param ranges_m: shape (W,), from the hull, beam 0 ahead, counter-clockwise, inf where nothing is met.
         """
         columns = (self._at, self._radii_m, self._robots)
-        self._count = _put_hits(ranges_m, least_m, RADIUS_M, *columns, self._count)
+        self._count = _put_hits(ranges_m, min_range_m, RADIUS_M, *columns, self._count)
 
     def add(self, at: complex, radius_m: float) -> None:
-        """Add one more obstacle that is no robot."""
+        """Add an obstacle that is not a robot; there is room for one, the bumper's."""
         self._at[self._count] = at
         self._radii_m[self._count] = radius_m
         self._robots[self._count] = False
         self._count += 1
 
-    def so_far(self) -> Obstacles:
-        many = self._count
-        return Obstacles(self._at[:many], self._radii_m[:many], self._robots[:many])
+    def collected(self) -> Obstacles:
+        """The obstacles added up to now."""
+        count = self._count
+        return Obstacles(self._at[:count], self._radii_m[:count], self._robots[:count])
 
 
-@numba.njit(cache=True)
+@kernel
 def _nearest(
     at: Points, radii_m: Floats, robots: Flags, hull_m: float, sector_rad: float, robots_only: bool
 ) -> tuple[float, complex]:
@@ -146,24 +135,24 @@ def _nearest(
     return least_m, nearest
 
 
-@numba.njit(cache=True)
+@kernel
 def _put_bodies(
-    read: Floats, lengths_m: Floats, robot_m: float, at: Points, radii_m: Floats, robots: Flags
+    things: Floats, lengths_m: Floats, robot_m: float, at: Points, radii_m: Floats, robots: Flags
 ) -> int:
     """Write one disc for a robot or a compact sample, several for a long one; returns their number."""
     found = 0
-    for n in range(len(read)):
+    for n in range(len(things)):
         if np.isnan(lengths_m[n]):
             continue
-        middle = _rect(read[n, 0], read[n, 1])
+        middle = _from_polar(things[n, 0], things[n, 1])
         if lengths_m[n] <= 0:
             at[found] = middle
             robots[found] = lengths_m[n] < 0
             radii_m[found] = robot_m if robots[found] else SAMPLE_RADIUS_M
             found += 1
             continue
-        along = _rect(lengths_m[n], read[n, 1] - read[n, 2])
-        for share in LONG_SHARES:
+        along = _from_polar(lengths_m[n], things[n, 1] - things[n, 2])
+        for share in LONG_OBJECT_DISC_SHARES:
             at[found] = middle + share * 1j * along
             robots[found] = False
             radii_m[found] = SAMPLE_RADIUS_M
@@ -171,10 +160,10 @@ def _put_bodies(
     return found
 
 
-@numba.njit(cache=True)
+@kernel
 def _put_hits(
     ranges_m: Floats,
-    least_m: float,
+    min_range_m: float,
     robot_m: float,
     at: Points,
     radii_m: Floats,
@@ -184,12 +173,12 @@ def _put_hits(
     """Write a disc after the bodies for every hit that is on no robot; returns the number of discs."""
     found = bodies
     for beam in range(len(ranges_m)):
-        range_m = ranges_m[beam] if ranges_m[beam] > least_m else least_m / 2
+        range_m = ranges_m[beam] if ranges_m[beam] > min_range_m else min_range_m / 2
         if range_m == inf:
             continue
-        hit = _rect(robot_m + range_m, 2 * pi * beam / len(ranges_m))
+        hit = _from_polar(robot_m + range_m, 2 * pi * beam / len(ranges_m))
         for n in range(bodies):
-            if robots[n] and hypot(at[n].real - hit.real, at[n].imag - hit.imag) < robot_m + 0.1:
+            if robots[n] and hypot(at[n].real - hit.real, at[n].imag - hit.imag) < robot_m + ON_ROBOT_M:
                 break
         else:
             at[found] = hit
@@ -199,6 +188,6 @@ def _put_hits(
     return found
 
 
-@numba.njit(cache=True)
-def _rect(size: float, angle_rad: float) -> complex:
+@kernel
+def _from_polar(size: float, angle_rad: float) -> complex:
     return complex(size * cos(angle_rad), size * sin(angle_rad))

@@ -5,11 +5,12 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite, pi
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.data import NamedVariant
 from robots.errors import SensorOff
 from robots.perception.health import Defect
 from robots.perception.obstacles import Obstacles
@@ -58,6 +59,21 @@ SURROUNDINGS: Needs = LOCATING | {Sensor.ULTRASONIC}
 TRACKING: Needs = SURROUNDINGS | TOUCH
 
 
+class SensingVariant(NamedVariant):
+    """Base of conditions and stimuli; `class Holding(Condition, needs=GRIP)` declares the sensors that it asks for."""
+
+    _needs: ClassVar[Needs]
+
+    def __init_subclass__(cls, needs: Needs = NOTHING) -> None:
+        super().__init_subclass__()
+        cls._needs = needs
+
+    @property
+    def needs(self) -> Needs:
+        """The sensors whose percepts it asks for."""
+        return self._needs
+
+
 @dataclass(slots=True, kw_only=True)
 class Percepts:
     """All that conditions and stimuli may read. Points are complex, in the robot's frame, metres.
@@ -67,6 +83,7 @@ class Percepts:
     raises `SensorOff`, for not sensed does not mean "nothing there". `odometry` is the dead-reckoned pose. The packet
     fills in `progress`, the agent `drive_command` (None if no operator drives); nothing else is changed. `degraded`:
     readings that are left out. `last_seen`: when each beacon or tag that is out of view was last seen, and its range.
+    `last_held`: what the jaws were last sensed to hold, for telling; who acts on it asks for `holding`.
     """
 
     profile: RobotProfile
@@ -83,6 +100,7 @@ class Percepts:
     charging: bool = False
     degraded: tuple[Defect, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    last_held: str | None = None
     progress: Progress = field(default_factory=Progress)
     drive_command: DriveCommand | None = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
@@ -268,7 +286,7 @@ def waypoint(x_m: float, y_m: float) -> str:
     :raises ValueError: if it is no point.
     """
     if not (isfinite(x_m) and isfinite(y_m)):
-        raise ValueError(f"({x_m}, {y_m}) is no point")
+        raise ValueError(f"({x_m}, {y_m}) is not a point")
     return f"({x_m:.3f}, {y_m:.3f})"
 
 

@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
-from robots.data import Checked
+from robots.data import Memory
 from robots.physical.body import Pose
 from robots.physical.geometry import to_robot, wrap
 
@@ -28,7 +28,7 @@ class Progress:
     raised: frozenset[str] = frozenset()
 
 
-class WayMemory(Checked):
+class WayMemory(Memory):
     """The sums of an odometer."""
 
     elapsed_s: float = 0.0
@@ -38,50 +38,33 @@ class WayMemory(Checked):
 
 
 class Odometer:
-    """Adds up the steps of odometry, from its first update on."""
+    """Adds up the steps of odometry in `way`, from its first update on."""
 
     def __init__(self) -> None:
+        self.way = WayMemory()
         self._last: Pose | None = None
-        self._elapsed_s = 0.0
-        self._travelled_m = 0.0
-        self._advanced_m = 0.0
-        self._turned_rad = 0.0
         self._window: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)
-
-    def memory(self) -> WayMemory:
-        return WayMemory(
-            elapsed_s=self._elapsed_s,
-            travelled_m=self._travelled_m,
-            advanced_m=self._advanced_m,
-            turned_rad=self._turned_rad,
-        )
-
-    def recall(self, memory: WayMemory) -> None:
-        """Restore the sums; the next update adds nothing."""
-        self._elapsed_s = memory.elapsed_s
-        self._travelled_m = memory.travelled_m
-        self._advanced_m = memory.advanced_m
-        self._turned_rad = memory.turned_rad
 
     def update(self, odometry: Pose, step_s: float, raised: frozenset[str] = frozenset()) -> Progress:
         """Account for one tick; the first one adds nothing."""
         last = self._last
+        way = self.way
         self._last = odometry
         if last is not None:
             ahead_m = to_robot(last, complex(odometry.x_m, odometry.y_m)).real
-            self._elapsed_s += step_s
-            self._travelled_m += abs(ahead_m)
-            self._advanced_m += ahead_m
-            self._turned_rad += wrap(odometry.heading_rad - last.heading_rad)
-        self._window.append((self._elapsed_s, self._advanced_m, self._turned_rad))
+            way.elapsed_s += step_s
+            way.travelled_m += abs(ahead_m)
+            way.advanced_m += ahead_m
+            way.turned_rad += wrap(odometry.heading_rad - last.heading_rad)
+        self._window.append((way.elapsed_s, way.advanced_m, way.turned_rad))
         since_s, since_m, since_rad = self._window[0]
-        span_s = self._elapsed_s - since_s
+        span_s = way.elapsed_s - since_s
         return Progress(
-            elapsed_s=self._elapsed_s,
-            travelled_m=self._travelled_m,
-            advanced_m=self._advanced_m,
-            turned_rad=self._turned_rad,
-            speed_m_s=(self._advanced_m - since_m) / span_s if span_s > 0 else 0.0,
-            turn_rad_s=(self._turned_rad - since_rad) / span_s if span_s > 0 else 0.0,
+            elapsed_s=way.elapsed_s,
+            travelled_m=way.travelled_m,
+            advanced_m=way.advanced_m,
+            turned_rad=way.turned_rad,
+            speed_m_s=(way.advanced_m - since_m) / span_s if span_s > 0 else 0.0,
+            turn_rad_s=(way.turned_rad - since_rad) / span_s if span_s > 0 else 0.0,
             raised=raised,
         )

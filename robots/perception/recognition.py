@@ -7,10 +7,10 @@ thing_1, thing_2 ... Whiskers tell walls from things by their width.
 from collections.abc import Mapping
 from math import cos, sin, tau
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.compiled import kernel
 from robots.perception.tracking import Cursors, Modality, Observation
 from robots.physical.body import RADIUS_M, Pose
 from robots.physical.geometry import to_world
@@ -55,7 +55,7 @@ def by_touch(felt: complex, cursors: Cursors) -> Observation:
     return Observation.of_one(_name(felt, cursors, {}), Modality.TOUCH, felt)
 
 
-@numba.njit(cache=True)
+@kernel
 def alone(ranges_m: Floats, hull_m: float) -> Points:
     """The centres of narrow groups of neighbouring hits with free space on either side.
 

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Any
 
 from robots.errors import SensorFault, SensorOff
-from robots.physical.body import READS, Body, Readings, Sensor
+from robots.physical.body import Body, Readings, Sensor
 
 
 class Mode(StrEnum):
@@ -27,16 +27,6 @@ class SensorAction:
     mode: Mode = Mode.CYCLIC
 
 
-@dataclass(slots=True)
-class DataStore:
-    """The keys and values of one sensor action, d(k, v); it begins and ends with the action."""
-
-    values: dict[str, Any] = field(default_factory=dict)
-
-    def put(self, key: str, value: Any) -> None:
-        self.values[key] = value
-
-
 @dataclass(frozen=True, slots=True)
 class MutualDataStore:
     """The readings that an actuator action can access (P-SMPA §5.2, algorithm 3).
@@ -45,10 +35,6 @@ class MutualDataStore:
     """
 
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-
-    @classmethod
-    def join(cls, stores: Iterable[DataStore]) -> Self:
-        return cls({key: value for store in stores for key, value in store.values.items()})
 
     def holds(self, keys: Iterable[str]) -> bool:
         return all(key in self.values for key in keys)
@@ -62,23 +48,23 @@ class MutualDataStore:
 
 
 class SensoryController:
-    """Tells the body which sensors to run, and keeps a data store for each sensor action while it runs."""
+    """Tells the body which sensors to run, and keeps what each sensor action has read while it runs: its data store."""
 
     def __init__(self, body: Body) -> None:
         self._body = body
         self._actions: tuple[SensorAction, ...] = ()
-        self._stores: dict[SensorAction, DataStore] = {}
+        self._stores: dict[SensorAction, Any] = {}
         self.running: frozenset[Sensor] = frozenset()
 
     def run(self, actions: tuple[SensorAction, ...]) -> None:
         """Run these actions and end all others, with their stores. A one-shot action ends when it has read."""
         if actions != self._actions or any(action.mode is Mode.ONE_SHOT for action in actions):
             self._actions = actions
-            self._stores = {action: self._stores.get(action, DataStore()) for action in actions}
+            self._stores = {action: self._stores[action] for action in actions if action in self._stores}
             self.running = frozenset(
                 action.sensor
-                for action, store in self._stores.items()
-                if action.mode is Mode.CYCLIC or not store.values
+                for action in actions
+                if action.mode is Mode.CYCLIC or action not in self._stores
             )
         self._body.run_sensors(self.running)
 
@@ -87,10 +73,10 @@ class SensoryController:
 
         :raises SensorFault: if a running sensor has no reading.
         """
-        for action, store in self._stores.items():
+        read = readings.by_sensor()
+        for action in self._actions:
             if action.sensor in self.running:
-                reading = getattr(readings, READS[action.sensor])
-                if reading is None:
+                if action.sensor not in read:
                     raise SensorFault(f"{action.sensor} reads nothing")
-                store.put(action.sensor, reading)
-        return MutualDataStore.join(self._stores.values())
+                self._stores[action] = read[action.sensor]
+        return MutualDataStore({action.sensor: reading for action, reading in self._stores.items()})

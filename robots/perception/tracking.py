@@ -10,9 +10,10 @@ from enum import StrEnum
 from math import exp2, hypot, inf
 from operator import itemgetter
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from robots.compiled import kernel
 
 
 class Modality(StrEnum):
@@ -150,19 +151,6 @@ class Cursors(Mapping[str, Cursor]):
         since_s = np.maximum(0.0, now_s - self.numbers[:, SEEN_S])
         return np.asarray(self.numbers[:, EVIDENCE] * np.exp2(-since_s / HALF_LIFE_S))
 
-    def fuse(
-        self,
-        rows: NDArray[np.int64],
-        observed: NDArray[np.complex128],
-        now_s: float,
-        *,
-        weight: float,
-        noise_m2: float,
-        viewed: bool,
-    ) -> None:
-        """Update these rows in place by observed places; shape (N,), world frame, metres."""
-        _fuse(self.points, self.numbers, rows, observed, now_s, weight, noise_m2, viewed)
-
     def __getitem__(self, name: str) -> Cursor:
         row = self.rows[name]
         points = zip(POINTS, self.points[row].tolist(), strict=True)
@@ -185,7 +173,7 @@ class Cursors(Mapping[str, Cursor]):
         return min(off_m, key=itemgetter(1), default=None)
 
 
-@numba.njit(cache=True)
+@kernel
 def _fuse(
     points: NDArray[np.complex128],
     numbers: NDArray[np.float64],
@@ -250,7 +238,7 @@ def _fuse(
             about[STILL_SINCE_S] = now_s
 
 
-@numba.njit(cache=True)
+@kernel
 def _size(way: complex) -> float:
     return hypot(way.real, way.imag)
 
@@ -264,14 +252,10 @@ class ObjectTracking:
     """Fuses observations of all modalities into one cursor a thing. To be called once a tick."""
 
     def __init__(self) -> None:
-        self._cursors = Cursors.of({})
+        self.cursors = Cursors.of({})
+        """By name; valid until the next observation."""
         self._rows: dict[tuple[str, ...], NDArray[np.int64]] = {}
         self._cleaned_s = float("-inf")
-
-    @property
-    def cursors(self) -> Cursors:
-        """The cursors by name, valid until the next observation."""
-        return self._cursors
 
     def observe(self, observed: Iterable[Observation], now_s: float) -> None:
         """Account for the observations of one tick."""
@@ -280,24 +264,21 @@ class ObjectTracking:
                 self._fuse(one, now_s)
         if now_s - self._cleaned_s >= CLEANUP_S:
             self._cleaned_s = now_s
-            kept = np.flatnonzero(self._cursors.evidence_at(now_s) >= FORGOTTEN)
-            self._cursors = self._cursors.only(kept)
+            kept = np.flatnonzero(self.cursors.evidence_at(now_s) >= FORGOTTEN)
+            self.cursors = self.cursors.only(kept)
             self._rows = {}
 
     def _fuse(self, observed: Observation, now_s: float) -> None:
         rows = self._rows_of(observed.names)
-        self._cursors.fuse(
-            rows,
-            observed.at,
-            now_s,
-            weight=WEIGHT[observed.modality],
-            noise_m2=SIGMA_M[observed.modality] ** 2,
-            viewed=observed.modality is Modality.INFRA_RED,
-        )
+        weight = WEIGHT[observed.modality]
+        noise_m2 = SIGMA_M[observed.modality] ** 2
+        viewed = observed.modality is Modality.INFRA_RED
+        points = self.cursors.points
+        _fuse(points, self.cursors.numbers, rows, observed.at, now_s, weight, noise_m2, viewed)
 
     def _rows_of(self, names: tuple[str, ...]) -> NDArray[np.int64]:
         """Shape (N,): the rows of things; new ones are added."""
         if names not in self._rows:
-            self._cursors = self._cursors.with_new(names)
-            self._rows[names] = np.array([self._cursors.rows[name] for name in names], dtype=np.int64)
+            self.cursors = self.cursors.with_new(names)
+            self._rows[names] = np.array([self.cursors.rows[name] for name in names], dtype=np.int64)
         return self._rows[names]

@@ -1,4 +1,4 @@
-"""What sensing costs, and what is saved by running only what is needed (P-SMPA §4.1: least commitment)."""
+"""The energy of sensing, and the saving by running only the sensors needed (P-SMPA §4.1: least commitment)."""
 
 from collections.abc import Container
 from functools import cache
@@ -29,7 +29,7 @@ class Powers(Checked):
     @model_validator(mode="after")
     def _complete(self) -> "Powers":
         if missing := ALL_SENSORS - self.sensors.keys():
-            raise ValueError(f"sensors: no power of {', '.join(sorted(missing))}")
+            raise ValueError(f"sensors: the power is missing of {', '.join(sorted(missing))}")
         return self
 
     def sensing_w(self, running: Container[Sensor]) -> float:

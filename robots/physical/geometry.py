@@ -3,14 +3,13 @@
 from cmath import rect
 from math import pi
 
-from numba.extending import register_jitable
-
+from robots.compiled import part
 from robots.physical.body import Pose
 
 
-@register_jitable  # callable from compiled functions, and a plain function in Python
+@part
 def wrap(angle_rad: float) -> float:
-    """The same angle in (-pi, pi]."""
+    """The same angle in (-pi, pi]. Kernels call it, too."""
     turned = (angle_rad + pi) % (2 * pi) - pi
     return pi if turned == -pi else turned
 

@@ -36,12 +36,12 @@ class Architecture(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """A robot as it was told to be. `sensors` are those its body is fitted with; what is nearer than
-    `whisker_least_m` its whiskers read as that.
+    """A robot's configuration. `sensors`: those that its body has; `whisker_least_m`: the shortest range that its
+    whiskers read.
 
-    `beacons` must name every fixed beacon it may come to see, for whatever it sights that is neither a beacon
-    nor one of `others` it takes for the tag of a sample. `lengths_m`: of the objects that take two robots.
-    `home` is the beacon where it is charged, None without one. `round_trip_s`: there and back by its radio.
+    `beacons` must name every fixed beacon in sight: a sighting that is neither a beacon nor one of `others` counts as
+    the tag of a sample. `lengths_m`: of the objects that take two robots. `home`: the beacon of its charger, None
+    without one. `round_trip_s`: the longest round trip of its radio.
     """
 
     name: str
@@ -59,7 +59,7 @@ class RobotProfile:
     round_trip_s: float = 0.0
     places: Mapping[str, BeaconSpec] = field(init=False)
     fellows: frozenset[str] = field(init=False)
-    """`others`, to be looked up."""
+    """`others` as a set."""
 
     def __post_init__(self) -> None:
         """Adds the robot's own spot: the place of its start, for which no beacon stands (our choice).
@@ -70,7 +70,3 @@ class RobotProfile:
         spot = BeaconSpec(x_m=ahead.real, y_m=ahead.imag, approach_rad=(self.start.heading_rad + pi,))
         object.__setattr__(self, "fellows", frozenset(self.others))
         object.__setattr__(self, "places", {f"{self.name}_spot": spot, **self.beacons})
-
-    def is_tag(self, identity: str) -> bool:
-        """True for the tag of a sample."""
-        return identity not in self.places and identity not in self.fellows and identity != self.name

@@ -7,9 +7,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import cos, isfinite, sin
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from robots.compiled import kernel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +108,7 @@ class Sightings(Mapping[str, Sighting]):
         return f"Sightings({list(self.values())})"
 
 
-@numba.njit(cache=True)
+@kernel
 def _in_world(
     read: NDArray[np.float64], x_m: float, y_m: float, heading_rad: float
 ) -> NDArray[np.complex128]:

@@ -1,4 +1,4 @@
-"""Virtual sonar: hears simulated robots, chained after the real ring of a robot that does not meet them (SRA)."""
+"""Virtual sonar: detects simulated robots, chained after the real sonar ring of a robot (SRA)."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -12,13 +12,13 @@ from robots.physical.body import RADIUS_M, Readings
 
 
 class Activity(Protocol):
-    """A module of the reactive controller: takes what those before it have sensed, and hands on its own account."""
+    """A module of the reactive controller (SRA): transforms the readings of the modules before it."""
 
     def process(self, readings: Readings) -> Readings: ...
 
 
 def cascade(readings: Readings, activities: Iterable[Activity]) -> Readings:
-    """What all activities make of it, in the order of their installation: each is given what the one before gave."""
+    """Apply the activities in their order, each to the result of the one before."""
     for activity in activities:
         readings = activity.process(readings)
     return readings
@@ -37,12 +37,12 @@ class Workbench(Protocol):
 
 
 class VirtualSonar:
-    """Hears simulated robots as a real ring of the same measures would hear solid ones (SRA: VirtualSonar).
+    """Detects simulated robots as a real ring of the same geometry would detect solid ones (SRA: VirtualSonar).
 
-    In each beam the nearer echo wins, so that a simulated robot behind a real wall is not heard, nor a wall behind it.
+    In each beam the nearer echo counts: a simulated robot behind a real wall is not detected, nor a wall behind it.
     Our choice: without noise, and simulated robots are as big and round as real ones.
 
-    :param range_m: beyond it nothing is heard; what is nearer than `least_m` reads as that.
+    :param range_m: the greatest range; `least_m`: the least, which nearer echoes read as.
     """
 
     def __init__(self, workbench: Workbench, *, beams: int, range_m: float, least_m: float = 0.0) -> None:
@@ -62,9 +62,7 @@ class VirtualSonar:
 
     def _ranges(self, around: NDArray[np.complex128]) -> Ranges:
         """:param around: shape (M,), middles of round bodies in the robot's frame."""
-        turned = (
-            around[:, None] / self._beams
-        )  # shape (M, N): each beam's own frame, in which it goes along x
+        turned = around[:, None] / self._beams  # shape (M, N): in each beam's own frame, x along the beam
         half_m = np.sqrt(np.maximum(RADIUS_M**2 - turned.imag**2, 0.0))
         met = (abs(turned.imag) < RADIUS_M) & (turned.real + half_m > 0)
         range_m = np.where(met, turned.real - half_m - RADIUS_M, inf).min(axis=0)

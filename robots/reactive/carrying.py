@@ -1,29 +1,25 @@
 """Stimuli for carrying a long object by two robots, and for putting it down."""
 
 from cmath import phase
-from dataclasses import dataclass
 from math import cos, pi
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from robots.data import Strict
 from robots.perception.formation import formation_with, guide_formation, put_down_point
-from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.perception.percepts import LOCATING, SURROUNDINGS, Percepts
 from robots.physical.body import GRIPPER_REACH_M
 from robots.physical.geometry import clip
+from robots.reactive.stimuli import Stimulus
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointWayOn(Strict):
+class JointWayOn(Stimulus, needs=SURROUNDINGS):
     """The speed at which the formation goes to a place: 1 is the robot's full speed.
 
     The middle goes at `cruise`, less within `full_m` of the point; in a bend the inner robot is slower than the middle,
     the outer one faster.
     """
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["joint_way_on"] = "joint_way_on"
     object: str
     place: str
     cruise: Annotated[float, Field(gt=0, le=1)] = 0.5
@@ -41,12 +37,9 @@ class JointWayOn(Strict):
         return clip(middle - turn_rad_s * whole.offset_m / percepts.profile.speed_m_s)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointWayRound(Strict):
+class JointWayRound(Stimulus, needs=SURROUNDINGS):
     """The turn rate at which the formation goes to a place: 1 is the robot's full turn rate."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["joint_way_round"] = "joint_way_round"
     object: str
     place: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
@@ -59,12 +52,9 @@ class JointWayRound(Strict):
         return clip(self.turn_rad_s * clip(guidance.turn_rad / self.full_rad) / percepts.profile.turn_rad_s)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Askew(Strict):
+class Askew(Stimulus, needs=LOCATING):
     """The robot's angle off square to the long object it holds; 1 if it has to turn `full_rad` to the left."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["askew"] = "askew"
     object: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
 
@@ -73,12 +63,9 @@ class Askew(Strict):
         return None if whole is None else clip(whole.heading_rad / self.full_rad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PutAhead(Strict):
+class PutAhead(Stimulus, needs=LOCATING):
     """How far ahead the middle of the held object has to go to lie at a place; 1 at `full_m`."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["put_ahead"] = "put_ahead"
     object: str
     place: str
     full_m: Annotated[float, Field(gt=0, le=5)] = 0.4
@@ -90,12 +77,9 @@ class PutAhead(Strict):
         return clip((abs(at) - GRIPPER_REACH_M) * max(0.0, cos(phase(at))) ** 4 / self.full_m)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PutAside(Strict):
+class PutAside(Stimulus, needs=LOCATING):
     """The direction that the held object's middle has to go to lie at a place; 1 at `full_rad` to the left."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["put_aside"] = "put_aside"
     object: str
     place: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6

@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Annotated
 
 from robots.conditions.composition import AnyCondition
-from robots.data import Strict
+from robots.data import ChosenBy, Strict
 from robots.perception.percepts import Percepts
+from robots.reactive import carrying, steering  # noqa: F401, define stimuli
 from robots.reactive.responses import AnyResponse
-from robots.reactive.stimuli import AnyStimulus
+from robots.reactive.stimuli import Stimulus
 from robots.reactive.synthesis import REST, DegreeOfFreedom, Resultants, Utilitor, synthesise
 
 
@@ -21,7 +23,6 @@ class Level(StrEnum):
     TASK = "task"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class BehaviourPattern(Strict):
     """bp = [f_r(s), f_u(s)] on one degree of freedom.
 
@@ -32,7 +33,7 @@ class BehaviourPattern(Strict):
     name: str
     dof: DegreeOfFreedom
     level: Level
-    stimulus: AnyStimulus
+    stimulus: Annotated[Stimulus, ChosenBy("sense")]
     r: AnyResponse
     u: AnyResponse
     when: tuple[AnyCondition, ...] = ()

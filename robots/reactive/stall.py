@@ -1,10 +1,10 @@
 """Detects that a packet makes no progress, and retries: back off, turn, go on. All of it our choice."""
 
 from cmath import phase
-from math import hypot, inf, isfinite
+from math import hypot
 from typing import NamedTuple
 
-from robots.data import Checked
+from robots.data import Memory
 from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
 from robots.physical.body import Pose
 from robots.physical.geometry import wrap
@@ -26,7 +26,7 @@ BACKS_OFF: Needs = SURROUNDINGS
 """The sensors of the retry manoeuvre."""
 
 
-class StallMemory(Checked):
+class StallMemory(Memory):
     """The state of a guard. `best_m`: None before the first distance."""
 
     retries: int = 0
@@ -36,7 +36,7 @@ class StallMemory(Checked):
 
 
 class Mark(NamedTuple):
-    """Where a robot was when it last moved, and what it held."""
+    """The pose at the last movement, and what the robot held then."""
 
     pose: Pose
     holding: str | None
@@ -54,73 +54,57 @@ class StallGuard:
         self._goal = goal
         self._stalled_s = stalled_s
         self.allowed = retries
-        self._best_m = inf
+        self.state = StallMemory()
         self._mark: Mark | None = None
-        self._idle_s = 0.0
-        self._manoeuvre_s: float | None = None
-        self.retries = 0
-
-    def memory(self) -> StallMemory:
-        return StallMemory(
-            retries=self.retries,
-            idle_s=self._idle_s,
-            manoeuvre_s=self._manoeuvre_s,
-            best_m=self._best_m if isfinite(self._best_m) else None,
-        )
-
-    def recall(self, memory: StallMemory) -> None:
-        self.retries = memory.retries
-        self._idle_s = memory.idle_s
-        self._manoeuvre_s = memory.manoeuvre_s
-        self._best_m = inf if memory.best_m is None else memory.best_m
 
     @property
     def stalled(self) -> bool:
-        return self._idle_s >= self._stalled_s
+        return self.state.idle_s >= self._stalled_s
 
     @property
     def spent(self) -> bool:
         """True if it has stalled and no retry is left."""
-        return self.stalled and self.retries >= self.allowed
+        return self.stalled and self.state.retries >= self.allowed
 
     @property
     def manoeuvring(self) -> bool:
         """True during the retry manoeuvre."""
-        return self._manoeuvre_s is not None
+        return self.state.manoeuvre_s is not None
 
     def watch(self, percepts: Percepts, step_s: float) -> None:
         """Account for one tick in which the patterns acted."""
-        self._idle_s = 0.0 if self._progressed(percepts) else self._idle_s + step_s
+        self.state.idle_s = 0.0 if self._progressed(percepts) else self.state.idle_s + step_s
 
     def begin_manoeuvre(self) -> None:
-        self.retries += 1
-        self._manoeuvre_s = 0.0
-        self._idle_s = 0.0
-        self._best_m = inf
+        self.state.retries += 1
+        self.state.manoeuvre_s = 0.0
+        self.state.idle_s = 0.0
+        self.state.best_m = None
 
     def manoeuvre(
         self, percepts: Percepts, step_s: float, speed_m_s: float, turn_rad_s: float
     ) -> Motion | None:
         """The motion of the retry manoeuvre; None without one."""
-        if self._manoeuvre_s is None:
+        if self.state.manoeuvre_s is None:
             return None
-        self._manoeuvre_s += step_s
-        if self._manoeuvre_s <= BACK_OFF_S:
+        self.state.manoeuvre_s += step_s
+        if self.state.manoeuvre_s <= BACK_OFF_S:
             return Motion(linear_m_s=-0.4 * speed_m_s if _rear_is_free(percepts) else 0.0)
-        if self._manoeuvre_s <= BACK_OFF_S + TURN_S:
-            side = -1 if self.retries % 2 else 1  # to the right first, as robots that meet pass
+        if self.state.manoeuvre_s <= BACK_OFF_S + TURN_S:
+            side = -1 if self.state.retries % 2 else 1  # to the right first, as robots that meet pass
             return Motion(angular_rad_s=side * 0.5 * turn_rad_s)
-        self._manoeuvre_s = None
+        self.state.manoeuvre_s = None
         return None
 
     def _progressed(self, percepts: Percepts) -> bool:
         goal = self._goal
         point = (percepts.approach_point(goal) or percepts.locate(goal)) if goal is not None else None
         if point is not None and abs(point) > 0.3:
-            if abs(point) < self._best_m - NEARER_M:
-                self._best_m = abs(point)
-                return True
-            return False
+            best_m = self.state.best_m
+            if best_m is not None and abs(point) >= best_m - NEARER_M:
+                return False
+            self.state.best_m = abs(point)
+            return True
         here = Mark(percepts.pose, percepts.holding)
         if self._mark is None or here.differs_from(self._mark):
             self._mark = here

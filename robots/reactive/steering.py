@@ -1,29 +1,25 @@
 """Stimuli of the behavioural suite (SRA fig. 4): remaining turn or distance, an obstacle at the side, wandering."""
 
 from cmath import phase
-from dataclasses import dataclass
 from math import cos, pi, sin
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 from zlib import crc32
 
 from pydantic import Field
 
-from robots.data import Strict
 from robots.perception.course import clear_course
-from robots.perception.percepts import LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
+from robots.perception.percepts import LOCATING, SURROUNDINGS, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
+from robots.reactive.stimuli import Stimulus
 
 ALONG_M = 1.2
 """A farther obstacle is not followed."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ToTurn(Strict):
+class ToTurn(Stimulus):
     """The rest of an angle to turn by since the packet's start; 1 at `full_rad` to the left."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["to_turn"] = "to_turn"
     rad: float
     sign: Literal[-1, 1] = 1
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
@@ -32,12 +28,9 @@ class ToTurn(Strict):
         return clip((self.sign * self.rad - percepts.progress.turned_rad) / self.full_rad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ToHeading(Strict):
+class ToHeading(Stimulus):
     """How far a direction of the world's frame is off the heading; 1 at `full_rad` to the left."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["to_heading"] = "to_heading"
     rad: Annotated[float, Field(ge=-2 * pi, le=2 * pi)]
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
 
@@ -45,12 +38,9 @@ class ToHeading(Strict):
         return clip(wrap(self.rad - percepts.pose.heading_rad) / self.full_rad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ToAdvance(Strict):
+class ToAdvance(Stimulus):
     """The rest of a distance to advance, negative: back, since the packet's start; 1 at `full_m`."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["to_advance"] = "to_advance"
     m: float
     full_m: Annotated[float, Field(gt=0, le=2)] = 0.3
 
@@ -58,12 +48,9 @@ class ToAdvance(Strict):
         return clip((self.m - percepts.progress.advanced_m) / self.full_m)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ToGo(Strict):
+class ToGo(Stimulus, needs=LOCATING):
     """The distance to something less `short_of_m`, whatever its direction; 1 at `full_m`."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["to_go"] = "to_go"
     target: str
     short_of_m: Annotated[float, Field(ge=0, le=5)] = 0.0
     full_m: Annotated[float, Field(gt=0, le=5)] = 0.4
@@ -73,12 +60,9 @@ class ToGo(Strict):
         return None if at is None else clip((abs(at) - self.short_of_m) / self.full_m, 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Course(Strict):
+class Course(Stimulus, needs=SURROUNDINGS):
     """The free direction nearest to that of something; 1 at `full_rad` to the left, 0 if every way is blocked."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["course"] = "course"
     target: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
 
@@ -90,15 +74,12 @@ class Course(Strict):
         return 0.0 if course is None else clip(course / self.full_rad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Distance(Strict):
+class Distance(Stimulus, needs=LOCATING):
     """How much farther than `keep_m` something is, negative: nearer; 1 at `full_m`. None if no distance is to be kept.
 
     Off to the side it shrinks with the bearing's cosine, so that the robot turns first.
     """
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["distance"] = "distance"
     target: str
     keep_m: Annotated[float, Field(ge=0, le=5)]
     full_m: Annotated[float, Field(gt=0, le=5)] = 0.5
@@ -110,12 +91,9 @@ class Distance(Strict):
         return clip((abs(at) - self.keep_m) / self.full_m) * max(0.0, cos(phase(at))) ** 2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Astern(Strict):
+class Astern(Stimulus, needs=SURROUNDINGS):
     """The nearest thing within a sector behind; 0 at `reach_m` from the hull, 1 at touch."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["astern"] = "astern"
     reach_m: Annotated[float, Field(gt=0, le=2)] = 0.3
     sector_rad: Annotated[float, Field(gt=0, le=pi)] = 0.7
 
@@ -124,16 +102,13 @@ class Astern(Strict):
         return clip(1 - min(gaps, default=self.reach_m) / self.reach_m, 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Alongside(Strict):
+class Alongside(Stimulus, needs=SURROUNDINGS):
     """How to turn to keep an obstacle at the side, at a gap from the hull; 1 is a quarter turn to the left.
 
     The nearest point within reach on that side should be abeam and at the gap. Our choices: the weight `rad_per_m` of
     the gap's error; without an obstacle the robot drives straight until the event `found`, then to that side.
     """
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["alongside"] = "alongside"
     side: Literal[-1, 1]
     gap_m: Annotated[float, Field(ge=0.1, le=1)]
     rad_per_m: Annotated[float, Field(gt=0, le=10)] = 2.5
@@ -148,15 +123,12 @@ class Alongside(Strict):
         return clip(turn / (pi / 2))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Whim(Strict):
+class Whim(Stimulus):
     """A smoothly changing direction for wandering, different for every robot, the same in every run.
 
     Our choice: two sines of the packet's time with incommensurable periods, their phases by the robot's name.
     """
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["whim"] = "whim"
     period_s: Annotated[float, Field(ge=1, le=120)] = 9.0
 
     def read(self, percepts: Percepts) -> float | None:

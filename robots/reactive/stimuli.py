@@ -3,57 +3,44 @@
 Some are plain sensors (whiskers, capture head, light barrier), some virtual ones: directions computed from sightings.
 """
 
+from abc import ABC, abstractmethod
 from cmath import phase
-from dataclasses import dataclass
 from math import cos, pi
-from typing import Annotated, ClassVar, Literal, Protocol
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robots.data import Strict
 from robots.perception.course import guide
-from robots.perception.percepts import GRIP, HEAD, LOCATING, NOTHING, SURROUNDINGS, Needs, Percepts
-from robots.physical.geometry import clip
-from robots.reactive.carrying import Askew, JointWayOn, JointWayRound, PutAhead, PutAside
-from robots.reactive.steering import (
-    Alongside,
-    Astern,
-    Course,
-    Distance,
-    ToAdvance,
-    ToGo,
-    ToHeading,
-    ToTurn,
-    Whim,
+from robots.perception.percepts import (
+    GRIP,
+    HEAD,
+    LOCATING,
+    SURROUNDINGS,
+    Needs,
+    Percepts,
+    SensingVariant,
 )
+from robots.physical.geometry import clip
 
 
-class Stimulus(Protocol):
-    """One sensory stimulus (MACTA eq. 1). `needs`: the sensors that it reads."""
+class Stimulus(SensingVariant, ABC):
+    """One sensory stimulus (MACTA eq. 1): a subclass for each that data may state, `{sense: bearing, target: bay}`."""
 
-    @property
-    def needs(self) -> Needs: ...
+    @abstractmethod
+    def read(self, percepts: Percepts) -> float | None:
+        """s in [-1, 1]; None if it is not sensed."""
 
-    def read(self, percepts: Percepts) -> float | None: ...
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Always(Strict):
+class Always(Stimulus):
     """Always 1, without a sensor."""
-
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["always"] = "always"
 
     def read(self, percepts: Percepts) -> float | None:
         return 1.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WayOn(Strict):
+class WayOn(Stimulus, needs=SURROUNDINGS):
     """The advance of the guidance to a place; 1 at `full_m` or more, negative: back."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["way_on"] = "way_on"
     place: str
     full_m: Annotated[float, Field(gt=0, le=5)] = 0.6
 
@@ -62,12 +49,9 @@ class WayOn(Strict):
         return None if guidance is None else clip(guidance.advance_m / self.full_m)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WayRound(Strict):
+class WayRound(Stimulus, needs=SURROUNDINGS):
     """The turn of the guidance to a place; 1 at `full_rad` to the left."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    sense: Literal["way_round"] = "way_round"
     place: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
 
@@ -76,15 +60,12 @@ class WayRound(Strict):
         return None if guidance is None else clip(guidance.turn_rad / self.full_rad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ahead(Strict):
+class Ahead(Stimulus, needs=LOCATING):
     """How far something is ahead of a point `short_of_m` before the robot's centre; 1 at `full_m`.
 
     Off to the side it shrinks with the bearing's cosine, so that the robot turns first.
     """
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["ahead"] = "ahead"
     target: str
     short_of_m: Annotated[float, Field(ge=0, le=5)] = 0.0
     full_m: Annotated[float, Field(gt=0, le=5)] = 0.4
@@ -97,12 +78,9 @@ class Ahead(Strict):
         return clip((abs(at) - self.short_of_m) * facing / self.full_m)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bearing(Strict):
+class Bearing(Stimulus, needs=LOCATING):
     """The direction of something; 1 at `full_rad` to the left."""
 
-    needs: ClassVar[Needs] = LOCATING
-    sense: Literal["bearing"] = "bearing"
     target: str
     full_rad: Annotated[float, Field(gt=0, le=pi)] = 0.6
 
@@ -111,8 +89,7 @@ class Bearing(Strict):
         return None if at is None else clip(phase(at) / self.full_rad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Proximity(Strict):
+class Proximity(Stimulus):
     """s1 of table 2: the nearest thing within a sector ahead; 0 at `reach_m` from the hull, 1 at touch.
 
     `side`: signed, positive when it is to the right, so that turning by s turns away from it; dead ahead
@@ -120,7 +97,6 @@ class Proximity(Strict):
     approach point is not in the way.
     """
 
-    sense: Literal["proximity"] = "proximity"
     reach_m: Annotated[float, Field(gt=0, le=2)] = 0.3
     sector_rad: Annotated[float, Field(gt=0, le=pi)] = 0.8
     side: bool = False
@@ -145,12 +121,9 @@ class Proximity(Strict):
         return self.reach_m if point is None else min(self.reach_m, abs(point) + 0.03)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CaptureHead(Strict):
+class CaptureHead(Stimulus, needs=HEAD):
     """s2 of table 2: how far the object is off the capture head's middle; 1 at `full_m` ahead or left."""
 
-    needs: ClassVar[Needs] = HEAD
-    sense: Literal["capture_head"] = "capture_head"
     axis: Literal["x", "y"]
     full_m: Annotated[float, Field(gt=0, le=0.5)] = 0.05
 
@@ -159,36 +132,27 @@ class CaptureHead(Strict):
         return clip((x if self.axis == "x" else y) / self.full_m)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Barrier(Strict):
+class Barrier(Stimulus, needs=GRIP):
     """The jaws' light barrier: 1 while the object stands between the jaws, -1 otherwise."""
 
-    needs: ClassVar[Needs] = GRIP
-    sense: Literal["barrier"] = "barrier"
     object: str
 
     def read(self, percepts: Percepts) -> float | None:
         return 1.0 if percepts.gripper.between_jaws == self.object else -1.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LowBattery(Strict):
+class LowBattery(Stimulus):
     """0 while the battery holds `enough` or more, 1 when it is empty."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["low_battery"] = "low_battery"
     enough: Annotated[float, Field(gt=0, le=1)] = 0.2
 
     def read(self, percepts: Percepts) -> float | None:
         return clip(1 - percepts.battery / self.enough, 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Commanded(Strict):
+class DriveCommand(Stimulus):
     """What an operator who drives the robot commands on one axis; None if nobody drives."""
 
-    needs: ClassVar[Needs] = NOTHING
-    sense: Literal["drive_command"] = "drive_command"
     axis: Literal["forward", "left"]
 
     def read(self, percepts: Percepts) -> float | None:
@@ -196,32 +160,3 @@ class Commanded(Strict):
         if command is None:
             return None
         return command.forward if self.axis == "forward" else command.left
-
-
-AnyStimulus = Annotated[
-    Always
-    | WayOn
-    | WayRound
-    | Ahead
-    | Bearing
-    | Proximity
-    | CaptureHead
-    | Barrier
-    | LowBattery
-    | Commanded
-    | ToTurn
-    | ToHeading
-    | ToAdvance
-    | ToGo
-    | Course
-    | Distance
-    | Astern
-    | Alongside
-    | Whim
-    | JointWayOn
-    | JointWayRound
-    | Askew
-    | PutAhead
-    | PutAside,
-    Field(discriminator="sense"),
-]

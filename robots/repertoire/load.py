@@ -54,7 +54,7 @@ class Repertoire:
         if long in self.specs and (thing in profile.lengths_m or packet.tag not in self.specs):
             if thing is not None and thing not in profile.lengths_m:
                 raise RepertoireError(
-                    f"{packet.tag} takes a long object; {profile.name} knows {thing} as none"
+                    f"{packet.tag} needs a long object; {thing} is not one for {profile.name}"
                 )
             return self.specs[long]
         return self._known(packet.tag)
@@ -90,12 +90,12 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
         if place not in profile.places:
             known = ", ".join(sorted(profile.beacons))
             raise RepertoireError(
-                f"{packet.tag}: {name} = {place} is no place {profile.name} knows; known: {known}"
+                f"{packet.tag}: {name} = {place} is not a place that {profile.name} knows; known: {known}"
             )
     for name in spec.robots:
         robot = packet.arguments[name]
         if robot not in (*profile.others, profile.name):
-            raise RepertoireError(f"{packet.tag}: {name} = {robot} is no robot {profile.name} knows")
+            raise RepertoireError(f"{packet.tag}: {name} = {robot} is not a robot that {profile.name} knows")
 
 
 def _check_names(packet: BehaviourPacket, spec: PacketSpec) -> None:
@@ -132,7 +132,7 @@ def _target(packet: BehaviourPacket, spec: PacketSpec) -> dict[str, Value]:
     try:
         return {"target": waypoint(float(given["x"]), float(given["y"])), "stand_off_m": 0.0}
     except ValueError:
-        raise RepertoireError(f"{packet.tag}: x = {given['x']}, y = {given['y']} is no point") from None
+        raise RepertoireError(f"{packet.tag}: x = {given['x']}, y = {given['y']} is not a point") from None
 
 
 def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoire:

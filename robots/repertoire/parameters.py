@@ -24,12 +24,12 @@ class Parameter(Checked):
         """
         if self.choices:
             if text not in self.choices:
-                raise ValueError(f"{text} is none of {', '.join(self.choices)}")
+                raise ValueError(f"{text} is not one of {', '.join(self.choices)}")
             return text
         try:
             number = float(text)
         except ValueError:
-            raise ValueError(f"{text!r} is no number") from None
+            raise ValueError(f"{text!r} is not a number") from None
         if not (isfinite(number) and self.least <= number <= self.most):
             raise ValueError(f"{text} is not within {self.least:g} to {self.most:g}")
         return number

@@ -77,7 +77,9 @@ class PacketSpec(Checked):
                 elif one[PATTERNS_OF] in packets:
                     yield from packets[one[PATTERNS_OF]]
                 else:
-                    raise ValueError(f"patterns of {one[PATTERNS_OF]}, which is no packet here")
+                    raise ValueError(
+                        f"patterns of {one[PATTERNS_OF]}, which is not a packet of this repertoire"
+                    )
 
         shared = {"waiting": tuple(group(self.waiting)), "patterns": tuple(group(self.patterns))}
         return self.model_copy(update=shared)

@@ -55,9 +55,9 @@ class Control(Wire):
 
 
 class Clearance(Wire):
-    """Service to robot: these actions, which packets of the script come after, have ended (request).
+    """Service to robot: these actions, which packets of the script wait for, have ended (request).
 
-    All that have ended so far, not only the newest, so that one that is lost or late does no harm.
+    It names all that have ended so far, so that a lost or late clearance does no harm.
     """
 
     kind: Literal["clearance"] = "clearance"
@@ -66,7 +66,7 @@ class Clearance(Wire):
 
 
 class StatusQuery(Wire):
-    """Service to robot: how does this script stand (query)?"""
+    """Service to robot: report the state of this script (query)."""
 
     kind: Literal["status_query"] = "status_query"
     script_id: str
@@ -88,7 +88,7 @@ class Refusal(Wire):
 
 
 class PacketReport(Wire):
-    """Robot to service: a packet changed its state, or raised `events` within it (inform)."""
+    """Robot to service: a packet has changed its state or raised `events` (inform)."""
 
     kind: Literal["packet_report"] = "packet_report"
     script_id: str
@@ -152,14 +152,14 @@ class Receipt(Wire):
 
 
 class Telemetry(Wire):
-    """Robot to service, never kept or repeated (inform): what it believes of itself right now.
+    """Robot to service, never kept or repeated (inform): its present state as it estimates it.
 
     `x_m, y_m, heading_rad` is its own estimate in the world's frame; `ranges_m` shape (N,), metres, beam 0 ahead,
     counter-clockwise, None where nothing is in range; `tags` places it sees samples at, in the world's frame;
-    `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised, `resultants` what they came to by "dof";
-    `sensors` those that run, with the energy they have used since the robot's start and what all others would have used
-    beside them, joules; `degraded` what readings it does without, in words; `driven_by` the operator who drives
-    it; `goal_m` how far off what the packet under way is to get to is, None if that is not known.
+    `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised, `resultants` theirs by "dof"; `sensors`
+    those that run; `sensing_j` the energy that sensors have used since the robot's start, `sensing_saved_j` what those
+    that were off would have used; `degraded` readings that are left out, in words; `driven_by` the operator who drives
+    the robot; `goal_m` the distance to the current packet's goal, None if that is not known.
     """
 
     kind: Literal["telemetry"] = "telemetry"

@@ -10,11 +10,11 @@ VALID_AT_MOST_S = 5.0
 """The longest time for which one set-point moves a robot (world's clock)."""
 MAX_SPEED_M_S = 0.3
 MAX_TURN_RAD_S = 1.0
-"""Limits of a driven robot: an operator sees late and sees little (our choice)."""
+"""Limits of a driven robot: an operator sees little, and with a delay (our choice)."""
 RELEASE_FACTOR = 6.0
 """The drive ends this many times a set-point's validity after the last set-point."""
 TRACED_S = 60.0
-"""How much of its trace a robot keeps, about."""
+"""The approximate length of the trace that a robot keeps."""
 
 PacketTunings = dict[str, dict[str, dict[str, float]]]
 """Packet tag, pattern ("dof/name") and parameter ("stimulus.reach_m") to its new value."""
@@ -26,7 +26,7 @@ class SetPoint(Wire):
     """Service to robot: drive like this until the next set-point arrives, at most for `valid_s` (request).
 
     Set-points are never kept or repeated. Of two, the one with the greater `number` counts. `driver` identifies one
-    drive, from taking the robot until letting go of it; `ends`: the driver lets go.
+    drive, from taking control to releasing it; `ends`: the driver releases control.
     """
 
     kind: Literal["set_point"] = "set_point"

@@ -6,13 +6,13 @@ repertoire turns it into the triplet [sensor pre-conditions, behaviour patterns,
 
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from robots.data import Checked
 
 
-class Wire(BaseModel):
-    """Base of everything on the wire: immutable, and unknown fields are an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+class Wire(Checked):
+    """Base of everything on the wire."""
 
 
 class SymbolicFact(Wire):
@@ -38,7 +38,7 @@ class PacketState(StrEnum):
 
 
 class ScriptState(StrEnum):
-    """Where a robot stands with a script."""
+    """The state of a script on its robot."""
 
     ACCEPTED = "accepted"
     RUNNING = "running"
@@ -87,7 +87,7 @@ class BehaviourPacket(Wire):
 
 
 OWN = "own"
-"""The mission of a script that a robot gave itself."""
+"""The mission of a script that a robot made itself."""
 
 
 class BehaviourScript(Wire):
@@ -101,5 +101,5 @@ class BehaviourScript(Wire):
 
     @property
     def is_own(self) -> bool:
-        """True if the robot gave it to itself."""
+        """True if the robot made it itself."""
         return self.mission_id == OWN

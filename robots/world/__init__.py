@@ -1,4 +1,4 @@
-"""World files: the layout and the team, told to simulation and service alike, and not known to a robot's agent."""
+"""World files: layout and team. Read by the simulation and the service; a robot's own software never sees them."""
 
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml

@@ -15,15 +15,15 @@ from robots.world.walls import WALL_THICKNESS_M, Panel
 WIDEST_PITCH_M = 0.7
 STEP_M = 0.05
 ABREAST_PITCH_M = 0.5
-"""Where two robots may stand at neighbouring berths at once."""
+"""The least pitch at which two robots can stand at neighbouring berths at once."""
 DOCK_M = 0.34
 STAND_M = 0.8
-"""How far before a berth the middle of a robot is that docks, and that stands near it."""
+"""Distance in front of a berth of a robot's centre when it docks, and when it stands near the berth."""
 ROOM_M: Mapping[float, float] = {0.0: 0.15, DOCK_M: 0.25, STAND_M: 0.42}
-"""Free room needed before a berth, by the distance from it: for the sample, for who docks, for who turns with it."""
+"""Clearance required in front of a berth by distance from it: for the sample, for docking, for turning with it."""
 
 WAY_M = 0.35
-"""What stands nearer than this to where a robot stands or docks is in its way."""
+"""Nothing may stand nearer than this to where a robot stands or docks."""
 
 Rows = Mapping[str, tuple[Location, ...]]
 
@@ -37,7 +37,7 @@ def lay_out(
     """The places that each location is: its berths, or itself.
 
     :param reached_by: how many robots reach a location.
-    :raises ValueError: if there is no room for a location's berths; it says what is in the way.
+    :raises ValueError: if there is no room for a location's berths; names what is in the way.
     """
     if all(location.capacity <= 1 for location in locations):
         return {location.name: (location,) for location in locations}
@@ -94,7 +94,7 @@ def _row(location: Location, pitch_m: float) -> tuple[Location, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Ground:
-    """What berths may be in the way of."""
+    """What a row of berths is checked against."""
 
     locations: Sequence[Location]
     areas: Sequence[Aisle]
@@ -103,7 +103,7 @@ class _Ground:
     def objections(
         self, location: Location, row: Sequence[Location], pitch_m: float, settled: Rows, least_m: float
     ) -> Iterator[str]:
-        """What is against a row, in words. Rows that are not settled yet are taken to be as wide as this one."""
+        """The conflicts of a row, in words. Rows that are not settled yet are assumed to have the same pitch."""
         for berth in row:
             words = f"berth {berth.name} at {berth.at}"
             yield from (f"{words} {reason}" for reason in self._out_of_area(location, berth))
@@ -149,7 +149,7 @@ def _point(point: Point) -> str:
 
 
 def _in_the_way(row: Sequence[Location], places: Sequence[Location], least_m: float) -> Iterator[str]:
-    """Berths and other places that are too near to each other, or stand where robots come to the other."""
+    """Berths and other places that are too near to each other, or stand in the approach to the other."""
     for berth in row:
         words = f"berth {berth.name} at {berth.at}"
         for place in places:

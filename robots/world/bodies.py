@@ -1,4 +1,4 @@
-"""A robot's body in a world file: by its kind alone (`body: wheeled`), or with what to change of its measures."""
+"""A robot's body in a world file: its kind alone (`body: wheeled`), or its kind with parameters to override."""
 
 from typing import Annotated, Any, Literal
 
@@ -10,20 +10,20 @@ Kind = Literal["velocity", "wheeled", "avatar"]
 
 
 class Ramps(Checked):
-    """How fast a body that has no wheels takes up a velocity it is told."""
+    """The accelerations of a body without wheels."""
 
     acceleration_m_s2: float = Field(default=1.0, gt=0, le=20)
     turn_acceleration_rad_s2: float = Field(default=6.0, gt=0, le=100)
 
 
 class VelocityBodySpec(Ramps):
-    """Has the velocity it is told, up to the ramps, unless something is in the way."""
+    """Takes on the commanded velocity within its accelerations, unless it is blocked."""
 
     kind: Literal["velocity"] = "velocity"
 
 
 class AvatarBodySpec(Ramps):
-    """A virtual robot: moves by itself, is not met by others, and stops at walls by its own check of the map."""
+    """A virtual robot: no physical body; others pass through it, and it stops at walls by checking the map."""
 
     kind: Literal["avatar"] = "avatar"
 
@@ -31,9 +31,9 @@ class AvatarBodySpec(Ramps):
 class WheeledBodySpec(Checked):
     """Two driven wheels on one axle through the body's middle, and a caster that bears the rest of its weight.
 
-    `base_m` lies between the wheels; speed, acceleration and torque are a wheel's own. `traction` is the friction of
-    wheel on floor, `slip` how uneven it is: the standard deviation of the share of a turn that is lost or won in a tick
-    of 1/60 s. `counts` are the encoder's, a turn of a wheel.
+    `base_m` lies between the wheels; speed, acceleration and torque are a wheel's own. `traction` is the
+    friction coefficient of wheel on floor, `slip` the standard deviation of the share of a wheel's turn that is lost or
+    gained in a tick of 1/60 s. `counts`: of the encoder, per turn of a wheel.
     """
 
     kind: Literal["wheeled"] = "wheeled"
@@ -48,7 +48,7 @@ class WheeledBodySpec(Checked):
     counts: int = Field(default=2000, ge=16, le=100_000)
 
     def check_speeds(self, robot: str, *, linear_m_s: float, angular_rad_s: float) -> None:
-        """:raises ValueError: if the wheels cannot take the robot as fast as it is said to be."""
+        """:raises ValueError: if the wheels cannot reach the robot's speed or turn rate."""
         rim_m_s = self.speed_rad_s * self.radius_m
         if rim_m_s < linear_m_s:
             raise ValueError(

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from itertools import chain, combinations
+from itertools import chain, combinations, takewhile
 from math import dist
 from typing import Self
 
@@ -12,18 +12,21 @@ from pydantic import Field, ValidationError, model_validator
 from robots.data import Checked
 from robots.world.berths import lay_out
 from robots.world.parts import (
+    NARROWEST_PITCH_M,
+    ON_BORDER_M,
     Aisle,
     Compartment,
     Location,
     Name,
     Obstacle,
+    Point,
     RobotSpec,
     Sample,
     Wall,
     WorldFact,
 )
 from robots.world.radio import LinkSpec
-from robots.world.walls import panels_of
+from robots.world.walls import WALL_THICKNESS_M, panels_of, solid_pieces
 
 ROBOT_WIDTH_M = 0.44
 
@@ -43,8 +46,8 @@ class WorldFile(Checked):
     link: LinkSpec = LinkSpec()
 
     @cached_property
-    def rows(self) -> Mapping[str, tuple[Location, ...]]:
-        """What the robots know of each location: its berths if it has room for several samples, else itself."""
+    def places_by_location(self) -> Mapping[str, tuple[Location, ...]]:
+        """Location → its places: its berths if it has room for several samples, else itself."""
         areas = [area for compartment in self.compartments for area in (compartment, *compartment.aisles)]
         reaching = [self.area_of(robot) for robot in self.robots]
         return lay_out(
@@ -57,33 +60,36 @@ class WorldFile(Checked):
     @cached_property
     def places(self) -> tuple[Location, ...]:
         """Where robots go and samples lie, one each at most: the locations, or their berths."""
-        return tuple(chain.from_iterable(self.rows.values()))
+        return tuple(chain.from_iterable(self.places_by_location.values()))
 
     @cached_property
-    def owners(self) -> Mapping[str, str]:
-        """Place → the location that it is, or is a berth of."""
-        return {place.name: name for name, row in self.rows.items() for place in row}
+    def location_of(self) -> Mapping[str, str]:
+        """Place → the location that it is or is a berth of."""
+        return {place.name: name for name, row in self.places_by_location.items() for place in row}
 
     @cached_property
-    def lying(self) -> Mapping[str, str]:
-        """Sample → the place where it lies at the start: where a location has berths, the first that is free.
+    def initial_places(self) -> Mapping[str, str]:
+        """Sample → the place where it lies at the start; at a location with berths, the first free one.
 
         :raises ValueError: if more samples start at a location than it has room for.
         """
-        lying = {sample.name: sample.at for sample in self.samples}
-        taken = set(lying.values())
-        free = {name: iter([p.name for p in row if p.name not in taken]) for name, row in self.rows.items()}
-        for sample, at in lying.items():
-            if at not in self.owners:
-                lying[sample] = next(free[at], at)
-        for name, count in Counter(self.owners.get(at, at) for at in lying.values()).items():
-            room = sum(place.capacity for place in self.rows[name])
+        places = {sample.name: sample.at for sample in self.samples}
+        taken = set(places.values())
+        free = {
+            name: iter([p.name for p in row if p.name not in taken])
+            for name, row in self.places_by_location.items()
+        }
+        for sample, at in places.items():
+            if at not in self.location_of:
+                places[sample] = next(free[at], at)
+        for name, count in Counter(self.location_of.get(at, at) for at in places.values()).items():
+            room = sum(place.capacity for place in self.places_by_location[name])
             if count > room:
-                raise ValueError(f"{name} has room for {room} samples, {count} start there")
-        for place, count in Counter(lying.values()).items():
+                raise ValueError(f"{name} has room for {room} samples, but {count} start there")
+        for place, count in Counter(places.values()).items():
             if count > 1:
-                raise ValueError(f"{place} has room for 1 sample, {count} start there")
-        return lying
+                raise ValueError(f"{place} has room for 1 sample, but {count} start there")
+        return places
 
     def location(self, name: str) -> Location:
         """The location or berth of that name."""
@@ -93,7 +99,7 @@ class WorldFile(Checked):
         return next(robot for robot in self.robots if robot.name == name)
 
     def link_of(self, robot: RobotSpec) -> LinkSpec:
-        """The robot's radio: its own, and where that says nothing the world's."""
+        """The robot's radio: its own values, with the world's as defaults."""
         return self.link if robot.link is None else robot.link.over(self.link)
 
     @property
@@ -102,12 +108,12 @@ class WorldFile(Checked):
         return max(self.link_of(robot).answer_s for robot in self.robots)
 
     def area_of(self, robot: RobotSpec) -> Aisle:
-        """The robot's allocated area: its aisle, else its whole compartment."""
+        """The robot's allocated area: its aisle if it has one, else its whole compartment."""
         compartment = next(c for c in self.compartments if c.name == robot.compartment)
         return next((a for a in compartment.aisles if a.name == robot.aisle), compartment)
 
     def reach_of(self, robot: RobotSpec) -> tuple[Location, ...]:
-        """The places inside or on the border of the robot's area; of the homes only its own."""
+        """The places inside or on the border of the robot's area, without the homes of other robots."""
         area = self.area_of(robot)
         return tuple(
             place
@@ -126,14 +132,28 @@ class WorldFile(Checked):
         locations = {location.name: location for location in self.locations}
         for robot in self.robots:
             self._check_robot(robot, locations)
+        self._check_walls()
+        self._check_distances()
         for one, other in combinations(self.robots, 2):
             if dist(one.start[:2], other.start[:2]) < ROBOT_WIDTH_M:
-                raise ValueError(f"robots.{one.name} and robots.{other.name} start in the same place")
-        _unique([*names, *(place.name for row in self.rows.values() if len(row) > 1 for place in row)])
+                raise ValueError(
+                    f"robots.{one.name} and robots.{other.name} start nearer than {ROBOT_WIDTH_M} m to each other"
+                )
+        _unique(
+            [
+                *names,
+                *(place.name for row in self.places_by_location.values() if len(row) > 1 for place in row),
+            ]
+        )
         for sample in self.samples:
-            _known("location", sample.at, {**self.rows, **self.owners}, f"samples.{sample.name}.at")
-        for name, place in self.lying.items():
-            self._check_lies(name, place)
+            _known(
+                "location",
+                sample.at,
+                {**self.places_by_location, **self.location_of},
+                f"samples.{sample.name}.at",
+            )
+        for name, place in self.initial_places.items():
+            self._check_sample_place(name, place)
         return self
 
     def _check_building(self) -> None:
@@ -146,7 +166,38 @@ class WorldFile(Checked):
             for opening in wall.openings:
                 if opening.at_m + opening.width_m / 2 > wall.length_m:
                     raise ValueError(
-                        f"{opening.kind} at {opening.at_m} m is beyond its wall's {wall.length_m:.2f} m"
+                        f"{opening.kind} at {opening.at_m} m ends beyond its wall, which is {wall.length_m:.2f} m long"
+                    )
+
+    def _check_walls(self) -> None:
+        """No robot starts in a wall, and no location lies in one but at a hatch or gap."""
+        for index, wall in enumerate(self.walls):
+            for panel in solid_pieces(wall):
+                stands = f"walls.{index} from {_point(panel.start)} to {_point(panel.end)}"
+                for robot in self.robots:
+                    if panel.distance_m(robot.start[:2]) < ROBOT_WIDTH_M / 2:
+                        raise ValueError(
+                            f"robots.{robot.name} starts at {_point(robot.start[:2])}, in {stands}; "
+                            f"its middle must be {ROBOT_WIDTH_M / 2:.2f} m from it"
+                        )
+                for location in self.locations:
+                    if not panel.door and panel.distance_m(location.at) < WALL_THICKNESS_M / 2:
+                        raise ValueError(
+                            f"locations.{location.name} lies at {_point(location.at)}, in {stands}; "
+                            "move it, or give the wall a hatch or gap there"
+                        )
+
+    def _check_distances(self) -> None:
+        """No two locations coincide; those that hold samples are so far apart that a robot can distinguish them."""
+        by_x = sorted(self.locations, key=lambda location: location.at)
+        for index, one in enumerate(by_x):
+            near = takewhile(lambda o: o.at[0] - one.at[0] < NARROWEST_PITCH_M, by_x[index + 1 :])  # noqa: B023
+            for other in near:
+                least_m = NARROWEST_PITCH_M if one.capacity and other.capacity else ON_BORDER_M
+                if dist(one.at, other.at) < least_m - 1e-6:
+                    raise ValueError(
+                        f"locations.{other.name} at {_point(other.at)} is {dist(one.at, other.at):.2f} m from "
+                        f"locations.{one.name} at {_point(one.at)}, at least {least_m} m is needed"
                     )
 
     def _check_obstacles(self) -> None:
@@ -162,10 +213,12 @@ class WorldFile(Checked):
                 if dist(location.at, obstacle.at) < reach_m:
                     raise ValueError(f"{where} covers locations.{location.name}")
 
-    def _check_lies(self, sample: str, place: str) -> None:
-        """No fact of the file lays the sample elsewhere, or says that nothing lies where it does."""
-        here = {place, self.owners[place]}
-        elsewhere = {(sample, name) for name in (*self.rows, *self.owners) if name not in here}
+    def _check_sample_place(self, sample: str, place: str) -> None:
+        """Check that no fact of the file contradicts the sample's place."""
+        here = {place, self.location_of[place]}
+        elsewhere = {
+            (sample, name) for name in (*self.places_by_location, *self.location_of) if name not in here
+        }
         for fact in self.facts:
             laid_elsewhere = fact.predicate == "in" and fact.args in elsewhere
             if laid_elsewhere or (fact.predicate == "vacant" and set(fact.args) <= here):
@@ -193,11 +246,15 @@ class WorldFile(Checked):
             raise ValueError(f"robots.{robot.name} starts at {robot.start[:2]}, outside its area {area.name}")
 
 
+def _point(point: Point) -> str:
+    return f"({point[0]:g}, {point[1]:g})"
+
+
 def _unique(names: list[str]) -> None:
     doubles = sorted(name for name, count in Counter(names).items() if count > 1)
     if doubles:
         raise ValueError(
-            f"names must be unique in a world, those of berths too; used twice: {', '.join(doubles)}"
+            f"names must be unique in a world, names of berths included; used more than once: {', '.join(doubles)}"
         )
 
 

@@ -2,7 +2,7 @@
 
 A yard with doors to the south, behind it one store or several, each behind the other. The stores are divided into
 aisles side by side; every aisle has its bays along both walls, its robots, and its interchanges with what lies south
-of it. What there is of each is dealt out to the aisles in turn.
+of it. Bays, robots and interchanges are distributed over the aisles.
 """
 
 import random
@@ -30,15 +30,15 @@ HATCH_WIDTH_M = 0.4
 
 
 class StoreShapeError(ValueError):
-    """Raised when a store of such numbers cannot be built; says which number, and what it must be."""
+    """Raised when a store cannot have these numbers; names the number and its valid range."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoreShape:
-    """How much there is of everything, in the whole world. `compartments` counts the yard; `bay_capacity` samples
-    have room in each bay.
+    """The numbers of all parts of a world. `compartments` includes the yard; each bay has room for `bay_capacity`
+    samples.
 
-    :raises StoreShapeError: if an aisle would lack a robot, an interchange or a bay, or a sample a place.
+    :raises StoreShapeError: if an aisle has no robot, interchange or bay, or a sample has no place.
     """
 
     aisles: int
@@ -118,7 +118,7 @@ def generate_world(shape: StoreShape, *, seed: int = 0, name: str = "generated_s
 
 
 def world_yaml(world: WorldFile) -> str:
-    """The world as the text of a world file, a part a line."""
+    """The world as the text of a world file, one part per line."""
     lines: list[str] = []
     for key, value in world.model_dump(mode="json", exclude_defaults=True).items():
         if isinstance(value, list):
@@ -165,7 +165,7 @@ class _Plan:
         self._depth = FIRST_BAY_M + self._bay_pitch * (rows - 1) + self._bay_length + last_bay_to_wall
 
     def _dealt(self, word: str, count: int) -> list[list[str]]:
-        """The names dealt out to the aisles, neighbours in number to one aisle."""
+        """Numbered names distributed over the aisles, consecutive ones in the same aisle."""
         each, more = divmod(count, self._shape.aisles)
         names = iter([f"{word}_{number}" for number in range(1, count + 1)])
         return [[next(names) for _ in range(each + (k < more))] for k in range(self._shape.aisles)]

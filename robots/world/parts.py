@@ -20,10 +20,11 @@ Interval = tuple[float, float]
 Tag = Literal["NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"]
 PACKET_TAGS: tuple[Tag, ...] = get_args(Tag)
 ON_BORDER_M = 0.05
+"""A point this far outside an area still lies on its border; locations nearer than this coincide."""
 SHORTEST_M = 0.7
-"""A long object is at least so long: two robots grip it side by side."""
+"""The least length of a long object: two robots grip it side by side."""
 NARROWEST_PITCH_M = 0.45
-"""Berths nearer to each other than this, and a robot would take what lies in one to lie in the other."""
+"""The least pitch of berths: nearer ones a robot could not tell apart."""
 
 
 class Aisle(Checked):
@@ -76,8 +77,8 @@ class Location(Checked):
     """A named place on the floor with an infra-red beacon above it.
 
     `approach_deg` are the directions in which the beacon emits: a robot docks from there. `capacity` is how many
-    samples may lie there (a home has 0). With room for several it is a row of berths around `at`, side by side for
-    who comes from the first of `approach_deg`, `berth_pitch_m` apart; left out: as far as there is room.
+    samples may lie there (a home has 0). With room for several it is a row of berths around `at`, side by side as seen
+    from the first of `approach_deg`, `berth_pitch_m` apart (default: as far as there is room).
     """
 
     name: Name
@@ -92,10 +93,10 @@ class RobotSpec(Checked):
     """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
     `battery`: the share of its charge that it starts with.
-    `architecture`: sense beside acting, or in turn with it. What is nearer than `whisker_least_m` reads as that.
-    `sonar`: what it hears by, one after the other: its whiskers, and a virtual sonar that hears avatars.
+    `architecture`: sensing in parallel with acting, or in turn. `whisker_least_m`: the shortest range read.
+    `sonar`: the range sensors, in order: its whiskers, and a virtual sonar that detects avatars.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
-    `link`: its radio; what is left out is as the world's `link` says.
+    `link`: its radio, with the world's `link` as default for each value.
     """
 
     name: Name
@@ -145,7 +146,7 @@ class Sample(Checked):
 
 
 class Obstacle(Checked):
-    """A round rock that stands on the floor and is on no robot's map: whiskers meet it, infra-red passes above it.
+    """A round rock on the floor that is on no robot's map: whiskers detect it, infra-red passes above it.
 
     `jitter_m`: how far from `at` a seed may put it.
     """

@@ -1,4 +1,4 @@
-"""The radio link of a world: what it loses, how long it takes, and when there is contact at all."""
+"""The radio link of a world: loss, delay and contact windows."""
 
 from collections.abc import Sequence
 from math import ceil, log
@@ -9,19 +9,19 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from robots.data import Checked
 
 ONE_IN = 100
-"""Of so many exchanges one may take longer than `LinkSpec.answer_s` says."""
+"""One exchange in this many may take longer than `LinkSpec.answer_s`."""
 WORD_S = 0.2
-"""A robot is taken to say something, if only telemetry, so often; in truth it is oftener."""
+"""Assumed interval between two messages of a robot, telemetry included; the real one is shorter."""
 QUIET_S = 20.0
-"""A silence so long is borne whatever the radio: outages come and go (our choice)."""
+"""A shorter silence is never a sign of failure, whatever the radio: there are outages (our choice)."""
 ONE_SILENCE_IN = 1_000_000
-"""In so many silences one may be longer by loss alone than `LinkSpec.quiet_s` says."""
+"""One silence in this many may exceed `LinkSpec.quiet_s` by loss alone."""
 RESENT_S = 1.0
-"""An unanswered message is sent again so long after its answer could have come (world's clock)."""
+"""An unanswered message is resent this long after its answer could have arrived (world's clock)."""
 
 
 class Outage(Checked):
-    """A time without contact that nobody knows of beforehand; every `every_s` seconds again, if given."""
+    """An unannounced time without contact; repeated every `every_s` seconds, if given."""
 
     start_s: float = Field(ge=0)
     end_s: float
@@ -47,7 +47,7 @@ class Outage(Checked):
 
 
 class Contact(Checked):
-    """Contact for `for_s` seconds in every `every_s`, the first time at `start_s`: known beforehand, as an orbit is."""
+    """A contact window of `for_s` seconds in every `every_s`, first at `start_s`; known in advance, as an orbit is."""
 
     start_s: float = Field(default=0.0, ge=0)
     for_s: float = Field(gt=0)
@@ -55,7 +55,7 @@ class Contact(Checked):
 
     @property
     def silence_s(self) -> float:
-        """From the end of a contact to the next."""
+        """From the end of one window to the next."""
         return self.every_s - self.for_s
 
     def covers(self, at_s: float) -> bool:
@@ -63,13 +63,13 @@ class Contact(Checked):
         return since_s >= 0 and since_s % self.every_s < self.for_s
 
     def next_s(self, at_s: float) -> float:
-        """When there is contact next; `at_s` itself while there is."""
+        """The beginning of the next window; `at_s` itself within one."""
         if self.covers(at_s):
             return at_s
         return self.start_s + max(0.0, ceil((at_s - self.start_s) / self.every_s)) * self.every_s
 
     def covered_s(self, till_s: float, *, late_s: float) -> float:
-        """How long there has been contact by then, of each time but the first `late_s` seconds."""
+        """The total contact time until then, without the first `late_s` seconds of each window."""
         times, since_s = divmod(max(0.0, till_s - self.start_s), self.every_s)
         useful_s = self.for_s - late_s
         return times * useful_s + min(max(0.0, since_s - late_s), useful_s)
@@ -101,7 +101,7 @@ class LinkSpec(Checked):
     contacts: tuple[Contact, ...] = ()
 
     def over(self, other: "LinkSpec") -> "LinkSpec":
-        """This link, and where it says nothing the other."""
+        """This link, with the other's values where this one states none."""
         return LinkSpec.model_validate({**other.model_dump(), **self.model_dump()})
 
     def in_contact(self, at_s: float) -> bool:
@@ -111,32 +111,32 @@ class LinkSpec(Checked):
 
     @property
     def is_sure(self) -> bool:
-        """True if nothing is left to chance."""
+        """True if the link is deterministic: no loss, jitter or duplication."""
         return self.loss == self.jitter_s == self.duplication == 0
 
     @property
     def round_trip_s(self) -> float:
-        """There and back at the longest, in contact and if neither is lost."""
+        """The longest round trip in contact, if neither message is lost."""
         return 2 * (self.light_time_s + self.delay_s + self.jitter_s)
 
     @property
     def silence_s(self) -> float:
-        """The longest time without contact that is known beforehand."""
+        """The longest planned time without contact."""
         return min((contact.silence_s for contact in self.contacts), default=0.0)
 
     @property
     def quiet_s(self) -> float:
-        """After so long without a word in which one could have come, it is not the radio's doing any longer.
+        """A silence in contact that the radio does not explain any longer.
 
-        That is the time in which loss does not let nothing through, but for one time in `ONE_SILENCE_IN`; and
-        `QUIET_S`, or a whole contact where that is shorter.
+        Long enough that loss alone swallows every message only once in `ONE_SILENCE_IN`, and at least `QUIET_S`, or
+        one whole window where that is shorter.
         """
         words = ceil(log(1 / ONE_SILENCE_IN) / log(self.loss)) if self.loss > 0 else 1
         whole_s = min((contact.for_s - self._late_s for contact in self.contacts), default=QUIET_S)
         return max(words * WORD_S, min(whole_s, QUIET_S))
 
     def hearing_s(self, since_s: float, till_s: float) -> float:
-        """For how much of a span of time a word could have come, as far as is known beforehand: not of outages."""
+        """The part of a time span in which a message could have arrived by the planned contacts; outages ignored."""
         if not self.contacts:
             return max(0.0, till_s - since_s)
         late_s = self._late_s
@@ -146,19 +146,19 @@ class LinkSpec(Checked):
         )
 
     def next_contact_s(self, at_s: float) -> float:
-        """When contact is expected next, as far as is known beforehand; `at_s` itself while it is."""
+        """When contact is planned next; `at_s` itself while there is contact."""
         return min((contact.next_s(at_s) for contact in self.contacts), default=at_s)
 
     @property
     def _late_s(self) -> float:
-        """What is said when a contact begins comes so much later at the latest."""
+        """The longest one-way delay."""
         return self.round_trip_s / 2
 
     @property
     def answer_s(self) -> float:
-        """Within so long a question that is sent again and again is answered, but for one in `ONE_IN`.
+        """The time within which a query that is resent is answered, but for one in `ONE_IN`.
 
-        Outages are not known beforehand and so not counted. 0 for a perfect link.
+        Unannounced outages are not counted. 0 for a perfect link.
         """
         through = (1 - self.loss) ** 2
         tries = ceil(log(1 / ONE_IN) / log(1 - through)) if through < 1 else 1
@@ -175,12 +175,12 @@ class LinkSpec(Checked):
         for contact in self.contacts:
             if contact.for_s <= self._late_s:
                 raise ValueError(
-                    f"a contact of {contact.for_s:g} s is over before a message has arrived, which takes up to "
+                    f"a contact of {contact.for_s:g} s is shorter than the delivery of a message, which takes up to "
                     f"{self._late_s:g} s"
                 )
         return self
 
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Only what is said, for what is left unsaid is the world's to say."""
+        """Only values that are set: the others default to the world's."""
         return {name: value for name, value in handler(self).items() if name in self.model_fields_set}

@@ -1,4 +1,4 @@
-"""The solid parts of walls: what lies between hatches and gaps, and closed doors' panels."""
+"""The solid parts of walls: pieces between hatches and gaps, and the panels of closed doors."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

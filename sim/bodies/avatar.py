@@ -14,12 +14,13 @@ from robots.physical.body import RADIUS_M, Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
 from robots.world.walls import WALL_THICKNESS_M, Panel
-from sim.bodies.odometry import Odometry, advanced
+from sim.bodies.odometry import Odometry, advance_pose
 from sim.bodies.velocity import RampedBody
 from sim.clock import TICK_S
 from sim.physics.bullet import front_m
 from sim.physics.jaws import Jaws
-from sim.physics.scene import SAMPLE_RADIUS_M, Rock, Scene
+from sim.physics.scene import SAMPLE_RADIUS_M, Scene
+from sim.snapshot import Rock
 
 JAW_M = SAMPLE_RADIUS_M
 """Half the jaws' breadth."""
@@ -88,7 +89,7 @@ class AvatarBody(RampedBody):
         ahead_m = self._driven[0] * TICK_S
         turn_rad = self._driven[1] * TICK_S
         for step in ((ahead_m, turn_rad), (0.0, turn_rad), (ahead_m, 0.0)):
-            then = advanced(pose, *step)
+            then = advance_pose(pose, *step)
             if self._is_free(then) or self._floor.clearance_m(then) >= self._floor.clearance_m(pose):
                 return then
             self._blocked = True

@@ -40,11 +40,8 @@ class Axle:
     def __init__(self, spec: WheeledBodySpec, grip: Pair = (1.0, 1.0)) -> None:
         """:param grip: true radius of each wheel as a share of the nominal one."""
         self._spec = spec
-        self._grip = grip
-        self.rims_m_s: Pair = (0.0, 0.0)
-        self._set: Pair = (0.0, 0.0)
-        self._slip: Pair = (0.0, 0.0)
-        self._pulled: Pair = (0.0, 0.0)
+        self.grip = grip
+        self.state = AxleState()
         per_turn = ROVER_INERTIA_KG_M2 / spec.base_m**2
         self._wheel_kg = spec.inertia_kg_m2 / spec.radius_m**2
         self._own_kg = ROVER_MASS_KG / 4 + per_turn  # mass of the chassis at a wheel that alone is pulled
@@ -53,38 +50,27 @@ class Axle:
         self._torque_n_s = spec.torque_n_m / spec.radius_m * TICK_S
         self._traction_n_s = spec.traction * load_n / 2 * TICK_S
 
-    def state(self) -> AxleState:
-        return AxleState(rims_m_s=self.rims_m_s, set_m_s=self._set, slip=self._slip, pulled_n_s=self._pulled)
-
-    def restore(self, state: AxleState, grip: Pair) -> None:
-        """:param grip: true radius of each wheel as a share of the nominal one."""
-        self._grip = grip
-        self.rims_m_s = state.rims_m_s
-        self._set = state.set_m_s
-        self._slip = state.slip
-        self._pulled = state.pulled_n_s
-
     def follow(self, now: Velocity) -> Velocity:
         """Let the wheels follow a chassis that was stopped or pushed, as far as they do not slip.
 
         :param now: the chassis' velocity in the last tick, with all collisions.
         """
-        spare = _each(lambda used, limit: limit - abs(used), self._pulled, (self._traction_n_s,) * 2)
-        return self._pull(now, self.rims_m_s, self._slip, spare)
+        spare = _each(lambda used, limit: limit - abs(used), self.state.pulled_n_s, (self._traction_n_s,) * 2)
+        return self._pull(now, self.state.rims_m_s, self.state.slip, spare)
 
     def roll(self, now: Velocity, linear_m_s: float, angular_rad_s: float, slip: Pair) -> Velocity:
         """The chassis' velocity for the coming tick, by motors and floor.
 
         :param slip: share of each wheel's turn that is lost on the floor in this tick.
         """
-        self._slip = slip
-        self._set = self._ramped(self._wanted(linear_m_s, angular_rad_s))
-        if self._set == (0.0, 0.0) and self._stands(now):
-            self.rims_m_s = (0.0, 0.0)
-            self._pulled = (0.0, 0.0)
+        self.state.slip = slip
+        self.state.set_m_s = self._ramped(self._wanted(linear_m_s, angular_rad_s))
+        if self.state.set_m_s == (0.0, 0.0) and self._stands(now):
+            self.state.rims_m_s = (0.0, 0.0)
+            self.state.pulled_n_s = (0.0, 0.0)
             return STILL
         motors = self._motors(self._over_ground(now))
-        spun = _each(lambda rim, push: rim + push / self._wheel_kg, self.rims_m_s, motors)
+        spun = _each(lambda rim, push: rim + push / self._wheel_kg, self.state.rims_m_s, motors)
         pulled = self._pull(now, spun, slip, (self._traction_n_s,) * 2)
         held_n_s = _within(-ROVER_MASS_KG * now.left_m_s, 2 * self._traction_n_s)
         return replace(pulled, left_m_s=now.left_m_s + held_n_s / ROVER_MASS_KG)
@@ -92,8 +78,8 @@ class Axle:
     def _pull(self, now: Velocity, spun: Pair, slip: Pair, limits: Pair) -> Velocity:
         """Chassis and wheels after traction has acted between them; updates the wheels."""
         pull = self._traction(spun, self._over_ground(now), slip, limits)
-        self._pulled = pull
-        self.rims_m_s = _each(lambda rim, back: rim - back / self._wheel_kg, spun, pull)
+        self.state.pulled_n_s = pull
+        self.state.rims_m_s = _each(lambda rim, back: rim - back / self._wheel_kg, spun, pull)
         turn_n_m_s = (pull[1] - pull[0]) * self._spec.base_m / 2
         return Velocity(
             now.ahead_m_s + (pull[0] + pull[1]) / ROVER_MASS_KG,
@@ -113,24 +99,24 @@ class Axle:
         right = linear_m_s + across
         limit_m_s = self._spec.speed_rad_s * self._spec.radius_m
         share = min(1.0, limit_m_s / max(abs(left), abs(right), 1e-9))
-        return (left * share * self._grip[0], right * share * self._grip[1])
+        return (left * share * self.grip[0], right * share * self.grip[1])
 
     def _ramped(self, wanted: Pair) -> Pair:
         step_m_s = self._spec.acceleration_rad_s2 * self._spec.radius_m * TICK_S
-        return _each(lambda was, then: was + _within(then - was, step_m_s), self._set, wanted)
+        return _each(lambda was, then: was + _within(then - was, step_m_s), self.state.set_m_s, wanted)
 
     def _motors(self, over_ground: Pair) -> Pair:
         """Impulses at the rims that bring the wheels to their set speeds, within the motors' torque.
 
         A motor turns its wheel, and through it as much of the chassis as traction allows.
         """
-        left = (1 - self._slip[0]) * self._set[0] - over_ground[0]
-        right = (1 - self._slip[1]) * self._set[1] - over_ground[1]
+        left = (1 - self.state.slip[0]) * self.state.set_m_s[0] - over_ground[0]
+        right = (1 - self.state.slip[1]) * self.state.set_m_s[1] - over_ground[1]
         own = self._own_kg
         cross = self._cross_kg
         limit = self._traction_n_s
         load = (_within(own * left + cross * right, limit), _within(cross * left + own * right, limit))
-        spin = _each(lambda then, now: self._wheel_kg * (then - now), self._set, self.rims_m_s)
+        spin = _each(lambda then, now: self._wheel_kg * (then - now), self.state.set_m_s, self.state.rims_m_s)
         return _each(lambda own, loaded: _within(own + loaded, self._torque_n_s), spin, load)
 
     def _traction(self, spun: Pair, over_ground: Pair, slip: Pair, limits: Pair) -> Pair:
@@ -152,7 +138,7 @@ class Axle:
         return (left, right)
 
     def _stands(self, now: Velocity) -> bool:
-        speeds = (*self.rims_m_s, now.ahead_m_s, now.left_m_s, now.turn_rad_s * self._spec.base_m)
+        speeds = (*self.state.rims_m_s, now.ahead_m_s, now.left_m_s, now.turn_rad_s * self._spec.base_m)
         return all(abs(speed) < STANDS_M_S for speed in speeds)
 
 

@@ -3,6 +3,8 @@
 The velocity-set body is moved by the scene, which stops it where something is in the way.
 """
 
+from dataclasses import replace
+
 from robots.physical.body import Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
@@ -31,16 +33,16 @@ class RampedBody(SimulatedBody):
         self._odometry.update(true)
 
     def get_position(self) -> Pose:
-        return self._odometry.pose
+        return self._odometry.state.estimate
 
     def drive_state(self) -> RampedState:
-        return RampedState(driven=self._driven, odometry=self._odometry.state())
+        return RampedState(driven=self._driven, odometry=replace(self._odometry.state))
 
     def restore_drive(self, state: RampedState | WheeledState) -> None:
         if not isinstance(state, RampedState):
             raise ValueError(f"{self.spec.name} has no wheels, but its snapshot has")
         self._driven = state.driven
-        self._odometry.restore(state.odometry)
+        self._odometry.state = replace(state.odometry)
 
     def _ramp(self) -> None:
         """Set the velocity of the coming tick: as near to the command as the ramps allow."""

@@ -1,5 +1,6 @@
 """The wheeled body: differential drive. Motors turn its wheels, and traction on the floor moves it, or does not."""
 
+from dataclasses import replace
 from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
@@ -36,18 +37,18 @@ class WheeledBody(SimulatedBody):
         self._wheels = wheels
         self._rng = rng.spawn(1)[0]
         self._encoders = Encoders(wheels, told, rng)
-        self._axle = Axle(wheels, self._encoders.grip)
+        self._axle = Axle(wheels, self._encoders.state.grip)
         self._last = scene.pose(spec.name)
 
     @property
     def driven(self) -> tuple[float, float]:
-        left, right = self._axle.rims_m_s
+        left, right = self._axle.state.rims_m_s
         return ((left + right) / 2, (right - left) / self._wheels.base_m)
 
     def drive(self) -> None:
         pose = self._scene.pose(self.spec.name)
         now = self._axle.follow(_mean_velocity(self._last, pose))
-        self._encoders.roll(self._axle.rims_m_s, TICK_S)
+        self._encoders.roll(self._axle.state.rims_m_s, TICK_S)
         self._last = pose
         left, right = (self._wheels.slip * self._rng.standard_normal(2)).tolist()
         velocity = self._axle.roll(now, *self._command, slip=(left, right))
@@ -57,12 +58,12 @@ class WheeledBody(SimulatedBody):
         self._encoders.read()
 
     def get_position(self) -> Pose:
-        return self._encoders.pose
+        return self._encoders.state.pose
 
     def drive_state(self) -> WheeledState:
         return WheeledState(
-            encoders=self._encoders.state(),
-            axle=self._axle.state(),
+            encoders=replace(self._encoders.state),
+            axle=replace(self._axle.state),
             last=self._last,
             floor=StreamState.of(self._rng),
         )
@@ -70,8 +71,9 @@ class WheeledBody(SimulatedBody):
     def restore_drive(self, state: RampedState | WheeledState) -> None:
         if not isinstance(state, WheeledState):
             raise ValueError(f"{self.spec.name} has wheels, but its snapshot has none")
-        self._encoders.restore(state.encoders)
-        self._axle.restore(state.axle, self._encoders.grip)
+        self._encoders.state = replace(state.encoders)
+        self._axle.state = replace(state.axle)
+        self._axle.grip = state.encoders.grip
         self._last = state.last
         state.floor.restore(self._rng)
 

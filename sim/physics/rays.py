@@ -7,9 +7,10 @@ each; a batch here takes about a hundredth of that, because far bodies are exclu
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from robots.compiled import kernel
 
 Floats = NDArray[np.float64]
 Ray = tuple[float, float, float, float]
@@ -25,7 +26,7 @@ class Cut(NamedTuple):
     discs: Floats
 
 
-@numba.njit(cache=True)
+@kernel
 def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64]) -> Floats:
     """The share of each ray that is free, 1 where nothing is hit, 0 where it begins within something solid.
 
@@ -66,7 +67,7 @@ def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64])
     return free
 
 
-@numba.njit(cache=True)
+@kernel
 def in_sight(
     cut: Cut,
     observers: Floats,
@@ -106,7 +107,7 @@ def in_sight(
     return seen[:found]
 
 
-@numba.njit(cache=True)
+@kernel
 def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int64]:
     """The rows of the points, shape (N, 2 or more), that are within a distance of one in the plane."""
     found = np.empty(len(points), np.int64)
@@ -120,7 +121,7 @@ def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int6
     return found[:count]
 
 
-@numba.njit(cache=True)
+@kernel
 def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
     # NOTE: rays are numbers and not rows of arrays, whose making would take longer than the rest.
     x = starts[first, 0]
@@ -128,7 +129,7 @@ def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
     return x, y, ends[last, 0] - x, ends[last, 1] - y
 
 
-@numba.njit(cache=True)
+@kernel
 def _blocks(boxes: Floats, discs: Floats, n: int, ray: Ray) -> bool:
     if n < len(boxes):
         return _to_box(boxes, n, *ray) < 1.0
@@ -137,7 +138,7 @@ def _blocks(boxes: Floats, discs: Floats, n: int, ray: Ray) -> bool:
     return False
 
 
-@numba.njit(cache=True)
+@kernel
 def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
     """Slab by slab: the ray is within the box where it is between both pairs of sides."""
     cosine = boxes[n, 2]
@@ -159,14 +160,14 @@ def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: floa
     return 1.0 if enters > leaves else enters
 
 
-@numba.njit(cache=True)
+@kernel
 def _beside(at: float, way: float, half: float) -> bool:
     """True if a ray begins and ends on one side of a slab: most do, and this test needs no division."""
     end = at + way
     return (at > half and end > half) or (at < -half and end < -half)
 
 
-@numba.njit(cache=True)
+@kernel
 def _within(at: float, way: float, half: float, enters: float, leaves: float) -> tuple[float, float]:
     """The part of a ray, from and to, that is between -half and half; from > to if there is none."""
     if abs(way) < 1e-12:
@@ -176,7 +177,7 @@ def _within(at: float, way: float, half: float, enters: float, leaves: float) ->
     return max(enters, min(one, other)), min(leaves, max(one, other))
 
 
-@numba.njit(cache=True)
+@kernel
 def _to_disc(discs: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
     off_x = x - discs[n, 0]
     off_y = y - discs[n, 1]

@@ -22,6 +22,7 @@ from sim.physics import bullet
 from sim.physics.bullet import BodyPoses, pybullet
 from sim.physics.cross_section import CollisionShapes
 from sim.physics.rays import Cut, near
+from sim.snapshot import Rock
 
 SUBSTEPS = 4  # of 1/240 s each
 
@@ -60,14 +61,6 @@ class Placed:
     point: tuple[float, float]
     length_m: float = 0.0
     heading_rad: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Rock:
-    """A round obstacle: its middle and radius."""
-
-    point: tuple[float, float]
-    radius_m: float
 
 
 class Scene:

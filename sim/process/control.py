@@ -29,8 +29,15 @@ class Done:
 
 
 @dataclass(frozen=True, slots=True)
+class Starting:
+    """What a process is doing before it is ready, where that takes time."""
+
+    doing: str
+
+
+@dataclass(frozen=True, slots=True)
 class Ready:
-    """The first message of a process: the world's run, and why it was not resumed where it might have been."""
+    """The process has built the world: the world's run, and why it was not resumed where it might have been."""
 
     run: str
     not_resumed_because: str = ""
@@ -44,7 +51,7 @@ class Failed:
 
 
 Command = AskTruth | Pause | Stop
-Answer = Done | Ready | Failed | Truth
+Answer = Done | Starting | Ready | Failed | Truth
 
 
 class SharedNumber(Protocol):

@@ -1,5 +1,6 @@
 """A simulated world in its own process (not a thread: PyBullet holds the interpreter's lock)."""
 
+import logging
 import multiprocessing
 import signal
 from collections.abc import Callable
@@ -12,12 +13,24 @@ from typing import Any, Self
 from robots.link import PipeLink
 from robots.world import WorldFile
 from sim.error import SimulationError
-from sim.process.control import Answer, AskTruth, Command, Done, Failed, Pause, Ready, SharedNumber, Stop
+from sim.process.control import (
+    Answer,
+    AskTruth,
+    Command,
+    Done,
+    Failed,
+    Pause,
+    Ready,
+    SharedNumber,
+    Starting,
+    Stop,
+)
 from sim.process.snapshot_file import SnapshotSettings
 from sim.process.world_loop import Channels, WorldOrder, run
 from sim.truth import Truth
 
-START_TIMEOUT_S = 180.0
+logger = logging.getLogger(__name__)
+
 ANSWER_TIMEOUT_S = 10.0
 STOP_TIMEOUT_S = 5.0
 
@@ -29,16 +42,25 @@ class SimulationProcess:
     """
 
     def __init__(
-        self, process: BaseProcess, control: "Connection[Any, Any]", link: PipeLink, now_s: SharedNumber
+        self,
+        process: BaseProcess,
+        control: "Connection[Any, Any]",
+        link: PipeLink,
+        now_s: SharedNumber,
+        tell: Callable[[str], None],
     ) -> None:
-        """:raises SimulationError: if the world is not built; the process is then ended."""
+        """Wait until the world is built, for as long as that takes.
+
+        :raises SimulationError: if the world is not built; the process is then ended.
+        """
         self.link = link
         self._process = process
         self._control = control
         self._now_s = now_s
         self._lock = Lock()
         try:
-            ready = self._receive(START_TIMEOUT_S)
+            while isinstance(ready := self._receive(None), Starting):
+                tell(ready.doing)
             if not isinstance(ready, Ready):
                 raise SimulationError(f"the world's first message was {ready}")
         except SimulationError:
@@ -58,11 +80,13 @@ class SimulationProcess:
         speed: float | None = 1.0,
         jitter_m: float = 0.4,
         snapshots: SnapshotSettings | None = None,
+        tell: Callable[[str], None] = logger.info,
     ) -> "SimulationProcess":
         """Start a world and wait until it is built.
 
         :param speed: world seconds per wall second; None is as fast as possible.
         :param snapshots: where it is stored on the disk, to resume from; not at all unless given.
+        :param tell: told what the process is doing before the world is built, where that takes time.
         :raises SimulationError: if it cannot be built; the message says why.
         """
         context = multiprocessing.get_context("spawn")
@@ -79,7 +103,7 @@ class SimulationProcess:
         _start_with_interrupts_blocked(process.start)
         far_control.close()
         far_link.close()
-        return cls(process, control, PipeLink(link), now_s)
+        return cls(process, control, PipeLink(link), now_s, tell)
 
     @property
     def pid(self) -> int | None:
@@ -134,7 +158,8 @@ class SimulationProcess:
         with suppress(OSError, ValueError):
             self._control.send(command)
 
-    def _receive(self, timeout_s: float) -> Answer:
+    def _receive(self, timeout_s: float | None) -> Answer:
+        """:param timeout_s: None: as long as the process lives."""
         try:
             if not self._control.poll(timeout_s):
                 raise SimulationError(f"the world did not answer within {timeout_s} s")

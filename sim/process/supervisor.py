@@ -1,4 +1,4 @@
-"""A world that survives its process: if that dies, another one resumes from the snapshot."""
+"""A simulated world whose process is replaced when it crashes; the new process resumes from the last snapshot."""
 
 import logging
 from collections import deque
@@ -18,9 +18,9 @@ from sim.process.process import SimulationProcess
 from sim.process.snapshot_file import SnapshotSettings
 from sim.truth import Truth
 
-MAX_DEATHS = 5
-WITHIN_S = 120.0
-"""A world whose process dies more often than `MAX_DEATHS` in this wall-clock time is given up."""
+MAX_CRASHES = 5
+CRASH_WINDOW_S = 120.0
+"""If the process crashes more often than `MAX_CRASHES` in this wall-clock time, it is not replaced again."""
 
 logger = logging.getLogger(__name__)
 
@@ -28,10 +28,10 @@ StartProcess = Callable[[SnapshotSettings], SimulationProcess]
 
 
 class SupervisedWorld:
-    """Implements `robots.link.Link` and `robots.clock.Clock` over one process after the other.
+    """Implements `robots.link.Link` and `robots.clock.Clock` on top of the present simulation process.
 
-    `receive` notices that the process is gone and starts the next one; messages under way are lost. Meanwhile the clock
-    stands still; it never goes back.
+    `receive` detects that the process has ended and starts the next one; messages in transit are lost. Until then the
+    clock stands still; it never goes back.
     """
 
     def __init__(
@@ -43,36 +43,46 @@ class SupervisedWorld:
         self.run = self._process.run
         self.not_resumed_because = self._process.not_resumed_because
         self._resume = replace(snapshots, run=self.run, any_run=False, start_new=False, resume_only=True)
-        self._deaths_at_s: deque[float] = deque(maxlen=MAX_DEATHS)
+        self._crashes_at_s: deque[float] = deque(maxlen=MAX_CRASHES)
         self._lock = Lock()
         self._paused = False
         self._stopped = False
 
     @classmethod
     def start(
-        cls, world: WorldFile, snapshots: SnapshotSettings, *, seed: int, speed: float, jitter_m: float
+        cls,
+        world: WorldFile,
+        snapshots: SnapshotSettings,
+        *,
+        seed: int,
+        speed: float,
+        jitter_m: float,
+        tell: Callable[[str], None] = logger.info,
     ) -> Self:
-        """:raises SimulationError: if it cannot be built; the message says why."""
+        """
+        :param tell: called with a message when the start takes long, such as while functions are compiled.
+        :raises SimulationError: if the world cannot be built; the message says why.
+        """
 
         def start_process(settings: SnapshotSettings) -> SimulationProcess:
             return SimulationProcess.start(
-                world, seed=seed, speed=speed, jitter_m=jitter_m, snapshots=settings
+                world, seed=seed, speed=speed, jitter_m=jitter_m, snapshots=settings, tell=tell
             )
 
         return cls(start_process, snapshots)
 
     @property
     def pid(self) -> int | None:
-        """The present process."""
+        """Id of the present process."""
         return self._process.pid
 
     def now_s(self) -> float:
         return self._process.now_s()
 
     def truth(self) -> Truth:
-        """The world as it is; never for an agent or the planner.
+        """The true state of the world; not for robots' agents or the planner.
 
-        :raises SimulationError: if no process runs just now.
+        :raises SimulationError: if no process is running.
         """
         return self._process.truth()
 
@@ -83,7 +93,7 @@ class SupervisedWorld:
             self._process.pause(paused)
 
     def send(self, message: Message) -> None:
-        """A message to a process that is gone is lost: its sender repeats it."""
+        """Send a message; if the process has ended it is lost, and the sender has to repeat it."""
         with suppress(LinkClosed):
             self._process.link.send(message)
 
@@ -97,10 +107,10 @@ class SupervisedWorld:
             return ()
 
     def close(self) -> None:
-        """Nothing to release: the link is the process's, which `stop` ends."""
+        """Does nothing: the link is closed with the process, by `stop`."""
 
     def stop(self) -> None:
-        """End the process in order, and wait for its end; safe to call again."""
+        """Shut the process down and wait for its end; may be called again."""
         with self._lock:
             self._stopped = True
             self._process.stop()
@@ -118,7 +128,7 @@ class SupervisedWorld:
             if self._process is not gone:
                 return
             gone.stop()
-            self._count_death()
+            self._count_crash()
             try:
                 process = self._start_process(self._resume)
                 process.pause(self._paused)
@@ -126,12 +136,15 @@ class SupervisedWorld:
                 logger.error("the world cannot be resumed: %s", error)
                 raise LinkClosed(f"the world cannot be resumed: {error}") from error
             self._process = process
-            logger.warning("the world's process died; process %s resumes from its snapshot", process.pid)
+            logger.warning(
+                "simulation process ended unexpectedly; process %s resumes the world from its snapshot",
+                process.pid,
+            )
 
-    def _count_death(self) -> None:
+    def _count_crash(self) -> None:
         now_s = self._wall_clock.now_s()
-        if len(self._deaths_at_s) == MAX_DEATHS and now_s - self._deaths_at_s[0] < WITHIN_S:
-            reason = f"the world's process died {MAX_DEATHS + 1} times in {WITHIN_S:.0f} s"
-            logger.error("%s: the world is given up", reason)
+        if len(self._crashes_at_s) == MAX_CRASHES and now_s - self._crashes_at_s[0] < CRASH_WINDOW_S:
+            reason = f"the simulation process crashed {MAX_CRASHES + 1} times within {CRASH_WINDOW_S:.0f} s"
+            logger.error("%s; it is not started again", reason)
             raise LinkClosed(reason)
-        self._deaths_at_s.append(now_s)
+        self._crashes_at_s.append(now_s)

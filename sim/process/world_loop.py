@@ -9,11 +9,23 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from robots.clock import Clock
+from robots.kernels import compiled_once
 from robots.link import LinkClosed, PipeLink
 from robots.world import WorldFile
 from sim.clock import WallClock
 from sim.error import SimulationError
-from sim.process.control import Answer, AskTruth, Command, Done, Failed, Pause, Ready, SharedNumber, Stop
+from sim.process.control import (
+    Answer,
+    AskTruth,
+    Command,
+    Done,
+    Failed,
+    Pause,
+    Ready,
+    SharedNumber,
+    Starting,
+    Stop,
+)
 from sim.process.pacing import Pacer
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
 from sim.world.hub import Hub
@@ -52,7 +64,9 @@ def run(order: WorldOrder, channels: Channels) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     try:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError, LinkClosed):
-            WorldLoop(order, channels, WallClock()).run()
+            with compiled_once("simulation", lambda doing: channels.control.send(Starting(doing))):
+                loop = WorldLoop(order, channels, WallClock())
+            loop.run()
     except SimulationError as error:
         with contextlib.suppress(OSError):
             channels.control.send(Failed(str(error)))

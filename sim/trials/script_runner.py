@@ -1,4 +1,4 @@
-"""Gives scripts to simulated robots without a service, and collects, confirms and clears their reports."""
+"""Sends scripts to simulated robots without a service, collects and confirms their reports, and sends clearances."""
 
 from collections.abc import Callable, Sequence
 from typing import Self
@@ -25,7 +25,7 @@ from sim.world.simulation import AgentFactory, Simulation
 
 
 class ScriptRunner:
-    """Speaks with the robots as a service would over a link that never fails; stores and recovers nothing.
+    """Stands in for the service towards the robots: stores nothing, repeats nothing and recovers nothing.
 
     `reports` are the packets' reports in the order of arrival; `ended` and `refused` are by the script's id.
     """
@@ -103,18 +103,18 @@ class ScriptRunner:
                 self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
                 if message.id not in self._seen:
                     self._seen.add(message.id)
-                    self._note(body)
+                    self._record(body)
 
-    def _note(self, report: PacketReport | ScriptReport) -> None:
+    def _record(self, report: PacketReport | ScriptReport) -> None:
         if isinstance(report, ScriptReport):
             self.ended[report.script_id] = report
             return
         self.reports.append(report)
         if report.state is PacketState.FINISHED:
             self._finished.add((report.script_id, report.packet_id))
-            self._clear(report.packet_id)
+            self._send_clearances(report.packet_id)
 
-    def _clear(self, packet_id: str) -> None:
+    def _send_clearances(self, packet_id: str) -> None:
         """Clear the packets that wait for this one, once every robot that executes it has finished it."""
         joint = [
             script for script in self.scripts if any(packet.id == packet_id for packet in script.packets)

@@ -9,8 +9,8 @@ import numpy as np
 from robots.physical.body import RADIUS_M, Pose
 from robots.world import RobotSpec, WorldFile
 from robots.world.walls import Panel, clearance_m
-from sim.physics.scene import Placed, Rock
-from sim.snapshot import WorldSnapshot
+from sim.physics.scene import Placed
+from sim.snapshot import Rock, WorldSnapshot
 
 WALL_CLEARANCE_M = RADIUS_M + 0.2  # room to turn with the jaws ahead
 BODY_CLEARANCE_M = 2 * RADIUS_M + 0.2
@@ -46,7 +46,7 @@ class Placement:
         """Read from a snapshot."""
         lying = {one.name: snapshot.samples[one.name] for one in world.samples}
         return cls(
-            rocks=tuple(Rock(rock.point, rock.radius_m) for rock in snapshot.rocks),
+            rocks=snapshot.rocks,
             rovers={spec.name: snapshot.rovers[spec.name] for spec in world.robots},
             samples={
                 one.name: Placed(lying[one.name].point, one.length_m, lying[one.name].heading_rad)
@@ -87,7 +87,7 @@ class StartPoses:
         return start
 
     def _is_clear(self, spec: RobotSpec, point: tuple[float, float], others: Sequence[Pose]) -> bool:
-        lying = self.world.lying
+        lying = self.world.initial_places
         reach = [
             (self.world.location(lying[one.name]).at, SAMPLE_CLEARANCE_M + one.length_m / 2)
             for one in self.world.samples
@@ -123,7 +123,7 @@ def placed_samples(world: WorldFile, rng: np.random.Generator) -> dict[str, Plac
     """The samples at their locations, within about a centimetre; long ones lie across the first approach direction."""
     placed = {}
     for sample in world.samples:
-        place = world.location(world.lying[sample.name])
+        place = world.location(world.initial_places[sample.name])
         noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
         point = (place.at[0] + float(noise[0]), place.at[1] + float(noise[1]))
         across_rad = radians(place.approach_deg[0] + 90) if sample.length_m else 0.0

@@ -22,7 +22,7 @@ from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
 from sim.physics.jaws import Jaws
 from sim.physics.scene import Scene
 from sim.physics.sensors import InfraRed, Whiskers
-from sim.snapshot import RockState, SampleState, StreamState, WorldSnapshot, digest_of
+from sim.snapshot import SampleState, StreamState, WorldSnapshot, digest_of
 from sim.truth import SampleTruth, Truth, place_at
 from sim.world.hub import Hub
 from sim.world.placement import Placement
@@ -142,9 +142,7 @@ class Simulation:
                 )
                 for one in self.world.samples
             },
-            rocks=tuple(
-                RockState(point=rock.point, radius_m=rock.radius_m) for rock in self._placement.rocks
-            ),
+            rocks=self._placement.rocks,
             jaws=self._jaws.snapshot(),
             bodies={name: body.state() for name, body in self.bodies.items()},
             streams={name: StreamState.of(rng) for name, rng in self._rngs.items()},

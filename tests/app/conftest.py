@@ -1,5 +1,6 @@
 """A whole service on a fake team of robots: real database, workflows, planner and API."""
 
+import shutil
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -16,10 +17,29 @@ from app.store.migrate import migrate
 from robots.world import WorldFile, load_world
 from tests.app.declared import declared_errors
 from tests.app.fake_robots import FakeTeam
+from tests.databases import SQLITE
 from tests.waiting import in_state, until
 
 TOKEN = "a-token-for-the-tests"
 PATIENCE_S = 0.6
+
+
+@pytest.fixture(scope="session")
+def migrated_record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An SQLite file with all tables and no rows, to be copied: most tests are not about migrations."""
+    file = tmp_path_factory.mktemp("record") / "macta.sqlite"
+    database = Database(f"sqlite:///{file}")
+    migrate(database)
+    database.close()
+    return file
+
+
+@pytest.fixture
+def database_url(database_url: str, migrated_record: Path) -> str:
+    """An empty record; on SQLite it has its tables."""
+    if database_url.startswith(SQLITE):
+        shutil.copyfile(migrated_record, database_url.removeprefix("sqlite:///"))
+    return database_url
 
 
 @pytest.fixture

@@ -39,7 +39,9 @@ from robots.wire import (
     TraceReport,
     TuningReport,
 )
+from robots.world import load_world
 
+STORE = load_world("sample_store")
 TICK_S = 0.5
 SAID_AGAIN_S = 0.5
 """Wall-clock seconds without a receipt after which a patient team says a report again."""
@@ -129,10 +131,11 @@ class FakeTeam:
         self, name: str, *, battery: float, charging: bool = False, driven_by: str | None = None
     ) -> None:
         """A robot's telemetry arrives."""
+        x_m, y_m = self._point(name)
         told = Telemetry(
             at_s=self.clock.now_s(),
-            x_m=0.0,
-            y_m=0.0,
+            x_m=x_m,
+            y_m=y_m,
             heading_rad=0.0,
             battery=battery,
             charging=charging,
@@ -140,8 +143,16 @@ class FakeTeam:
         )
         self._far.send(self._message(name, Performative.INFORM, told))
 
+    def _point(self, name: str) -> tuple[float, float]:
+        """The place where the robot is, in the sample store; where it starts if it is at none."""
+        robot = self.robots.get(name)
+        if robot is not None and robot.at is not None:
+            return STORE.location(robot.at[1]).at
+        return STORE.robot(name).start[:2]
+
     def report(self, name: str, body: Body) -> str:
-        """A robot's report arrives; answers its id."""
+        """A robot's report arrives, not before it was made: time goes on until then. Answers its id."""
+        self.clock.advance(max(0.0, getattr(body, "at_s", 0.0) - self.clock.now_s()))
         message = self._message(name, Performative.INFORM, body)
         self._say(message)
         return message.id

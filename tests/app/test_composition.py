@@ -1,8 +1,10 @@
 """The service as a whole: how it begins and ends."""
 
+from concurrent.futures import Future
 from pathlib import Path
 
 import pytest
+from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
@@ -10,6 +12,9 @@ from app.settings import Settings, lock_folder
 from robots.world import load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
+from tests.app.sample_store import Store
+from tests.app.scripted import ScriptedWorker
+from tests.waiting import in_state
 
 
 def test_a_start_that_is_interrupted_leaves_nothing_open(
@@ -28,3 +33,39 @@ def test_a_start_that_is_interrupted_leaves_nothing_open(
     with pytest.raises(KeyboardInterrupt), service:
         pass
     lock_folder(tmp_path).close()
+
+
+class SlowWorker(ScriptedWorker):
+    """Is warm once the test says so."""
+
+    def __init__(self, store: Store) -> None:
+        super().__init__(store.store_sample_1())
+        self.ready: Future[bool] = Future()
+        self.doing = "compiling the planner"
+
+    def warm_up(self) -> Future[bool]:
+        return self.ready
+
+
+def test_missions_are_paused_and_cancelled_while_the_planner_warms_up(tmp_path: Path, team: FakeTeam) -> None:
+    store = Store()
+    team.faults.stuck.add("yard_1")
+    worker = SlowWorker(store)
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=None)
+    world = RunningWorld(file=store.world, link=team.link, clock=team.clock, rate=None, run=team.run)
+    with (
+        Service(settings, [world], worker=worker) as service,
+        TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api,
+    ):
+        assert api.get("/healthz").status_code == 200
+        starting = api.get("/readyz")
+        assert (starting.status_code, starting.json()["type"]) == (503, "urn:macta:problem:starting")
+        assert "compiling the planner" in starting.json()["detail"]
+        goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
+        committed = in_state(api, f"/v1/goals/{goal['id']}", "committed")
+        mission = f"/v1/missions/{committed['mission_id']}"
+        assert api.post(f"{mission}:pause").status_code == 202
+        assert api.post(f"{mission}:cancel").status_code == 202
+        assert not service.planner_ready.done()
+        worker.ready.set_result(True)
+        assert api.get("/readyz").json() == {"status": "ready"}

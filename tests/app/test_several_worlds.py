@@ -76,7 +76,7 @@ def test_each_fleet_gets_the_scripts_of_its_own_world(
         assert told[world.file.name] <= {robot.name for robot in world.file.robots}
 
 
-def test_worlds_are_told_in_the_order_they_were_asked_for(
+def test_worlds_are_listed_in_the_order_they_were_asked_for(
     tmp_path: Path, worlds: list[RunningWorld], worker: PlanningWorker
 ) -> None:
     assert sorted(GOALS) != list(GOALS)

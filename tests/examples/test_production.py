@@ -9,7 +9,12 @@ import yaml
 from app.settings import Settings
 from examples.production import COMPOSE, Incomplete, filled, parts_of
 
-SECRETS = {"MACTA_TOKEN": "a-token-for-the-tests", "MACTA_DATABASE_PASSWORD": "open-sesame"}
+SECRETS = {
+    "MACTA_TOKEN": "a-token-for-the-tests",
+    "MACTA_DATABASE_PASSWORD": "open-sesame",
+    "MACTA_SERVICE_PASSWORD": "swordfish",
+    "MACTA_FLEET_PASSWORD": "trout",
+}
 COMPOSED: dict[str, Any] = yaml.safe_load(COMPOSE.read_text())
 
 
@@ -72,6 +77,10 @@ def test_our_services_are_set_with_settings_that_there_are() -> None:
     assert parts["api"].environment["MACTA_PLANNING_PROCESSES"] == "0"
     assert "MACTA_TOKEN" not in parts["worker"].environment
     assert "MACTA_DATABASE_URL" not in parts["fleet"].environment
+    users = {name: part.environment["MACTA_BROKER_USERNAME"] for name, part in parts.items()}
+    assert users == {"api": "service", "worker": "service", "fleet": "fleet"}
+    secrets = {name: part.environment["MACTA_BROKER_PASSWORD"] for name, part in parts.items()}
+    assert secrets == {"api": "swordfish", "worker": "swordfish", "fleet": "trout"}
     assert "open-sesame@database:5432/macta" in parts["api"].environment["MACTA_DATABASE_URL"]
 
 

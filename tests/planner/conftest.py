@@ -1,6 +1,7 @@
 import pytest
 
-from planner import FastDownwardEngine, KnowledgeBase, load_knowledge_base
+from planner import KnowledgeBase, load_knowledge_base
+from planner.engines.fast_downward import FastDownwardEngine
 
 
 @pytest.fixture(scope="session")

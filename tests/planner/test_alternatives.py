@@ -7,7 +7,6 @@ import pytest
 from planner import (
     UNOBSERVED,
     Fact,
-    FastDownwardEngine,
     Keeping,
     KnowledgeBase,
     Observer,
@@ -22,6 +21,7 @@ from planner import (
     faults_of,
 )
 from planner.alternatives import activities, alternatives
+from planner.engines.fast_downward import FastDownwardEngine
 from tests.planner.store import inside, store_problem
 
 REQUEST = PlanningRequest(time_limit_s=60)

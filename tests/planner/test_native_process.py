@@ -11,7 +11,7 @@ LONG = 60.0
 
 
 def within(seconds: float, memory_mb: int = 2048) -> Limits:
-    return Limits(deadline=time.monotonic() + seconds, memory_mb=memory_mb)
+    return Limits(seconds, memory_mb=memory_mb)
 
 
 def python(script: str) -> list[str]:

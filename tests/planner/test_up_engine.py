@@ -9,7 +9,8 @@ from unified_planning.plans import PlanKind
 from unified_planning.shortcuts import AnytimePlanner, OneshotPlanner, PlanValidator
 from unified_planning.test.examples import get_example_problems
 
-from planner import FastDownwardEngine, register_with_unified_planning
+from planner import register_with_unified_planning
+from planner.engines.fast_downward import FastDownwardEngine
 from planner.up_engine import MactaEngine
 
 EXAMPLES = {

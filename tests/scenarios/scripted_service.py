@@ -12,9 +12,9 @@ from pathlib import Path
 
 from app.composition import RunningWorld, Service
 from app.domain.lifecycles.goal import GoalState
-from app.missions.world_start import recorded_run
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
+from app.store.recorded_run import recorded_run
 from sim import SnapshotSettings, SupervisedWorld
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
@@ -25,8 +25,10 @@ SPEED = 15.0
 
 def main(data: Path) -> None:
     store = Store()
+    data.mkdir(mode=0o700, exist_ok=True)  # as the command does when it reads its settings
     settings = Settings(data=data, token="a-token-for-the-storm", database_url=None)
-    snapshots = SnapshotSettings(folder=data / "worlds", run=recorded_run(settings, store.world.name))
+    run = recorded_run(settings.resolved_database_url(), store.world.name)
+    snapshots = SnapshotSettings(folder=data / "worlds", run=run)
     with SupervisedWorld.start(store.world, snapshots, seed=1, speed=SPEED, jitter_m=0.0) as simulation:
         simulation.pause()
         world = RunningWorld(
@@ -35,7 +37,7 @@ def main(data: Path) -> None:
             clock=simulation,
             rate=SPEED,
             run=simulation.run,
-            let_go=lambda: simulation.pause(False),
+            resume=lambda: simulation.pause(False),
         )
         with Service(settings, [world], worker=ScriptedWorker(store.store_sample_1())) as service:
             request = GoalRequest(world=store.world.name, text=GOAL, auto_approve=True)

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,8 @@ import httpx2
 START_S = 600.0
 END_S = 15.0
 
+Process = subprocess.Popen[str]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Served:
@@ -24,7 +26,7 @@ class Served:
 
     address: str
     token: str
-    process: subprocess.Popen[str]
+    process: Process
 
     @property
     def console(self) -> str:
@@ -42,13 +44,15 @@ def macta_serve(data: Path, *options: str, **variables: str) -> Iterator[Served]
 
     :param variables: of its environment, without `MACTA_`.
     """
-    with _macta("serve", "--port", "0", "--data", str(data), *options, **variables) as process:
-        found = _said(process, r"Macta is ready: (http://\S+)/\?token=(\S+)")
-        yield Served(address=found[1], token=found[2], process=process)
+    given = ("serve", "--port", "0", "--data", str(data), *options)
+    with _macta(*given, **variables) as process:
+        found = _said(process, r"Macta is ready: (http://\S+)/(?:\?token=(\S+))?")
+        assert (found[2] is None) == ("token" in variables), "only a token that was made is printed"
+        yield Served(address=found[1], token=found[2] or variables["token"], process=process)
 
 
 @contextmanager
-def macta_fleet(data: Path, *options: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
+def macta_fleet(data: Path, *options: str, **variables: str) -> Iterator[Process]:
     """Run `macta fleet` for the length of the block."""
     with _macta("fleet", "--data", str(data), *options, **variables) as process:
         _said(process, r"The fleet of \w+ is ready: .*")
@@ -56,29 +60,38 @@ def macta_fleet(data: Path, *options: str, **variables: str) -> Iterator[subproc
 
 
 @contextmanager
-def _macta(*arguments: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
-    """A command as a process of its own; ended by SIGTERM after the block."""
-    process = subprocess.Popen(
+def _macta(*arguments: str, **variables: str) -> Iterator[Process]:
+    """A command as a process of its own. By SIGTERM after the block it must end in order, if nothing else ended it."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("MACTA_")}
+    environment |= {f"MACTA_{name.upper()}": value for name, value in variables.items()}
+    process = command(arguments, environment)
+    try:
+        yield process
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(timeout=END_S) == 0
+            _, complaints = process.communicate()
+            assert "Traceback" not in complaints, complaints
+    finally:
+        process.kill()
+        process.wait()
+        for stream in (process.stdout, process.stderr):
+            assert stream is not None
+            stream.close()
+
+
+def command(arguments: Sequence[str], environment: Mapping[str, str]) -> subprocess.Popen[str]:
+    """A `macta` command as it is started from a shell."""
+    return subprocess.Popen(
         [sys.executable, "-c", "from app.cli import main; main()", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={k: v for k, v in os.environ.items() if not k.startswith("MACTA_")}
-        | {f"MACTA_{name.upper()}": value for name, value in variables.items()},
+        env=environment,
     )
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
-            process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(timeout=END_S)
-        finally:
-            process.kill()
-            process.communicate()
 
 
-def _said(process: subprocess.Popen[str], expected: str) -> re.Match[str]:
+def _said(process: Process, expected: str) -> re.Match[str]:
     """What the process says once it is ready."""
     assert process.stdout is not None
     late = threading.Timer(START_S, process.kill)

@@ -127,7 +127,7 @@ def told_by(api: Running) -> str:
 
 
 def address_of(api: Running) -> str:
-    found = re.search(r"http://\S+(?=/\?token)", api.said)
+    found = re.search(r"http://[^/\s]+", api.said)
     assert found is not None, api.said
     return found[0]
 

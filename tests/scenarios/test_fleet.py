@@ -1,4 +1,4 @@
-"""Production: the service, the fleet that drives the world, and the broker between them, each a process of its own."""
+"""Production: the service, the fleet that drives the world, and the broker between them."""
 
 import signal
 import time
@@ -6,18 +6,25 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx2
 import pytest
+from fastapi.testclient import TestClient
 
+from app.planning.pool.pool import PlanningWorker
+from robots.link.mqtt import Broker, FleetLink
+from robots.world import load_world
+from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
+from sim.snapshot import digest_of
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Simulation
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family, process_of_the_world
-from tests.scenarios.serving import macta_fleet, macta_serve
+from tests.scenarios.services import AUTHORISED, over_broker
+from tests.scenarios.serving import macta_fleet
 from tests.waiting import awaited, in_state, read_until
 
-pytestmark = [needs_mosquitto, pytest.mark.timeout(600)]
-GIVE_UP_S = 200.0
-SPEED = ("--speed", "4")
+pytestmark = needs_mosquitto
+WORLD = "sample_store"
 
 
 @pytest.fixture
@@ -26,11 +33,20 @@ def broker(tmp_path: Path) -> Iterator[Mosquitto]:
         yield broker
 
 
-def connections(api: httpx2.Client) -> set[str]:
+@pytest.fixture
+def api(tmp_path: Path, worker: PlanningWorker, broker: Mosquitto) -> Iterator[TestClient]:
+    with (
+        over_broker(tmp_path / "service", worker, broker.url) as service,
+        TestClient(service.api, headers=AUTHORISED) as api,
+    ):
+        yield api
+
+
+def connections(api: TestClient) -> set[str]:
     return {robot["connection"] for robot in api.get("/v1/robots").json()["items"]}
 
 
-def started(api: httpx2.Client, text: str) -> str:
+def started(api: TestClient, text: str) -> str:
     """The path of a mission that is under way."""
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).json()
     committed = read_until(api, f"/v1/goals/{goal['id']}", lambda g: g["mission_id"] is not None)
@@ -39,44 +55,69 @@ def started(api: httpx2.Client, text: str) -> str:
     return mission
 
 
-def ended(api: httpx2.Client, mission: str) -> dict[str, Any]:
-    over = ("completed", "partially_completed", "failed", "cancelled")
-    return in_state(api, mission, *over, within_s=GIVE_UP_S)
+def ended(api: TestClient, mission: str) -> dict[str, Any]:
+    return in_state(api, mission, "completed", "partially_completed", "failed", "cancelled")
 
 
-def place_of(api: httpx2.Client, sample: str) -> str:
-    facts = api.get("/v1/worlds/sample_store/facts").json()["items"]
+def place_of(api: TestClient, sample: str) -> str:
+    facts = api.get(f"/v1/worlds/{WORLD}/facts").json()["items"]
     (place,) = (f["args"][1] for f in facts if f["predicate"] == "in" and f["args"][0] == sample)
     return str(place)
 
 
-def test_a_mission_outlives_broker_and_world_its_fleet_ends_in_order_and_may_begin_afresh(
-    tmp_path: Path, broker: Mosquitto
+def test_a_mission_outlives_broker_and_world_and_its_fleet_ends_in_order(
+    api: TestClient, broker: Mosquitto, tmp_path: Path
 ) -> None:
     kept = tmp_path / "fleet"
-    with (
-        macta_serve(tmp_path / "serve", broker_url=broker.url) as served,
-        served.client() as api,
-    ):
-        assert connections(api) == {"offline"}
-        with macta_fleet(kept, "--broker", broker.url, *SPEED) as fleet:
-            awaited(lambda: connections(api), {"online"}.__eq__, GIVE_UP_S)
-            mission = started(api, "move sample_1 to bay_7")
-            broker.kill()
-            time.sleep(1.0)
-            broker.start()
-            kill_family(process_of_the_world(fleet.pid, kept))
-            assert ended(api, mission)["state"] == "completed"
-            assert place_of(api, "sample_1") == "bay_7"
+    assert connections(api) == {"offline"}
+    with macta_fleet(kept, "--broker", broker.url, "--speed", "10") as fleet:
+        awaited(lambda: connections(api), {"online"}.__eq__)
+        mission = started(api, "move sample_1 to bay_7")
+        broker.kill()
+        time.sleep(0.5)
+        broker.start()
+        kill_family(process_of_the_world(fleet.pid, kept))
+        assert ended(api, mission)["state"] == "completed"
+        assert place_of(api, "sample_1") == "bay_7"
 
-            fleet.send_signal(signal.SIGTERM)
-            assert fleet.wait(timeout=60) == 0
-            awaited(lambda: connections(api), {"offline"}.__eq__, GIVE_UP_S)
-            assert snapshot_truth(kept).samples["sample_1"].ref == "bay_7"
+        fleet.send_signal(signal.SIGTERM)
+        assert fleet.wait(timeout=60) == 0
+        awaited(lambda: connections(api), {"offline"}.__eq__)
+        assert snapshot_truth(kept).samples["sample_1"].ref == "bay_7"
 
-        with macta_fleet(kept, "--broker", broker.url, "--afresh", *SPEED) as fleet:
-            awaited(lambda: place_of(api, "sample_1"), "door_1".__eq__, GIVE_UP_S)
-            awaited(lambda: connections(api), {"online"}.__eq__, GIVE_UP_S)
-            fleet.kill()
-            awaited(lambda: connections(api), {"connection_broken"}.__eq__, GIVE_UP_S)
-        assert api.get("/readyz").status_code == 200
+
+def keep_a_world(folder: Path) -> str:
+    """A snapshot of the world at its start, as a fleet keeps it; its run."""
+    world = load_world(WORLD)
+    simulation = Simulation(world, make_agent=behavioural_agent, seed=1, jitter_m=0.0)
+    with SnapshotFile(SnapshotSettings(folder=folder / "worlds").path_of(world)) as file:
+        file.write(simulation.snapshot())
+    simulation.close()
+    return simulation.run
+
+
+def correct(api: TestClient) -> None:
+    """Something becomes known that the world file does not say."""
+    body = {"facts": [{"predicate": "in", "args": ["sample_1", "bay_12"]}]}
+    assert api.put(f"/v1/worlds/{WORLD}/facts", json=body).status_code == 200
+
+
+def test_a_fleet_may_start_a_new_run_and_is_broken_when_it_was_killed(
+    api: TestClient, broker: Mosquitto, tmp_path: Path
+) -> None:
+    kept, world = tmp_path / "fleet", load_world(WORLD)
+    names = [robot.name for robot in world.robots]
+    before = FleetLink(WORLD, names, Broker.at(broker.url), run=keep_a_world(kept), digest=digest_of(world))
+    before.start()
+    awaited(lambda: connections(api), {"online"}.__eq__)
+    correct(api)
+    before.close()
+    awaited(lambda: connections(api), {"offline"}.__eq__)
+    assert place_of(api, "sample_1") == "bay_12"
+
+    with macta_fleet(kept, "--broker", broker.url, "--afresh") as fleet:
+        awaited(lambda: place_of(api, "sample_1"), "door_1".__eq__)
+        awaited(lambda: connections(api), {"online"}.__eq__)
+        fleet.kill()
+        awaited(lambda: connections(api), {"connection_broken"}.__eq__)
+    assert api.get("/readyz").status_code == 200

@@ -16,8 +16,8 @@ from app.trials.checks import RecordedReports, executed_twice
 from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family
 
-KILLS = 4
-GIVE_UP_S = 280.0
+KILLS = 3
+GIVE_UP_S = 60.0
 MOST_S = 12.0
 """The mission takes some 50 s of the world's time."""
 
@@ -26,19 +26,18 @@ class Lives:
     """One process after the other on one data folder, and every line that they said."""
 
     def __init__(self, folder: Path) -> None:
-        self.data, self._err = folder / "data", folder / "err"
+        self._data = folder / "data"
         self.said: list[dict[str, Any]] = []
+        self.complaints = ""
 
     def live(self, *, world_s: float, world_alone: bool = False) -> None:
         """A life that is ended when its world's time has gone on by so much, or when all is done.
 
         :param world_alone: the world's process is killed first, half-way.
         """
-        command = [sys.executable, "-m", "tests.scenarios.scripted_service", str(self.data)]
-        with self._err.open("ab") as err:
-            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=err)
-        assert process.stdout is not None
+        process = self._start()
         began, give_up = None, time.monotonic() + GIVE_UP_S
+        assert process.stdout is not None
         for line in process.stdout:
             assert time.monotonic() < give_up, self.complaints
             self.said.append(now := json.loads(line))
@@ -49,24 +48,35 @@ class Lives:
             if now["time_s"] - began >= world_s:
                 kill_family(process.pid)
                 break
-        process.stdout.close()
-        process.wait()
+        self._end(process)
 
-    @property
-    def complaints(self) -> str:
-        return self._err.read_text()
+    def die_early(self, wall_s: float) -> None:
+        """A life that is ended while it begins."""
+        process = self._start()
+        time.sleep(wall_s)
+        kill_family(process.pid)
+        self._end(process)
+
+    def _start(self) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "tests.scenarios.scripted_service", str(self._data)]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def _end(self, process: subprocess.Popen[str]) -> None:
+        _, complaints = process.communicate()
+        self.complaints += complaints
 
 
 def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
-    rng, lives = random.Random(7), Lives(tmp_path)
+    rng, lives, data = random.Random(7), Lives(tmp_path), tmp_path / "data"
     for life in range(KILLS):
         lives.live(world_s=rng.uniform(0.2, MOST_S), world_alone=life == KILLS // 2)
+        lives.die_early(rng.uniform(0.1, 2.0))
     lives.live(world_s=1000.0)
     last = lives.said[-1]
     assert last["outcome"] == "completed", (last, lives.complaints)
     assert {one["goal"] for one in lives.said} == {last["goal"]}
-    assert snapshot_truth(lives.data).samples["sample_1"].ref == "bay_7"
-    assert not executed_twice(RecordedReports.read(f"sqlite:///{lives.data}/macta.sqlite"))
+    assert snapshot_truth(data).samples["sample_1"].ref == "bay_7"
+    assert not executed_twice(RecordedReports.read(f"sqlite:///{data}/macta.sqlite"))
     times_s = [one["time_s"] for one in lives.said]
     assert times_s == sorted(times_s)
     assert len({one["world"] for one in lives.said}) == KILLS + 2

@@ -28,7 +28,7 @@ FLAGS = [
 PLAN_MS = 20_000
 MISSION_MS = 120_000
 PICTURES = os.environ.get("MACTA_PICTURES", "")
-SPEED = "1" if PICTURES else "6"
+SPEED = "1" if PICTURES else "8"
 
 
 @pytest.fixture

@@ -1,5 +1,5 @@
 """The production shape: two APIs, two workers and a fleet, on PostgreSQL and Mosquitto; any of them may die at any
-instant, the servers included. The broker is behind TLS and passwords.
+instant, the servers included. The broker is behind TLS, passwords and the access control list of the example.
 """
 
 import random
@@ -12,7 +12,7 @@ import pytest
 from app.trials.observer import EventFollower
 from examples.production import Shape
 from tests.cluster import Cluster, own_cluster
-from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
+from tests.mosquitto import ACL, Mosquitto, mosquitto, needs_mosquitto
 from tests.papers import make_papers, passwords
 from tests.scenarios.judge import judge, run_of
 from tests.scenarios.shape import TOKEN, Production
@@ -39,14 +39,14 @@ def cluster() -> Iterator[Cluster]:
 def papers(tmp_path: Path) -> Path:
     folder = tmp_path / "papers"
     folder.mkdir()
-    passwords(folder / "passwords", "macta", TOKEN)
+    passwords(folder / "passwords", service=TOKEN, fleet=TOKEN[::-1])
     return make_papers(folder)
 
 
 @pytest.fixture
 def broker(tmp_path: Path, papers: Path) -> Iterator[Mosquitto]:
     tls = [f"{kind}file {papers / name}" for kind, name in (("cert", "broker.pem"), ("key", "broker.key"))]
-    doors = ["allow_anonymous false", f"password_file {papers / 'passwords'}"]
+    doors = ["allow_anonymous false", f"password_file {papers / 'passwords'}", f"acl_file {ACL}"]
     with mosquitto(tmp_path / "broker", *tls, *doors) as broker:
         yield broker
 
@@ -61,11 +61,11 @@ def production(cluster: Cluster, broker: Mosquitto, papers: Path, tmp_path: Path
         "MACTA_DATABASE_PASSWORD": "unused",
         "MACTA_DATABASE_NAME": "postgres",
         "MACTA_BROKER_URL": broker.url.replace("mqtt://", "mqtts://"),
-        "MACTA_BROKER_USERNAME": "macta",
-        "MACTA_BROKER_PASSWORD": TOKEN,
+        "MACTA_SERVICE_PASSWORD": TOKEN,
+        "MACTA_FLEET_PASSWORD": TOKEN[::-1],
         "MACTA_BROKER_CA": str(papers / "ca.pem"),
         "MACTA_PLANNING_PROCESSES": "1",
-        "MACTA_SPEED": "6",
+        "MACTA_SPEED": "12",
     }
     production = Production(Shape(tmp_path, given), cluster, broker, tmp_path)
     with production.run():
@@ -92,4 +92,4 @@ def test_a_storm_over_every_process_loses_nothing_and_does_nothing_twice(
 
     judge(seen, data=tmp_path / "fleet-1", database_url=production.database_url)
     assert [goal["outcome"] for goal in seen.final] == ["completed"] * len(GOALS), seen.final
-    assert run_of(production.database_url) == run, "the world began afresh"
+    assert run_of(production.database_url) == run, "the world started a new run"

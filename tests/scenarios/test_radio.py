@@ -2,8 +2,6 @@
 
 import time
 from collections import defaultdict
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,20 +9,18 @@ from typing import Any
 import pytest
 
 from app.cli.ground_truth import snapshot_truth
-from app.composition import RunningWorld, Service
+from app.composition import Service
 from app.domain.lifecycles.mission import MissionState
 from app.planning.goal_service import GoalRequest
 from app.planning.pool.pool import PlanningWorker
-from app.settings import Settings
 from benchmarks.errands import with_sample
 from benchmarks.radio import Ended, IsWorst, carry_out, finishes, sends, with_link
-from robots.link.mqtt import Broker, ServiceLink
 from robots.world import LinkSpec, load_world
-from sim.snapshot import digest_of
 from sim.world.radio import Direction
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
+from tests.mosquitto import mosquitto, needs_mosquitto
+from tests.scenarios.services import over_broker
 from tests.scenarios.serving import macta_fleet
 from tests.waiting import awaited
 
@@ -112,7 +108,7 @@ def test_a_robot_that_misses_its_windows_is_asked_makes_the_mission_unknown_and_
         meanwhile=operator,
     )
     assert_well_ended(ended)
-    assert "no word from store_2: asking store_2" in operator.reasons, "before the expected time is over"
+    assert "no message from store_2: asking store_2" in operator.reasons, "before the expected time is over"
     assert "no answer from store_2" in operator.reasons
     # Whether it is seen running once more depends on when the operator looks: all reports may come at once.
     assert set(operator.states[operator.states.index("unknown") + 1 :]) <= {"running", "completed"}
@@ -155,21 +151,6 @@ class Words:
         return max(later - one for one, later in pairwise(self._heard_s[robot]))
 
 
-@contextmanager
-def over(broker: Mosquitto, worker: PlanningWorker, data: Path) -> Iterator[Service]:
-    """A service that reaches the robots of the world with the poor radio over a broker."""
-    world = load_world(POOR)
-    names = [robot.name for robot in world.robots]
-    link = ServiceLink(POOR, names, Broker.at(broker.url), digest=digest_of(world))
-    running = RunningWorld(file=world, link=link, clock=link.clock, run=None, fleet=link)
-    settings = Settings(data=data, token="a-token-for-the-tests", database_url=None)
-    try:
-        with Service(settings, [running], worker=worker) as service:
-            yield service
-    finally:
-        link.close()
-
-
 def planned(service: Service, text: str) -> str:
     goal = service.goals.submit(GoalRequest(world=POOR, text=text), actor="test")
     found = awaited(lambda: service.goals.get(goal.id), lambda found: found.plan_id, GIVE_UP_S)
@@ -185,7 +166,7 @@ def test_behind_a_broker_the_radio_is_as_poor_and_a_mission_comes_true_as_well(
     fleet = tmp_path / "fleet"
     with (
         mosquitto(tmp_path / "broker") as broker,
-        over(broker, worker, tmp_path / "service") as service,
+        over_broker(tmp_path / "service", worker, broker.url, world=POOR) as service,
         macta_fleet(fleet, "--world", POOR, "--broker", broker.url, "--speed", "20"),
     ):
         words = Words(service)

@@ -11,6 +11,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+SECRET = "what-only-the-relay-knows"
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 CAMERA = {
     "type": "ViewerCameraMessage",
@@ -58,7 +59,7 @@ class FakeBrowser:
 
 @contextmanager
 def browsing(port: int, page: str = "") -> Iterator[FakeBrowser]:
-    """A frame of `page` at the view's own port, open for the length of the block."""
-    address = f"ws://127.0.0.1:{port}/{page}"
+    """A frame of `page` at the view's own port, as the service relays it, open for the length of the block."""
+    address = f"ws://relay:{SECRET}@127.0.0.1:{port}/{page}"
     with connect(address, subprotocols=[PROTOCOL], compression=None, max_size=None, proxy=None) as socket:
         yield FakeBrowser(socket)

@@ -20,18 +20,15 @@ class FakeFeed:
     """Hands out what a test tells it."""
 
     def __init__(self) -> None:
-        self.known = WorldSnapshot()
+        self.latest = WorldSnapshot()
 
     def start(self) -> None:
         pass
 
-    def latest(self) -> WorldSnapshot:
-        return self.known
-
     def tell(self, time_s: float, x_m: float, heading_rad: float = 0.0) -> None:
         robots = {"fred": {"x_m": x_m, "y_m": 1.0, "heading_rad": heading_rad, "at_s": time_s}}
         telemetry = Telemetry.model_validate({"time_s": time_s, "robots": robots})
-        self.known = WorldSnapshot(version=self.known.version + 1, layout=LAYOUT, telemetry=telemetry)
+        self.latest = WorldSnapshot(layout=LAYOUT, telemetry=telemetry)
 
 
 class Followed:
@@ -84,7 +81,7 @@ def test_a_robot_that_was_set_elsewhere_does_not_glide_there(followed: Followed)
     assert followed.x_m(0.1) == 60.0
 
 
-def test_trails_are_as_long_as_they_may_be_and_begin_anew_with_the_world(followed: Followed) -> None:
+def test_trails_are_as_long_as_they_may_be_and_begin_again_with_the_world(followed: Followed) -> None:
     for step in range(3 * MAX_TRAIL_POINTS):
         followed.feed.tell(step, step / 4)
         followed.x_m(step)

@@ -83,18 +83,27 @@ def test_what_becomes_of_failures_can_be_set_while_the_mission_runs(page: Page, 
 
 def test_what_is_not_known_is_listed_with_what_was_believed_last(page: Page, service: FakeService) -> None:
     expect(page.get_by_test_id("unknown")).to_have_count(0)
-    last = {"predicate": "in", "args": ["sample_1", "door_1"], "source": "world file", "at_s": 0.0}
+    first = {"predicate": "in", "args": ["sample_1", "door_1"], "source": "world file", "at_s": 0.0}
+    last = {"predicate": "in", "args": ["sample_1", "bay_7"], "source": "operator ann", "at_s": 8.0}
     reason = "it is not where it was believed to be (report of yard_1)"
     service.unknown = [
-        {"name": "sample_1", "kind": "sample", "reason": reason, "since_s": 34.0, "last_believed": last}
+        {
+            "name": "sample_1",
+            "kind": "sample",
+            "reason": reason,
+            "since_s": 34.0,
+            "last_believed": last,
+            "earlier_believed": [first],
+        }
     ]
     service.publish("world.facts_changed", "sample_store")
     unknown = page.get_by_test_id("unknown")
     expect(unknown).to_contain_text("Not known (1)")
-    expect(unknown).to_contain_text("last believed in(sample_1, door_1), world file at 0.0 s")
+    expect(unknown).to_contain_text("last believed in(sample_1, bay_7), operator ann at 8.0 s")
+    expect(unknown).to_contain_text("before that in(sample_1, door_1), world file at 0.0 s")
 
 
-def test_silence_is_told_in_words_and_hatched_from_the_instant_it_began(
+def test_silence_is_stated_in_words_and_hatched_from_the_instant_it_began(
     page: Page, service: FakeService
 ) -> None:
     mission_id = under_way(page, service)

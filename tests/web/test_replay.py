@@ -89,7 +89,7 @@ def test_events_are_listed_in_step_with_the_cursor_and_lead_to_their_instant(pas
     expect(happened(past)).to_contain_text("20.0 s world: facts changed")
 
 
-def test_what_a_robot_told_then_stands_in_its_panel(past: Page, service: FakeService) -> None:
+def test_a_robots_recorded_telemetry_stands_in_its_panel(past: Page, service: FakeService) -> None:
     scrub(past, 5)
     past.locator(".robot-mark").click()  # the recording stands still
     expect(past.get_by_test_id("robot-panel")).to_contain_text("80 %")

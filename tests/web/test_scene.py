@@ -58,7 +58,7 @@ def test_a_sample_that_a_robot_says_it_holds_is_at_its_jaws_whatever_the_facts_s
     assert place(SamplePositions(LAYOUT), AT_DOOR, holding="sample_1") == pytest.approx((1.34, 1.0, LIFTED_M))
 
 
-def test_a_sample_just_let_go_stays_there_until_the_facts_change() -> None:
+def test_a_sample_just_released_stays_there_until_the_facts_change() -> None:
     places = SamplePositions(LAYOUT)
     place(places, AT_DOOR, holding="sample_1")
     assert place(places, AT_DOOR, x_m=0.2) == pytest.approx((1.34, 1.0, 0.0))

@@ -9,6 +9,7 @@ import viser
 
 from tests.waiting import until
 from tests.web.fake_api import TOKEN, add_console, create_app, free_port, served
+from tests.web.fake_browser import SECRET
 from tests.web.fake_service import FakeService
 from tests.web.page_controls import boxes, hide
 from web.scene import palette
@@ -106,8 +107,10 @@ def viewed() -> Iterator[tuple[FakeService, Viewer, str]]:
     app = create_app(service)
     add_console(app)
     with served(app, service) as address:
-        viewer = Viewer(api=address, token=TOKEN, port=free_port(), facts_every_s=0.1, retry_s=0.1)
-        service.view = f"http://127.0.0.1:{viewer.server.get_port()}"
+        viewer = Viewer(
+            api=address, token=TOKEN, port=free_port(), secret=SECRET, facts_every_s=0.1, retry_s=0.1
+        )
+        service.view = f"http://relay:{SECRET}@127.0.0.1:{viewer.server.get_port()}"
         thread = threading.Thread(target=viewer.run)
         thread.start()
         yield service, viewer, address
@@ -200,7 +203,7 @@ def _replayed(service: FakeService, view: str) -> tuple[str, float] | None:
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_software_rendering_is_told_beside_the_world_and_covers_none_of_it(
+def test_software_rendering_is_noted_beside_the_world_and_covers_none_of_it(
     page: Page, viewed: tuple[FakeService, Viewer, str], theme: str
 ) -> None:
     _, _, address = viewed

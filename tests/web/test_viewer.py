@@ -14,6 +14,8 @@ import httpx2
 import numpy as np
 import pytest
 import viser
+from fastapi import Request, Response
+from starlette.middleware.base import RequestResponseEndpoint
 from websockets.sync.client import ClientConnection, connect
 
 from app.cli.serve import Viewer as ViewerProcess
@@ -21,7 +23,7 @@ from tests.app.berthed_store import berthed_store
 from tests.ports import free_port
 from tests.waiting import until
 from tests.web.fake_api import TOKEN, create_app, served
-from tests.web.fake_browser import FakeBrowser, browsing
+from tests.web.fake_browser import SECRET, FakeBrowser, browsing
 from tests.web.fake_service import WORLD, FakeService
 from web.api_types import Layout, PageState
 from web.scene import Frame, PageScene, palette
@@ -47,7 +49,12 @@ def port(service: FakeService) -> int:
 @pytest.fixture
 def viewer(port: int) -> Iterator[Viewer]:
     viewer = Viewer(
-        api=f"http://127.0.0.1:{port}", token=TOKEN, port=free_port(), facts_every_s=0.05, retry_s=0.05
+        api=f"http://127.0.0.1:{port}",
+        token=TOKEN,
+        port=free_port(),
+        secret=SECRET,
+        facts_every_s=0.05,
+        retry_s=0.05,
     )
     thread = threading.Thread(target=viewer.run)
     thread.start()
@@ -278,7 +285,7 @@ def _floor(viewer: Viewer, page: str) -> tuple[int, ...] | None:
     return None if floor is None else tuple(floor.color)
 
 
-def test_what_is_clicked_on_is_told_to_the_page_of_that_frame(
+def test_what_is_clicked_on_is_sent_to_the_page_of_that_frame(
     viewer: Viewer, served_api: str, service: FakeService
 ) -> None:
     address = served_api.replace("http", "ws", 1)
@@ -372,10 +379,21 @@ def test_the_view_goes_on_after_the_service_was_away(
 
 def test_a_wrong_token_leaves_the_scene_empty(service: FakeService, port: int) -> None:
     feed = WorldFeed(api=f"http://127.0.0.1:{port}", token="wrong", world=WORLD, retry_s=0.05)
-    with served(create_app(service), service, port):
+    app = create_app(service)
+    answers: list[int] = []
+
+    @app.middleware("http")
+    async def note(request: Request, call_next: RequestResponseEndpoint) -> Response:
+        answer = await call_next(request)
+        answers.append(answer.status_code)
+        return answer
+
+    with served(app, service, port):
         feed.start()
-        assert feed.latest(after=0, timeout_s=0.5).layout is None
+        until(lambda: len(answers) >= 4)
         feed.stop()
+    assert set(answers) == {401}
+    assert feed.latest.layout is None
 
 
 def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, port: int) -> None:
@@ -384,12 +402,12 @@ def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, 
     with served(create_app(service), service, port) as api:
         view = subprocess.Popen(
             [*command, "--api", api],
-            env={**os.environ, "MACTA_TOKEN": TOKEN},
+            env={**os.environ, "MACTA_TOKEN": TOKEN, "MACTA_VIEWER_SECRET": SECRET},
             cwd=Path(__file__).parents[2],
             stdout=subprocess.DEVNULL,
         )
         try:
-            until(lambda: _answers(view_port))
+            until(lambda: _answers(_view_at(view_port)))
             view.send_signal(signal.SIGTERM)
             assert view.wait(10) == 0
         finally:
@@ -406,10 +424,21 @@ def test_the_process_starts_in_a_folder_that_holds_another_web_package(
     with served(create_app(service), service, port) as api:
         process.start(api=api, token=TOKEN)
         try:
-            until(lambda: process.address() is None or _answers(int(process.address().rpartition(":")[2])))
+            until(lambda: process.address() is None or _answers(process.address()))
             assert process.address() is not None, "the view has ended"
+            port_alone = f"http://127.0.0.1:{httpx2.URL(process.address()).port}/"
+            assert httpx2.get(port_alone, trust_env=False).status_code == 401
         finally:
             process.stop()
+
+
+def test_the_process_does_not_start_without_a_secret() -> None:
+    command = [sys.executable, "-m", "web.viewer", "--api", "http://127.0.0.1:1", "--port", "1"]
+    environment = {name: value for name, value in os.environ.items() if name != "MACTA_VIEWER_SECRET"}
+    ended = subprocess.run(
+        command, capture_output=True, cwd=PROJECT, timeout=60, check=False, env=environment
+    )
+    assert (ended.returncode, b"MACTA_VIEWER_SECRET" in ended.stderr) == (2, True)
 
 
 def starting_a_view(api: str, port: int, then: str) -> list[str]:
@@ -429,21 +458,27 @@ def test_the_process_ends_with_the_one_that_started_it(service: FakeService, por
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             cwd=PROJECT,
+            env={**os.environ, "MACTA_VIEWER_SECRET": SECRET},
         )
-        until(lambda: _answers(view_port))
+        until(lambda: _answers(_view_at(view_port)))
         parent.kill()
         parent.communicate()
-        until(lambda: not _answers(view_port))
+        until(lambda: not _answers(_view_at(view_port)))
 
 
 def test_the_process_ends_also_if_the_one_that_started_it_was_gone_before_it_was_up(port: int) -> None:
     command = starting_a_view(f"http://127.0.0.1:{port}", free_port(), "sys.exit()")
     # The view holds the pipe that is read to its end.
-    subprocess.run(command, capture_output=True, cwd=PROJECT, timeout=60, check=True)
+    environment = {**os.environ, "MACTA_VIEWER_SECRET": SECRET}
+    subprocess.run(command, capture_output=True, cwd=PROJECT, timeout=60, check=True, env=environment)
 
 
-def _answers(port: int) -> bool:
+def _view_at(port: int) -> str:
+    return f"http://relay:{SECRET}@127.0.0.1:{port}"
+
+
+def _answers(address: str) -> bool:
     try:
-        return httpx2.get(f"http://127.0.0.1:{port}/", trust_env=False).status_code == 200
+        return httpx2.get(f"{address}/", trust_env=False).status_code == 200
     except httpx2.TransportError:
         return False

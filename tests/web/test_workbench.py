@@ -90,7 +90,7 @@ def test_buttons_drive_while_they_are_held(page: Page, service: FakeService) -> 
     until(lambda: last_wish(service) == (-0.3, 0.0), "back at full speed")
     page.mouse.move(5, 5)
     page.mouse.up()
-    until(lambda: last_wish(service) == (0.0, 0.0), "let go, wherever")
+    until(lambda: last_wish(service) == (0.0, 0.0), "released, wherever")
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_whatever_takes_the_operator_away_lets_go(
     state = take(page, service)
     page.evaluate(does)
     expect(state).to_have_text(told)
-    until(lambda: service.released, "the robot is never let go of")
+    until(lambda: service.released, "the robot is never released")
     assert service.released == [("yard_1", service.set_points[0][1]["session"])]
     count = len(service.set_points)
     page.wait_for_timeout(600)
@@ -118,7 +118,7 @@ def test_whatever_takes_the_operator_away_lets_go(
     assert service.set_points[-1][1]["session"] != service.set_points[0][1]["session"]
 
 
-def test_why_a_robot_cannot_be_driven_is_told(page: Page, service: FakeService) -> None:
+def test_why_a_robot_cannot_be_driven_is_reported(page: Page, service: FakeService) -> None:
     state = take(page, service)
     service.undrivable["yard_1"] = "yard_1 is on mission mission-7"
     expect(state).to_have_text("Stopped: yard_1 is on mission mission-7.")
@@ -128,13 +128,13 @@ def test_why_a_robot_cannot_be_driven_is_told(page: Page, service: FakeService) 
 def test_a_robot_that_is_not_heard_is_said_to_stop_by_itself(page: Page, service: FakeService) -> None:
     state = take(page, service)
     service.last_heard_s = 2.4
-    expect(state).to_have_text("No word from yard_1 for 2.4 s: it stops by itself.")
+    expect(state).to_have_text("No message from yard_1 for 2.4 s: it stops by itself.")
 
 
 def test_leaving_the_part_lets_go(page: Page, service: FakeService) -> None:
     take(page, service)
     page.get_by_test_id("bench-robots").click()
-    until(lambda: service.released, "the robot is never let go of")
+    until(lambda: service.released, "the robot is never released")
 
 
 @pytest.mark.parametrize("width", [800, 1024])

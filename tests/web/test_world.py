@@ -87,7 +87,7 @@ def test_a_robot_on_the_map_keeps_the_focus_while_it_moves(page: Page, service: 
     expect(mark).to_be_focused()
 
 
-def test_the_first_world_told_is_the_first_shown(page: Page, service: FakeService) -> None:
+def test_the_first_world_of_the_list_is_shown_first(page: Page, service: FakeService) -> None:
     service.worlds = ["yonder", WORLD]
     page.reload()
     expect(page.locator("#world")).to_have_value("yonder")

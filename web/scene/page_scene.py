@@ -58,7 +58,7 @@ class PageScene:
         """Draw this instant, and what the page shows of it."""
         with self.client.atomic():
             if frame.time_s < self._time_s:
-                self._samples.forget()
+                self._samples.tracked.forget()
             self._time_s = frame.time_s
             self._places.update(frame.facts)
             self._robots.update(frame, state.robot)
@@ -101,7 +101,7 @@ class PageScene:
             )
         for name, (x_m, y_m, bottom_m) in self._samples.positions.items():
             # The label of a robot that holds it is at the same place.
-            if name in self._samples.held or (among is not None and f"samples/{name}" not in among):
+            if name in self._samples.tracked.held or (among is not None and f"samples/{name}" not in among):
                 continue
             labels.append(
                 Label(

@@ -111,24 +111,16 @@ class SamplesView:
     def __init__(self, scene: viser.SceneApi, layout: Layout, on_click: OnClick) -> None:
         self.positions: dict[str, Position] = {}
         """Where each sample with a known place is drawn."""
-        self._tracked = SamplePositions(layout)
+        self.tracked = SamplePositions(layout)
         self._compact = tuple(sample.name for sample in layout.samples if not sample.length_m)
         self._bodies = _cylinders(scene, self._compact, on_click) if self._compact else None
         self._bars = {
             sample.name: _bar(scene, sample, on_click) for sample in layout.samples if sample.length_m
         }
 
-    @property
-    def held(self) -> frozenset[str]:
-        return self._tracked.held
-
-    def forget(self) -> None:
-        """Forget who held what; call it when the time jumps back."""
-        self._tracked.forget()
-
     def update(self, facts: Sequence[Fact], robots: Mapping[str, RobotTelemetry]) -> None:
         """Move the samples to their present positions."""
-        positions = self._tracked.update(facts, robots)
+        positions = self.tracked.update(facts, robots)
         if positions == self.positions:
             return
         self.positions = positions
@@ -137,7 +129,7 @@ class SamplesView:
             self._bodies.batched_positions = np.array(points, dtype=np.float32)
         for name, bar in self._bars.items():
             bar.position = positions.get(name, HIDDEN)
-            bar.wxyz = turned([self._tracked.heading_rad(name, robots)])[0]
+            bar.wxyz = turned([self.tracked.heading_rad(name, robots)])[0]
 
 
 def _bar(scene: viser.SceneApi, sample: Sample, on_click: OnClick) -> viser.MeshHandle:

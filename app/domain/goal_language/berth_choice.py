@@ -65,7 +65,7 @@ def remaining_samples(
     place: str, goals: Iterable[SymbolicFact], world: WorldFile, facts: Facts
 ) -> tuple[str, ...]:
     """The samples that lie in a place and that none of the goals takes away from there."""
-    here = {place, world.owners.get(place, place)}
+    here = {place, world.location_of.get(place, place)}
     leaving = {g.args[0] for g in goals if g.predicate == IN and len(g.args) == 2 and g.args[1] not in here}
     return tuple(other for other in occupants(place, facts) if other not in leaving)
 

@@ -76,7 +76,7 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
     """Names that the world does not have, in goals on a sample or robot and a place."""
     samples = tuple(sorted((sample.name for sample in world.samples), key=natural_key))
     robots = tuple(sorted(robot.name for robot in world.robots))
-    places = tuple(sorted(world.rows, key=natural_key))
+    places = tuple(sorted(world.places_by_location, key=natural_key))
     if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, "at"}:
         return
     subject, place = goal.args
@@ -84,7 +84,11 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
         yield _unknown("sample", subject, samples)
     if goal.predicate != IN and subject not in robots:
         yield _unknown("robot", subject, robots)
-    if place not in places and place not in world.owners and not (goal.predicate == IN and place in robots):
+    if (
+        place not in places
+        and place not in world.location_of
+        and not (goal.predicate == IN and place in robots)
+    ):
         holding = tuple(name for name in places if world.location(name).capacity > 0)
         yield _unknown("place", place, holding if goal.predicate == IN else places)
 
@@ -140,7 +144,7 @@ def _against_facts(
         yield GoalIssue(
             code="already-true", kind="note", detail=f"{goal} is true already", thing=goal.args[0]
         )
-    elif goal.predicate == IN and goal.args[1] in world.owners:
+    elif goal.predicate == IN and goal.args[1] in world.location_of:
         yield from _storing(goal.args[0], goal.args[1], goals, world, facts)
     elif goal.predicate == NEAR:
         yield from _standing(goal.args[0], goal.args[1], facts)
@@ -221,7 +225,9 @@ def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Itera
         return
     reached = chain_from(lies, facts, crews)
     if place not in reached:
-        choices = tuple(sorted({world.owners.get(name, name) for name in reached - {lies}}, key=natural_key))
+        choices = tuple(
+            sorted({world.location_of.get(name, name) for name in reached - {lies}}, key=natural_key)
+        )
         yield GoalIssue(
             code="no-chain-of-robots",
             kind="conflict",

@@ -24,7 +24,7 @@ VERBS = frozenset(
 TARGETS = frozenset({"to", "in", "into", "at", "on", "onto"})
 ORIGINS = frozenset({"from"})
 JOINTS = frozenset({"and", "then"})
-COURTESY = frozenset({"please", "back", "now", "over"})
+FILLERS = frozenset({"please", "back", "now", "over"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,20 +86,20 @@ def _clauses(text: str) -> list[tuple[str, ...]]:
     for word in words_of(spaced):
         if word in JOINTS:
             clauses.append([])
-        elif word not in COURTESY:
+        elif word not in FILLERS:
             clauses[-1].append(word)
     return [tuple(clause) for clause in clauses if clause]
 
 
 def _cut(words: tuple[str, ...], verb: str) -> Clause | Clarification:
-    """Cut a clause at its prepositions; `verb` is the one before, for a clause without its own."""
+    """Cut a clause at its prepositions; a clause without a verb has that of the clause before, `verb`."""
     if words[0] in VERBS:
         verb = words[0]
         words = words[1:]
     if not verb:
         verbs = tuple(sorted(VERBS))
         near = suggestions(words[0], verbs)
-        detail = f"{words[0]!r} is no verb I know" + (f"; did you mean {joined(near)}?" if near else "")
+        detail = f"{words[0]!r} is not a known verb" + (f"; did you mean {joined(near)}?" if near else "")
         return Clarification(code="unknown-verb", detail=detail, thing=words[0], choices=near or verbs)
     parts: list[tuple[str, list[str]]] = [("", [])]
     for word in words:
@@ -111,7 +111,7 @@ def _cut(words: tuple[str, ...], verb: str) -> Clause | Clarification:
 
 
 def _arranged(verb: str, parts: Sequence[tuple[str, tuple[str, ...]]]) -> Clause | Clarification:
-    """The parts in their roles. Of two targets the first says where the sample lies: "the one at door_1"."""
+    """Assign the parts their roles. Of two targets the first is where the sample lies: "the one at door_1"."""
     sample = parts[0][1]
     targets = [part for preposition, part in parts[1:] if preposition in TARGETS]
     origins = [part for preposition, part in parts[1:] if preposition in ORIGINS]
@@ -176,7 +176,7 @@ def _sample(clause: Clause, origin: str | None, world: WorldFile, facts: Facts) 
 
 
 def _place(words: tuple[str, ...], world: WorldFile) -> str | Clarification:
-    names = (*world.rows, *world.owners)
+    names = (*world.places_by_location, *world.location_of)
     name = name_in(words, names)
     if name in names:
         return name
@@ -198,7 +198,7 @@ def _unknown(what: str, name: str, names: Sequence[str]) -> Clarification:
 def _where_to(clause: Clause, sample: str, world: WorldFile, facts: Facts) -> Clarification:
     """Ask for the place, the likely ones first: bays to store in, doors to bring samples to."""
     likely = {"store": "bay", "retrieve": "door", "deliver": "door", "fetch": "door"}.get(clause.verb)
-    free = {world.owners[place] for place in free_places(world, facts)}
+    free = {world.location_of[place] for place in free_places(world, facts)}
     choices = tuple(sorted(free, key=lambda name: (world.location(name).kind != likely, natural_key(name))))
     return Clarification(
         code="place-needed",

@@ -107,7 +107,7 @@ def free_for(sample: str, world: WorldFile, facts: Facts) -> tuple[str, ...]:
     crews = crews_for(sample, world, facts)
     reached = frozenset[str]().union(*crews.values()) if lies is None else chain_from(lies, facts, crews)
     return tuple(
-        dict.fromkeys(world.owners[place] for place in free_places(world, facts) if place in reached)
+        dict.fromkeys(world.location_of[place] for place in free_places(world, facts) if place in reached)
     )
 
 

@@ -1,6 +1,7 @@
 """Words of a sentence and a world's names in them: `Sample 3` and `sample-3` are `sample_3`."""
 
 import re
+import unicodedata
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
@@ -8,9 +9,13 @@ ARTICLES = frozenset({"the", "a", "an"})
 
 
 def words_of(text: str) -> tuple[str, ...]:
-    """Lower-case words without articles and punctuation; a hyphen binds like an underscore."""
-    found = re.findall(r"[a-z0-9_]+(?:-[a-z0-9_]+)*", text.lower())
-    return tuple(word.replace("-", "_") for word in found if word not in ARTICLES)
+    """Lower-case words without articles and punctuation; a hyphen binds like an underscore.
+
+    Every other character belongs to its word: a digit of another script (`sample_1０`) must not be lost from a name.
+    """
+    spaced = "".join(" " if _separates(character) else character for character in text.lower())
+    found = (word.strip("-").replace("-", "_") for word in spaced.split())
+    return tuple(word for word in found if word and word not in ARTICLES)
 
 
 def name_in(words: Sequence[str], names: Iterable[str]) -> str:
@@ -35,7 +40,8 @@ def choices_for(name: str, names: Iterable[str]) -> tuple[str, ...]:
 
 def natural_key(name: str) -> tuple[str | int, ...]:
     """Sort key that orders bay_2 before bay_10."""
-    return tuple(int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name))
+    parts = re.split("([0-9]{1,18})", name)
+    return tuple(int(part) if index % 2 else part for index, part in enumerate(parts))
 
 
 def joined(names: Sequence[str], *, last: str = "or") -> str:
@@ -48,4 +54,10 @@ def joined(names: Sequence[str], *, last: str = "or") -> str:
 
 
 def _plain(name: str) -> str:
-    return name.replace("_", "")
+    """Without underscores, but for those between digits: `sample 1 0` is not `sample_10`."""
+    return re.sub(r"(?<![0-9])_|_(?![0-9])", "", name)
+
+
+def _separates(character: str) -> bool:
+    """True for white space and punctuation, but for what binds."""
+    return character.isspace() or (character not in "-_" and unicodedata.category(character).startswith("P"))

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Protocol
+from typing import Any, Protocol
 
+from app.domain.blockers import Blockers
 from app.domain.lifecycles.transitions import Stateful, change_state
 
 
@@ -78,6 +79,7 @@ class Goal(Stateful, Protocol):
     outcome: str | None
     plan_id: str | None
     mission_id: str | None
+    waits_for: dict[str, Any] | None
 
 
 def resubmit(goal: Goal, reason: str) -> None:
@@ -92,6 +94,12 @@ def begin_planning(goal: Goal) -> None:
 def wait(goal: Goal, reason: str) -> None:
     """Have the goal planned again when something of its world becomes free."""
     _change(goal, GoalState.WAITING, reason)
+
+
+def wait_for(goal: Goal, blockers: Blockers) -> None:
+    """Have the goal planned again when something of its world becomes free; or note what is known of the same now."""
+    wait(goal, blockers.reason)
+    goal.waits_for = blockers.to_json()
 
 
 def propose(goal: Goal, plan_id: str, reason: str = "") -> None:
@@ -137,3 +145,4 @@ def withdraw(goal: Goal, *, outcome: str, reason: str) -> None:
 def _change(goal: Goal, state: GoalState, reason: str = "") -> None:
     change_state(goal, state, _TRANSITIONS, what="goal")
     goal.reason = reason
+    goal.waits_for = None

@@ -26,7 +26,7 @@ class MissionState(StrEnum):
     PAUSED = "paused"
     """An operator has stopped it for a while; it keeps the state that it resumes to."""
     UNKNOWN = "unknown"
-    """A robot owes an answer for longer than its radio explains."""
+    """A robot owes an answer for longer than its radio explains, or claims what cannot be so."""
     RECOVERING = "recovering"
     """Something has gone wrong: its robots are made safe and its plan is repaired."""
     COMPLETED = "completed"

@@ -1,9 +1,10 @@
 """A mission's recovery: the step that it is at, the outcomes of its attempts, and the only code that assigns them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from typing import Any, Protocol
 
+from app.domain.blockers import Blockers
 from app.domain.lifecycles.transitions import check_transition
 from app.domain.recovery_rules import TRIES, Measure, Trouble
 
@@ -89,15 +90,17 @@ def begin_attempt(
 ) -> Attempt:
     """Have the mission's plan repaired; this uses up one of its tries.
 
-    :param troubles: what befell the mission since the last attempt.
+    :param troubles: what befell the scripts of its present plan; what an attempt has recorded already is not
+        recorded again.
     :param at_s: world's clock.
     :param failure: the failure category that the attempt is recorded under.
     """
     _set_step(mission, RecoveryStep.PLANNING)
     mission.tries_left = max(0, mission.tries_left - 1)
+    recorded = {one.script for one in troubles_of(mission) if one.script}
     attempt: Attempt = {
         "number": len(mission.attempts) + 1,
-        "troubles": [one.to_json() for one in troubles],
+        "troubles": [one.to_json() for one in troubles if one.script not in recorded],
         "measure": None,
         "without": [],
         "plan_id": None,
@@ -147,10 +150,22 @@ def find_no_plan(mission: Recovery, reason: str) -> None:
     _set_step(mission, None)
 
 
-def wait(mission: Recovery, reason: str) -> None:
+def wait_for(mission: Recovery, blockers: Blockers) -> None:
     """Have the plan sought again later."""
-    _conclude(mission, AttemptOutcome.NO_PLAN, detail=reason)
+    _conclude(mission, AttemptOutcome.NO_PLAN)
+    note_blockers(mission, blockers)
     _set_step(mission, RecoveryStep.WAITING)
+
+
+def note_blockers(mission: Recovery, blockers: Blockers) -> None:
+    """Note what is known now of what the mission waits for."""
+    _note(mission, detail=blockers.reason, waits_for=blockers.to_json())
+
+
+def waits_for(mission: Recovery) -> Blockers:
+    """What the mission waits for; nothing if it does not wait."""
+    known = mission.attempts[-1].get("waits_for") if mission.recovery_step == RecoveryStep.WAITING else None
+    return Blockers() if known is None else Blockers.from_json(known)
 
 
 def get_stuck(mission: Recovery) -> None:
@@ -159,10 +174,22 @@ def get_stuck(mission: Recovery) -> None:
 
 
 def try_again(mission: Recovery) -> None:
-    """Have a mission that is stuck recovered as if nothing had been tried."""
+    """Have a mission that is stuck recovered as if nothing had been tried. Robots that are lost stay so."""
     _conclude(mission, AttemptOutcome.TAKEN_UP)
+    answer_troubles(mission, lambda trouble: not trouble.is_loss)
     _set_step(mission, None)
     mission.tries_left = TRIES
+
+
+def answer_troubles(mission: Recovery, is_answered: Callable[[Trouble], bool]) -> None:
+    """Have troubles of the mission speak against their robots no more."""
+
+    def told(known: Mapping[str, Any]) -> Mapping[str, Any]:
+        return {**known, "answered": True} if is_answered(Trouble.from_json(known)) else known
+
+    mission.attempts = [
+        {**attempt, "troubles": [told(one) for one in attempt["troubles"]]} for attempt in mission.attempts
+    ]
 
 
 def end(mission: Recovery) -> None:

@@ -30,7 +30,7 @@ DELIVERABLE = (Delivery.PENDING, Delivery.ACKNOWLEDGED)
 """The deliveries of a script that its robot may carry out."""
 TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})
 """The states of a script that its robot has ended."""
-_AT_WORK = frozenset({ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUSED})
+_ACTIVE = frozenset({ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUSED})
 
 _DELIVERIES: Mapping[Delivery, tuple[Delivery, ...]] = {
     Delivery.PENDING: (Delivery.ACKNOWLEDGED, Delivery.REFUSED, Delivery.WITHDRAWN),
@@ -39,8 +39,8 @@ _DELIVERIES: Mapping[Delivery, tuple[Delivery, ...]] = {
     Delivery.WITHDRAWN: (),
 }
 _STATES: Mapping[ScriptState | None, frozenset[ScriptState]] = {
-    None: _AT_WORK | TERMINAL_SCRIPTS,  # nothing was heard of it yet
-    **dict.fromkeys(_AT_WORK, _AT_WORK | TERMINAL_SCRIPTS),
+    None: _ACTIVE | TERMINAL_SCRIPTS,  # no report yet
+    **dict.fromkeys(_ACTIVE, _ACTIVE | TERMINAL_SCRIPTS),
     **dict.fromkeys(TERMINAL_SCRIPTS, frozenset[ScriptState]()),
 }
 _FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptState.RUNNING}
@@ -48,11 +48,12 @@ _FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptSt
 
 
 class Script(Protocol):
-    """What of a script its life cycle assigns.
+    """The fields of a script that its life cycle reads and assigns.
 
     `control` and `control_number` are the order that the robot has not answered, `orders` the greatest number given;
-    `question` is the id of the open status query, `clearance` of the open clearance; `stopping` once the robot was told
-    to cancel; `abandoned` once the robot was lost; `heard_at_s`: when it last said how it stands (world's clock).
+    `question` is the id of the open status query, `clearance` of the open clearance; `stopping` once the robot was
+    ordered to cancel; `abandoned` once it was lost; `heard_at_s`: when it last reported its state (world's clock);
+    `doubt`: why what the robot claims is not believed, in words, empty if it is.
     """
 
     id: str
@@ -70,6 +71,7 @@ class Script(Protocol):
     control_number: int | None
     question: str | None
     clearance: str | None
+    doubt: str
 
 
 class MissionOfScript(Mission, Protocol):
@@ -104,9 +106,9 @@ def refuse(script: Script, reason: str) -> None:
 
 
 def hear(script: Script, state: str | None, at_s: float) -> None:
-    """Note how the robot stands; what it said last counts, not what arrived last.
+    """Record the state that the robot reported. The newest report counts, in whatever order they arrive.
 
-    :param at_s: when it said so (world's clock).
+    :param at_s: when the robot sent it (world's clock).
     """
     if not has_terminated(script) and at_s >= (script.heard_at_s or 0.0):
         _set_state(script, None if state is None else ScriptState(state))
@@ -122,7 +124,7 @@ def end(
     category: FailureCategory | None,
     perceived: Sequence[Mapping[str, Any]],
 ) -> None:
-    """Note that the robot has ended the script: it is not asked or told anything any longer."""
+    """Record that the robot has ended the script; open orders, queries and clearances are dropped."""
     _set_state(script, state)
     script.heard_at_s = max(script.heard_at_s or 0.0, at_s)
     script.detail = detail
@@ -134,21 +136,21 @@ def end(
 
 
 def forget(script: Script, detail: str) -> None:
-    """Note that the robot does not know the script any longer."""
+    """Record that the robot no longer knows the script, which counts as failed."""
     _set_state(script, ScriptState.FAILED)
     script.category = FailureCategory.ROBOT
     script.detail = detail
 
 
 def withdraw(script: Script) -> None:
-    """Have nothing of the script delivered any longer: its mission has ended."""
+    """Stop delivering the script and what belongs to it: its mission has ended."""
     _settle_all(script)
     if script.delivery == Delivery.PENDING:
         _deliver(script, Delivery.WITHDRAWN)
 
 
 def abandon(script: Script) -> None:
-    """Do without the script, for its robot is lost; the robot is told to stop whenever it is heard."""
+    """Give up the script of a lost robot; the robot is ordered to cancel it when it is heard again."""
     script.abandoned = True
     script.question = None
     script.clearance = None
@@ -157,7 +159,7 @@ def abandon(script: Script) -> None:
 
 
 def release_abandoned(script: Script) -> None:
-    """A lost robot need not stop any longer: its world was started again."""
+    """Drop the cancellation for a lost robot: its world was started again."""
     script.abandoned = False
     _settle_all(script)
     if script.delivery in DELIVERABLE:
@@ -165,7 +167,7 @@ def release_abandoned(script: Script) -> None:
 
 
 def ask(script: Script, question_id: str) -> None:
-    """Have the robot asked how it stands."""
+    """Open a status query to the robot."""
     script.question = question_id
 
 
@@ -175,8 +177,21 @@ def note_answer(script: Script, question_id: str | None) -> None:
         script.question = None
 
 
+def doubt(script: Script, why: str) -> bool:
+    """Note that what the robot claims is not believed; True if that is news of a script that goes on."""
+    if script.doubt or has_terminated(script):
+        return False
+    script.doubt = why
+    return True
+
+
+def settle_doubt(script: Script) -> None:
+    """Note that the robot claims what can be so."""
+    script.doubt = ""
+
+
 def order(script: Script, verb: ControlVerb) -> None:
-    """Have the robot told, in place of any order that it has not answered yet."""
+    """Give the robot an order, which replaces one that it has not answered yet."""
     script.orders += 1
     script.control = verb.value
     script.control_number = script.orders
@@ -213,10 +228,10 @@ def follow_order(script: Script, verb: ControlVerb, at_s: float) -> None:
 
 
 def can_be_ordered(script: Script, mission: MissionOfScript) -> bool:
-    """True if pausing and resuming concerns it.
+    """True if the script can be paused and resumed.
 
-    A script that is not agreed to yet is held back while the mission is paused; one that was told to stop is not told
-    anything else any longer.
+    While the mission is paused, a script that its robot has not acknowledged is not delivered. A script that is being
+    cancelled takes no other order.
     """
     if script.stopping or script.abandoned or script.plan_id != mission.plan_id or has_ended(mission):
         return False
@@ -224,8 +239,8 @@ def can_be_ordered(script: Script, mission: MissionOfScript) -> bool:
 
 
 def reissue_if_diverged(script: Script, mission: MissionOfScript) -> None:
-    """Order again if the robot has answered its orders and yet is paused where its mission is not, or is not where it
-    is.
+    """Repeat the order if the robot has answered all orders, but its script is paused and its mission is not, or the
+    reverse.
     """
     if script.control is not None or not can_be_ordered(script, mission):
         return
@@ -236,6 +251,7 @@ def reissue_if_diverged(script: Script, mission: MissionOfScript) -> None:
 
 def _settle_all(script: Script) -> None:
     settle_order(script)
+    settle_doubt(script)
     script.question = None
     script.clearance = None
 

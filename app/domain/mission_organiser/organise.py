@@ -1,4 +1,4 @@
-"""The mission organiser: from an approved plan-net to one behaviour script a robot (MACTA §4)."""
+"""The mission organiser: turns an approved plan-net into one behaviour script for each robot (MACTA §4)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from robots.wire import BehaviourPacket, BehaviourScript
 
 MIN_TIMEOUT_S = 30.0
 TIMEOUT_FACTOR = 4.0
-"""A packet may run this many times its expected duration before it has failed (our choice)."""
+"""A packet fails if it runs this many times its expected duration, but not before `MIN_TIMEOUT_S` (our choice)."""
 MIN_WAIT_S = 60.0
 WAIT_FACTOR = 3.0
-"""A packet may wait this many times the plan's makespan for what other robots are to bring about (our choice); for what
-none of them is to, no longer than `MIN_WAIT_S`.
+"""A packet may wait this many times the plan's makespan for other robots (our choice); if it depends on none of them,
+`MIN_WAIT_S`.
 """
 
 
@@ -57,7 +57,8 @@ def organise(
 
     :param repertoires: robot → tags of the packets it can carry out.
     :param script_ids: robot → script id; by default mission and robot.
-    :param answer_s: how long a message to a robot and its answer may take by radio; robots wait for each other longer.
+    :param answer_s: how long a message to a robot and its answer may take by radio; it extends the robots' waits for
+        each other.
     """
     found: dict[tuple[str, str], PacketChoice] = {}
     for action in plan_net.actions:
@@ -136,7 +137,7 @@ class _ScriptWriter:
         )
 
     def _after(self, action: PlanNetAction, robot: str) -> tuple[str, ...]:
-        """The actions whose end it is to be told of: not those it does alone, for it knows when they have ended."""
+        """The actions whose clearance the packet waits for: not those that its robot does alone, whose end it knows."""
         before = self._clearances.get(action.id, ())
         return tuple(one for one in before if self._agents[one] != (robot,))
 
@@ -148,7 +149,7 @@ def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:
 
 
 def linking_goals(plan_net: PlanNet, action: PlanNetAction) -> tuple[Fact, ...]:
-    """The facts that later actions or the plan's goals take from this action, in the order of its effects."""
+    """The effects that later actions or the plan's goals depend on by causal links, in the action's order."""
     linked = {link.fact for link in plan_net.causal_links if link.producer == action.id}
     return tuple(fact for fact in dict.fromkeys(action.effects) if fact in linked)
 
@@ -163,7 +164,7 @@ def find_packet(
     knowledge_base: KnowledgeBase,
 ) -> PacketChoice | OrganiserFailure:
     """The one packet that does the agent's part; a failure if there is none, or more than one."""
-    goals = _share(plan_net, action, agent)
+    goals = _effects_to_achieve(plan_net, action, agent)
     wanted = " and ".join(map(str, symbolic_all(goals, knowledge_base))) or "nothing that is linked"
     what = f"{action.id} {action.tag}"
     fitting = {
@@ -193,7 +194,7 @@ def find_packet(
     )
 
 
-def _share(plan_net: PlanNet, action: PlanNetAction, agent: str) -> tuple[Fact, ...]:
+def _effects_to_achieve(plan_net: PlanNet, action: PlanNetAction, agent: str) -> tuple[Fact, ...]:
     """The intended effects that `agent`'s packet must achieve: linked, and naming no other agent of the action."""
     others = set(action.agents) - {agent}
     mine = [fact for fact in action.intended_effects if not others & set(fact.args)]

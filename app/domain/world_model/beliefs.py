@@ -5,7 +5,7 @@ object: news of one of them replaces what was believed. `vacant` and `clear` fol
 robots stand; `brought` and `holds_alone` last as long as a robot holds the object, and holds it alone.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from planner import Fact
@@ -92,6 +92,21 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
     places = storing(facts | frozenset(news))
     held = frozenset(fact for fact in kept if not _is_outdated(fact, kept))
     return _with_derived(_with_grippers(held, _holders(facts), news), places)
+
+
+def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
+    """Two of the news that cannot both hold, whichever is heard last; None if there are none.
+
+    NOTE: `clear` as news is passed over, for it is always derived.
+    """
+    after = revise_beliefs(facts, news)
+    for lost in news:
+        if lost in after or lost.predicate == CLEAR:
+            continue
+        for other in news:
+            if other != lost and not {lost, other} <= revise_beliefs(facts, [lost, other]):
+                return lost, other
+    return None
 
 
 def _is_outdated(fact: Fact, facts: Collection[Fact]) -> bool:

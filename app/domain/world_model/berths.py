@@ -14,7 +14,7 @@ ALL_BERTHS = frozenset({VACANT, CLEAR, REACHES})
 
 def berths_of(name: str, world: WorldFile) -> tuple[str, ...]:
     """The names of a location's berths; empty if it is one place itself, or no location."""
-    row = world.rows.get(name, ())
+    row = world.places_by_location.get(name, ())
     return tuple(place.name for place in row) if len(row) > 1 else ()
 
 

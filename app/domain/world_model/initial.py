@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from math import dist
 
+from app.domain.errors import Invalid
 from app.domain.world_model.beliefs import (
     CAN,
     EMPTY,
@@ -17,12 +18,13 @@ from app.domain.world_model.beliefs import (
     ROBOT_POSITION,
     VACANT,
     Facts,
+    contradiction,
     revise_beliefs,
     spot_of,
 )
 from app.domain.world_model.berths import resolve_statements
 from app.domain.world_model.problem import objects_of
-from app.domain.world_model.vocabulary import planner_fact
+from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import Fact, KnowledgeBase
 from robots.wire import SymbolicFact
 from robots.world import RobotSpec, WorldFile
@@ -37,20 +39,23 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     The file's extra facts win over what the layout says of the same robot or object.
 
     :raises planner.KnowledgeBaseError: if an extra fact is not of the vocabulary.
-    :raises Invalid: if it does not tell which of a location's berths it is about.
+    :raises Invalid: if it does not tell which of a location's berths it is about, or contradicts another of them.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
     if any(sample.length_m for sample in world.samples):
         # Only who releases a long object to another robot backs off to its own spot.
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
-    layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.lying.items()}
+    layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.initial_places.items()}
     objects = objects_of(world)
     stated = [(fact.predicate, fact.args, True) for fact in world.facts]
     extra = [
         planner_fact(SymbolicFact(predicate=predicate, args=tuple(args)), knowledge_base, objects)
         for predicate, args, _ in resolve_statements(stated, world, frozenset(layout))
     ]
+    if (pair := contradiction(frozenset(layout), extra)) is not None:
+        one, other = symbolic_all(pair, knowledge_base)
+        raise Invalid(f"{one} and {other} cannot both be true", code="contradicting-facts")
     return revise_beliefs(frozenset(layout), extra)
 
 

@@ -8,9 +8,9 @@ from robots.world import WorldFile
 def layout_of(world: WorldFile) -> dict[str, Any]:
     """The world file, but with the places that facts name for locations, and those that have berths as `racks`."""
     written = world.model_dump(mode="json")
-    lying = world.lying
+    lying = world.initial_places
     racks = [
-        location | {"berths": [berth.name for berth in world.rows[location["name"]]]}
+        location | {"berths": [berth.name for berth in world.places_by_location[location["name"]]]}
         for location in written["locations"]
         if location["capacity"] > 1
     ]

@@ -69,7 +69,7 @@ def _subject(fact: Fact) -> Subject:
             return (OBJECT_POSITION, item)
         case _, (robot, *_):
             return (ROBOT_POSITION, robot)
-    raise AssertionError(f"{fact} tells of nothing")
+    raise AssertionError(f"{fact} has no subject")
 
 
 def newer_subjects(

@@ -1,5 +1,9 @@
-"""The planning processes: a few, warm, so that no request pays an import and a long problem blocks no short one."""
+"""The planning processes: warm, so that work pays no import; a few, so that a long problem blocks no short one.
 
+One is started with the service, the others when work first finds none free.
+"""
+
+import logging
 import threading
 from concurrent.futures import Future
 from functools import partial
@@ -15,10 +19,13 @@ from app.planning.pool.process import (
     MakeEngine,
     PlanningProcess,
     ProcessDied,
+    Tell,
     Watch,
 )
 from app.planning.pool.work import Answer, Work, WorkResult
 from planner import PlanningStatus
+
+logger = logging.getLogger(__name__)
 
 ATTEMPTS = 2
 """How often work is tried when its process dies, and a process is started when it dies at its start."""
@@ -38,14 +45,19 @@ class PlanningWorker:
         processes: int = 1,
         memory_mb: float = MEMORY_MB,
         grace_s: float = GRACE_S,
+        tell: Tell = logger.info,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param make_engine: picklable; builds the warm engine inside a process.
-        :param processes: with none, one is started with the first work: a plan to explain, say.
+        :param processes: the most there are; with none, one is started with the first work: a plan to explain, say.
         :param memory_mb: what a process may hold beyond what it holds when warm, native engines included.
         :param grace_s: past a work's time limit and this much more its process is ended.
+        :param tell: told what the first process is doing before it can plan, where that takes time.
         """
+        self.doing = "loading"
+        """What the first process is doing before it can plan."""
+        self._tell = tell
         self._start_process = partial(
             PlanningProcess, make_engine, memory_mb=memory_mb, grace_s=grace_s, clock=clock
         )
@@ -57,6 +69,7 @@ class PlanningWorker:
         self._started = False
         self._closed = False
         self._failed_starts = 0
+        self._starting = 0
 
     @property
     def pids(self) -> list[int]:
@@ -70,7 +83,7 @@ class PlanningWorker:
         return self._free.qsize()
 
     def warm_up(self) -> "Future[bool]":
-        """Start the processes; the future is done once the first of them can plan.
+        """Start the first process; the future is done once it can plan.
 
         It raises Unavailable if that does not start.
         """
@@ -78,9 +91,9 @@ class PlanningWorker:
             was_started = self._started
             self._started = True
         if not was_started:
-            for _ in range(self._count):
+            if self._count:
                 self._add()
-            if not self._count:
+            else:
                 self._report(None)
         return self._ready
 
@@ -117,7 +130,9 @@ class PlanningWorker:
                     attempts -= 1
             finally:
                 self._give_back(process)
-        return WorkResult(status=PlanningStatus.FAILED, reason=f"the planning process died ({cause})")
+        return WorkResult(
+            status=PlanningStatus.FAILED, reason=f"the planning process ended unexpectedly ({cause})"
+        )
 
     def close(self) -> None:
         """End the processes; `do` raises WorkerClosed for whoever waits for a result."""
@@ -136,8 +151,14 @@ class PlanningWorker:
             try:
                 return self._free.get(timeout=POLL_S)
             except Empty:
-                continue
+                self._add_if_all_are_busy()
         return None
+
+    def _add_if_all_are_busy(self) -> None:
+        with self._lock:
+            may_add = not self._starting and len(self._all) < self._count
+        if may_add:
+            self._add()
 
     def _give_back(self, process: PlanningProcess) -> None:
         if process.is_alive:
@@ -155,11 +176,20 @@ class PlanningWorker:
                 return
             process = self._start_process()
             self._all.append(process)
+            self._starting += 1
         threading.Thread(target=self._await_ready, args=(process,), daemon=True).start()
 
     def _await_ready(self, process: PlanningProcess) -> None:
         try:
-            process.wait_until_ready()
+            self._take_in(process)
+        finally:
+            with self._lock:
+                self._starting -= 1
+
+    def _take_in(self, process: PlanningProcess) -> None:
+        """Hand the process out once it is warm."""
+        try:
+            process.wait_until_ready(self._is_told)
         except ProcessDied as death:
             if self._may_try_another():
                 self._give_back(process)
@@ -170,6 +200,10 @@ class PlanningWorker:
             self._failed_starts = 0
             self._report(None)
         self._free.put(process)
+
+    def _is_told(self, doing: str) -> None:
+        self.doing = doing
+        self._tell(doing)
 
     def _may_try_another(self) -> bool:
         """True if a process died at its start for what may be a passing cause, such as a lack of memory."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeAlias
 
-from app.domain.clock import SYSTEM_CLOCK, WallClock
+from app.domain.clock import SYSTEM_CLOCK, WallClock, pause
 from app.planning.pool.process_tree import kill, tree_of
 from app.planning.pool.work import Answer, Work, WorkResult
 from planner import Observer, PlanningEngine, PlanningStatus, Progress
@@ -27,7 +27,9 @@ EXIT_S = 5.0
 
 CANCELLED = "planning was cancelled"
 
-MakeEngine = Callable[[], PlanningEngine]
+Tell: TypeAlias = Callable[[str], None]
+MakeEngine: TypeAlias = Callable[[Tell], PlanningEngine]
+"""Builds the warm engine inside a process; tells meanwhile what it is doing where that takes time."""
 Pipe: TypeAlias = "Connection[Any, Any]"
 
 
@@ -67,6 +69,13 @@ class _Begun:
 
 
 @dataclass(frozen=True, slots=True)
+class _Starting:
+    """From the process: what it is doing before the engine is warm."""
+
+    doing: str
+
+
+@dataclass(frozen=True, slots=True)
 class _Ready:
     """From the process: the engine is warm."""
 
@@ -84,7 +93,7 @@ class PlanningProcess:
     ) -> None:
         """Start the process.
 
-        :param make_engine: picklable; builds the warm engine inside it.
+        :param make_engine: picklable.
         :param memory_mb: what it may hold beyond what it holds when warm, native engines included.
         :param grace_s: past a work's time limit and this much more the process is ended.
         """
@@ -107,9 +116,14 @@ class PlanningProcess:
     def pid(self) -> int | None:
         return self._process.pid
 
-    def wait_until_ready(self) -> None:
-        """:raises ProcessDied: if it does not come up."""
-        self._receive()
+    def wait_until_ready(self, tell: Tell) -> None:
+        """Wait for as long as the process takes.
+
+        :param tell: told what it is doing.
+        :raises ProcessDied: if it does not come up.
+        """
+        while isinstance(message := self._receive(), _Starting):
+            tell(message.doing)
         self._max_mb = self._memory_mb() + self._allowed_mb
         self.is_idle = True
 
@@ -224,10 +238,12 @@ class _ProgressSender(Observer):
 
 def _serve(make_engine: MakeEngine, pipe: Pipe) -> None:
     """The process: do the work that comes, until the service ends it or is itself gone."""
-    signal.signal(signal.SIGTERM, _exit)
+    # NOTE: while functions are compiled an exception cannot unwind the stack: the compiler's callbacks drop it.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
-        engine = make_engine()
+        engine = make_engine(lambda doing: pipe.send(_Starting(doing)))
+        signal.signal(signal.SIGTERM, _exit)
         gc.freeze()  # each collection would look through the libraries, a fifth of a second each time
         pipe.send(_Ready())
         while True:
@@ -257,7 +273,7 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os.kill(os.getpid(), signal.SIGTERM)
-        SYSTEM_CLOCK.wait(threading.Event(), EXIT_S)
+        pause(SYSTEM_CLOCK, EXIT_S)
         kill(tree_of(os.getpid())[1:])
         os._exit(1)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
+from app.domain.blockers import Blockers
 from planner import (
     KnowledgeBase,
     Observer,
@@ -21,6 +22,7 @@ from planner import (
 from planner.alternatives import alternatives
 from planner.explanation import Explanation, explain
 from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
+from robots.kernels import compiled_once
 
 Answer = TypeVar("Answer")
 
@@ -31,13 +33,13 @@ class WorkResult(Generic[Answer]):
 
     :param answer: set exactly when solved.
     :param reason: why there is no answer, for operators; empty if only the status tells.
-    :param waits_for: the missions and robots that may stand in the way of an answer; empty if none do.
+    :param waits_for: the missions and robots that may stand in the way of an answer.
     """
 
     status: PlanningStatus
     answer: Answer | None = None
     reason: str = ""
-    waits_for: str = ""
+    waits_for: Blockers = field(default_factory=Blockers)
 
     @classmethod
     def solved(cls, answer: Answer) -> "WorkResult[Answer]":
@@ -151,11 +153,15 @@ def _of_result(result: PlanningResult, repaired: Repair | None = None) -> WorkRe
     return WorkResult.solved((Solution(result=result, repair=repaired),))
 
 
-def make_engine() -> PlanningEngine:
-    """The planning engine, warm. Called inside the planning process."""
+def make_engine(tell: Callable[[str], None]) -> PlanningEngine:
+    """The planning engine, warm. Called inside the planning process.
+
+    :param tell: told what is being done where it takes time.
+    """
     # NOTE: imported here, for only the planning process needs the engines, and they take seconds.
     from planner.engines.registry import portfolio
 
     engine = portfolio(load_knowledge_base())
-    engine.warm_up()
+    with compiled_once("planner", tell):
+        engine.warm_up()
     return engine

@@ -1,18 +1,17 @@
 """Fast Downward behind the `PlanningEngine` seam: sequences from it, plan-nets made and checked by
 ourselves."""
 
-import time
 from collections.abc import Iterable, Sequence
 
 from planner.engines.detours import without_detours
-from planner.engines.fast_downward.goal_sequences import Search, SequenceResult
+from planner.engines.fast_downward.goal_sequences import Search
+from planner.engines.fast_downward.process import SequenceResult
 from planner.engines.plan_net_completion import (
     Outcome,
     complete_plan_net,
     confirm,
     merit,
     timed_result,
-    to_result,
     warm_up_validation,
 )
 from planner.explanation.diagnosis import why_unsolvable
@@ -54,11 +53,8 @@ class FastDownwardEngine:
 
         With an effort the first plan is improved on for so long; without, the same problem has the same plan.
         """
-
-        def plan() -> PlanningResult:
-            return to_result(self.name, _Run(self.name, self._base, problem, request, observer).outcome())
-
-        return timed_result(self.name, self._base, problem, plan)
+        run = _Run(self._base, problem, request, observer)
+        return timed_result(self.name, self._base, problem, request, run.outcome)
 
 
 class _Run:
@@ -66,43 +62,40 @@ class _Run:
 
     def __init__(
         self,
-        name: str,
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
         request: PlanningRequest,
         observer: Observer,
     ) -> None:
-        self._name = name
         self._base = knowledge_base
         self._problem = problem
         self._statics = StaticFacts(knowledge_base, problem)
         self._request = request
         self._observer = observer
-        self._begun = time.monotonic()
-        limits = Limits(deadline=self._begun + request.time_limit_s, memory_mb=request.memory_limit_mb)
-        self._search = Search(knowledge_base, limits, observer.should_stop)
+        self._limits = Limits(request.time_limit_s, request.clock, memory_mb=request.memory_limit_mb)
+        self._search = Search(knowledge_base, self._limits, observer.should_stop)
 
     def outcome(self) -> Outcome:
         if all(goal in self._problem.facts for goal in self._problem.goals):
             return self._best([SequenceResult(status=PlanningStatus.SOLVED)])
-        lean = self._statics.lean(self._problem)
-        status, plan_net, reason = self._first(lean)
+        small = self._statics.without_bystanders(self._problem)
+        status, plan_net, reason = self._first(small)
         if plan_net is None:
             unsolvable = status is PlanningStatus.UNSOLVABLE
             return status, None, why_unsolvable(self._base, self._problem) if unsolvable else reason
         self._tell(plan_net)
         if self._request.effort_s and not self._search.is_over:
-            plan_net = self._improved(plan_net, lean, self._request.effort_s)
+            plan_net = self._improved(plan_net, small, self._request.effort_s)
         return status, plan_net, reason
 
-    def _first(self, lean: PlanningProblem) -> Outcome:
+    def _first(self, small: PlanningProblem) -> Outcome:
         """The first plan-net, else what the searches for all goals at once say."""
         search = self._search
         problem = self._problem
-        outcome = first = self._best(search.for_all_goals(lean))
+        outcome = first = self._best(search.for_all_goals(small))
         if outcome[1] is None and len(problem.goals) > 1:
             outcome = self._best([search.goal_by_goal(problem, self._statics)])
-        if outcome[1] is None and lean.objects != problem.objects:
+        if outcome[1] is None and small.objects != problem.objects:
             # Bystanders are left out at first; who knows whether one of them helps.
             outcome = first = self._best(search.for_all_goals(problem))
         if outcome[1] is None and first[0] is PlanningStatus.TIMED_OUT and not search.is_over:
@@ -128,7 +121,7 @@ class _Run:
         confirm(best, self._problem, self._base)
         return PlanningStatus.SOLVED, best, ""
 
-    def _improved(self, best: PlanNet, lean: PlanningProblem, effort_s: float) -> PlanNet:
+    def _improved(self, best: PlanNet, small: PlanningProblem, effort_s: float) -> PlanNet:
         """The best of the plan-net and those that are found with more effort."""
 
         def take(sequence: Sequence[GroundAction]) -> None:
@@ -138,7 +131,7 @@ class _Run:
                 best = plan_net
                 self._tell(best)
 
-        self._search.improve(lean, effort_s, take)
+        self._search.improve(small, effort_s, take)
         confirm(best, self._problem, self._base)
         return best
 
@@ -147,6 +140,10 @@ class _Run:
         return complete_plan_net(straight, self._problem, self._base, self._statics)
 
     def _tell(self, plan_net: PlanNet) -> None:
-        elapsed_s = time.monotonic() - self._begun
-        progress = Progress(engine=self._name, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)
-        self._observer.progress(progress)
+        self._observer.progress(
+            Progress(
+                engine=FastDownwardEngine.name,
+                elapsed_s=self._limits.elapsed_s,
+                makespan_s=plan_net.makespan_s,
+            )
+        )

@@ -1,12 +1,11 @@
 """Sequences from Fast Downward: for all goals at once, or for one goal after the other."""
 
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
-from planner.engines.fast_downward.process import CHEAP, GREEDY, Answer, FastDownwardProcess
+from planner.engines.fast_downward.process import CHEAP, GREEDY, FastDownwardProcess, SequenceResult
 from planner.fact import Fact
 from planner.interchange.pddl import Form, PddlTask
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -20,15 +19,6 @@ SECOND_TIME_S = 0.3
 """For a second opinion when there is a plan already."""
 SEARCH_TIME_S = 2.0
 """A search that takes longer than this is on a plateau; one goal at a time does better."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SequenceResult:
-    """A sequence that reaches the goals if solved, else why there is none."""
-
-    status: PlanningStatus
-    sequence: tuple[GroundAction, ...] = ()
-    reason: str = ""
 
 
 class Search:
@@ -50,11 +40,19 @@ class Search:
 
         :param patient: share out all the time that is left.
         """
-        task = PddlTask(self._base, problem, Form.CLASSICAL)
         time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
-        for answer in self._answers(task, time_s):
-            steps = tuple(task.ground(operator, objects) for operator, objects in answer.steps)
-            yield SequenceResult(status=answer.status, sequence=steps, reason=answer.reason)
+        task = PddlTask(self._base, problem, Form.CLASSICAL)
+        with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
+            process = FastDownwardProcess(Path(folder), task, self._limits, self._is_enough)
+            failure = process.translate()
+            if failure is not None:
+                yield failure
+                return
+            # A* on the costs first: it seldom sits on a plateau, the greedy one now and then does for long.
+            cheap = process.search(CHEAP, time_s)
+            yield cheap
+            if cheap.status is not PlanningStatus.UNSOLVABLE:
+                yield process.search(GREEDY, SECOND_TIME_S if cheap.sequence else time_s)
 
     def improve(
         self, problem: PlanningProblem, effort_s: float, take: Callable[[Sequence[GroundAction]], None]
@@ -62,13 +60,11 @@ class Search:
         """Search for ever cheaper sequences, each taken as soon as it is found."""
         task = PddlTask(self._base, problem, Form.CLASSICAL)
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
-            deadline = time.monotonic() + min(effort_s, self._limits.left_s)
-            limits = replace(self._limits, deadline=deadline)
-            process = FastDownwardProcess(Path(folder), limits, self._is_enough)
-            if process.translate(task) is None:
-                process.improve(
-                    lambda steps: take([task.ground(operator, objects) for operator, objects in steps])
-                )
+            limit_s = min(effort_s, self._limits.left_s)
+            limits = Limits(limit_s, self._limits.clock, memory_mb=self._limits.memory_mb)
+            process = FastDownwardProcess(Path(folder), task, limits, self._is_enough)
+            if process.translate() is None:
+                process.improve(take)
 
     def goal_by_goal(self, problem: PlanningProblem, statics: StaticFacts) -> SequenceResult:
         """A sequence that reaches one goal after the other, those that cannot be reached yet later."""
@@ -78,8 +74,8 @@ class Search:
         waiting = list(problem.goals)
         while waiting:
             for goal in waiting:
-                lean = statics.lean_for(replace(problem, facts=state), goal, achieved)
-                found = min(self.for_all_goals(lean), key=_cost)
+                small = statics.for_goal(replace(problem, facts=state), goal, achieved)
+                found = min(self.for_all_goals(small), key=_cost)
                 if found.status is PlanningStatus.SOLVED:
                     break
             else:
@@ -92,19 +88,6 @@ class Search:
         if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
             return SequenceResult(status=PlanningStatus.NOT_FOUND, reason=fault)
         return SequenceResult(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
-
-    def _answers(self, task: PddlTask, time_s: float) -> Iterator[Answer]:
-        with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
-            process = FastDownwardProcess(Path(folder), self._limits, self._is_enough)
-            failure = process.translate(task)
-            if failure is not None:
-                yield failure
-                return
-            # A* on the costs first: it seldom sits on a plateau, the greedy one now and then does for long.
-            cheap = process.search(CHEAP, time_s)
-            yield cheap
-            if cheap.status is not PlanningStatus.UNSOLVABLE:
-                yield process.search(GREEDY, SECOND_TIME_S if cheap.steps else time_s)
 
 
 def _cost(found: SequenceResult) -> tuple[bool, float]:

@@ -13,6 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from planner.interchange.pddl import PddlTask
+from planner.knowledge import GroundAction
 from planner.native_process import Limits, ProcessEnd, never, run
 from planner.problem.interface import PlanningStatus
 
@@ -43,16 +44,12 @@ _UNSOLVABLE = frozenset({10, 11})
 _STEP = re.compile(r"^\(([^)]*)\)")
 
 
-Steps = tuple[tuple[str, tuple[str, ...]], ...]
-"""Operators and their objects, in order."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
-    """What a search said: the steps (operator and objects) if solved, else why not."""
+class SequenceResult:
+    """A sequence that reaches the goals if solved, else why there is none."""
 
     status: PlanningStatus
-    steps: Steps = ()
+    sequence: tuple[GroundAction, ...] = ()
     reason: str = ""
 
 
@@ -66,33 +63,36 @@ def binaries() -> Path | None:
 
 
 class FastDownwardProcess:
-    """Translator and search on files of one folder, all ended at their limits or when it is enough."""
+    """Translator and search of one task on files of one folder, all ended at their limits or when it is enough."""
 
-    def __init__(self, folder: Path, limits: Limits, is_enough: Callable[[], bool] = never) -> None:
+    def __init__(
+        self, folder: Path, task: PddlTask, limits: Limits, is_enough: Callable[[], bool] = never
+    ) -> None:
         self._folder = folder
+        self._task = task
         self._limits = limits
         self._is_enough = is_enough
 
-    def translate(self, task: PddlTask) -> Answer | None:
+    def translate(self) -> SequenceResult | None:
         """Ground the task; None on success."""
-        task.write(self._folder)
+        self._task.write(self._folder)
         command = [sys.executable, "-S", "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
         ended = self._run(command, self._is_enough)
         return None if ended.code == 0 else _failure(ended)
 
-    def search(self, configuration: str, max_time_s: float) -> Answer:
+    def search(self, configuration: str, max_time_s: float) -> SequenceResult:
         """Search the translated task for at most so long."""
         plan = self._folder / "plan"
         plan.unlink(missing_ok=True)
         if binaries() is None:
-            return Answer(status=PlanningStatus.FAILED, reason="Fast Downward is not installed")
+            return SequenceResult(status=PlanningStatus.FAILED, reason="Fast Downward is not installed")
         ended = self._search(configuration.format(max_time_s=max_time_s), self._is_enough)
         if plan.is_file():
-            return Answer(status=PlanningStatus.SOLVED, steps=_steps(plan.read_text()))
+            return SequenceResult(status=PlanningStatus.SOLVED, sequence=self._sequence(plan.read_text()))
         return _failure(ended)
 
-    def improve(self, take: Callable[[Steps], None]) -> None:
-        """Search the translated task for ever cheaper plans, each taken as soon as it is found."""
+    def improve(self, take: Callable[[Sequence[GroundAction]], None]) -> None:
+        """Search the translated task for ever cheaper sequences, each taken as soon as it is found."""
         count = 0
 
         def is_enough() -> bool:
@@ -100,7 +100,7 @@ class FastDownwardProcess:
             # A plan file ends with its cost.
             while "; cost" in (text := _text(self._folder / f"plan.{count + 1}")):
                 count += 1
-                take(_steps(text))
+                take(self._sequence(text))
             return self._is_enough()
 
         self._search(ANYTIME, is_enough)
@@ -124,29 +124,29 @@ class FastDownwardProcess:
             is_enough=is_enough,
         )
 
+    def _sequence(self, text: str) -> tuple[GroundAction, ...]:
+        """The actions of a plan file."""
+        steps = [match[1].split() for line in text.splitlines() if (match := _STEP.match(line.strip()))]
+        return tuple(self._task.ground(operator, objects) for operator, *objects in steps)
 
-def _failure(ended: ProcessEnd) -> Answer:
+
+def _failure(ended: ProcessEnd) -> SequenceResult:
     code = ended.code
     output = ended.output
     last = output.strip().splitlines()[-1:] or ["no output"]
     if code is None or code in _OUT_OF_TIME or _SEARCHED_ENOUGH in output:
-        return Answer(status=PlanningStatus.TIMED_OUT, reason="the time limit was reached")
+        return SequenceResult(status=PlanningStatus.TIMED_OUT, reason="the time limit was reached")
     if code in _OUT_OF_MEMORY or "MemoryError" in output:
-        return Answer(status=PlanningStatus.OUT_OF_MEMORY, reason="the memory limit was reached")
+        return SequenceResult(status=PlanningStatus.OUT_OF_MEMORY, reason="the memory limit was reached")
     # NOTE: both configurations are complete, so an exhausted state space is a proof.
     if code in _UNSOLVABLE or _EXHAUSTED in output:
-        return Answer(status=PlanningStatus.UNSOLVABLE, reason="no plan exists from the present facts")
-    return Answer(status=PlanningStatus.FAILED, reason=f"Fast Downward ended with code {code}: {last[0]}")
+        return SequenceResult(
+            status=PlanningStatus.UNSOLVABLE, reason="no plan exists from the present facts"
+        )
+    return SequenceResult(
+        status=PlanningStatus.FAILED, reason=f"Fast Downward ended with code {code}: {last[0]}"
+    )
 
 
 def _text(file: Path) -> str:
     return file.read_text() if file.is_file() else ""
-
-
-def _steps(text: str) -> Steps:
-    steps = []
-    for line in text.splitlines():
-        if (match := _STEP.match(line.strip())) is not None:
-            operator, *objects = match[1].split()
-            steps.append((operator, tuple(objects)))
-    return tuple(steps)

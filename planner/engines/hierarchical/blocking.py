@@ -11,10 +11,10 @@ from typing import Protocol
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.fact import Fact
 from planner.plan_nets.extraction import fault_of
-from planner.problem.interface import PlanningProblem
 
 
 class FindFragments(Protocol):
@@ -47,13 +47,11 @@ PLACES = 40
 class BlockingTasks:
     """Finds the fragments of tasks that make way for each other."""
 
-    def __init__(
-        self, problem: PlanningProblem, groups: Groups, return_home: ReturnHome, find: FindFragments
-    ) -> None:
-        self._problem = problem
-        self._facts = problem.facts
+    def __init__(self, classified: ClassifiedProblem, groups: Groups, find: FindFragments) -> None:
+        self._problem = classified.problem
+        self._facts = self._problem.facts
         self._groups = groups
-        self._return_home = return_home
+        self._return_home = ReturnHome(classified)
         self._find = find
         self.has_blocking = False
 
@@ -220,7 +218,4 @@ class BlockingTasks:
         for old in named:
             same = sorted(name for name, kind in objects.items() if kind == objects[old] and name != old)
             for new in same if len(same) < PLACES else ():
-                yield tuple(
-                    Fact(fact.predicate, tuple(new if arg == old else arg for arg in fact.args))
-                    for fact in place
-                )
+                yield tuple(fact.renamed({old: new}) for fact in place)

@@ -1,20 +1,19 @@
 """Composes fragments into one sequence of ground actions by scheduling, with agents recruited."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.leg import FactClassifier
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, Choice, Floats, Model, ints
 from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
-from planner.knowledge import GroundAction, KnowledgeBase
-from planner.problem.interface import PlanningProblem, PlanningRequest
-from planner.problem.robot_classes import AgentClasses
+from planner.knowledge import GroundAction
+from planner.problem.interface import PlanningRequest
+from planner.problem.timer import Timer
 
 MAX_EFFORT_S = 4.0
 UNLIMITED_TRIALS = 10**9
@@ -68,19 +67,12 @@ class Composition:
     """The schedule of some tasks, improved by `improve`."""
 
     def __init__(
-        self,
-        knowledge_base: KnowledgeBase,
-        problem: PlanningProblem,
-        classes: AgentClasses,
-        classifier: FactClassifier,
-        tasks: Sequence[Task],
-        weights: Floats,
-        *,
-        seed: int,
+        self, classified: ClassifiedProblem, tasks: Sequence[Task], weights: Floats, request: PlanningRequest
     ) -> None:
-        self._builder = SchedulingProblemBuilder(knowledge_base, problem, classes, classifier, tasks)
+        self._builder = SchedulingProblemBuilder(classified, tasks)
         self._weights = weights
-        self._seed = seed
+        self._seed = request.seed
+        self._clock = request.clock
         self._model = self._builder.model()
         self._schedule: Schedule | None = None
         self._choice: Choice | None = None
@@ -136,7 +128,9 @@ class Composition:
         if seconds > 0.0 and go_on(self._schedule.makespan_s):
             self._anneal(trials, seconds, go_on)
         for task in np.flatnonzero(self._choice.alternative).tolist():
-            self._try("alternative", task, 0)
+            alternative = self._choice.alternative.copy()
+            alternative[task] = 0
+            self._keep(Schedule(self._model, self._choice._replace(alternative=alternative), self._weights))
 
     def _anneal(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
         assert self._schedule is not None
@@ -145,7 +139,7 @@ class Composition:
             self._builder.stop_near()
             self._model = self._builder.model()
         search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
-        begun = time.monotonic()
+        timer = Timer(seconds, self._clock)
         done = 0
         share = 0.0
         chunk = max(MIN_CHUNK, CHUNK_WORK // max(1, self.legs))
@@ -154,27 +148,9 @@ class Composition:
                 self._choice = search.best
                 self._schedule = Schedule(self._model, search.best, self._weights)
             done += chunk
-            elapsed_s = time.monotonic() - begun
-            share = max(done / max(1, trials), elapsed_s / seconds)
+            share = max(done / max(1, trials), timer.elapsed_s / seconds)
             if not go_on(self._schedule.makespan_s):
                 break
-
-    def polish(self) -> None:
-        """Undo what does not pay: each task's alternative, each agent's stops."""
-        model = self._model
-        for task, count in enumerate(np.diff(model.task_first).tolist()):
-            for alternative in range(count):
-                self._try("alternative", task, alternative)
-        for leg in np.flatnonzero(self._choice.stops if self._choice else []).tolist():
-            self._try("stops", leg, 0)
-
-    def _try(self, what: str, place: int, value: int) -> None:
-        """Keep the choice with one number changed if that costs less."""
-        if self._schedule is None or self._choice is None:
-            return
-        choice = Choice(*(array.copy() for array in self._choice))
-        getattr(choice, what)[place] = value
-        self._keep(Schedule(self._model, choice, self._weights))
 
     def _decoded(self, choice: Choice) -> Schedule:
         """The choice's schedule; the model is widened where an agent has to make way for it."""

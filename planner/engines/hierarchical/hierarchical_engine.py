@@ -1,10 +1,9 @@
 """The hierarchical engine behind the `PlanningEngine` seam (MACTA §6 asks for one; §4: planning and scheduling
 intertwined)."""
 
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import replace
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -15,9 +14,8 @@ from planner.engines.garbage_collection import garbage_collection_paused
 from planner.engines.hierarchical.composition import Composition, effort
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments, ProblemFragments
-from planner.engines.hierarchical.legs.goal_groups import Goals, Groups
-from planner.engines.hierarchical.legs.leg import FactClassifier
-from planner.engines.hierarchical.legs.setups import ReturnHome
+from planner.engines.hierarchical.legs.goal_groups import Goals
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.stops import (
     MAX_NEAR_STOPPING,
     SHARE,
@@ -25,10 +23,9 @@ from planner.engines.hierarchical.legs.stops import (
     with_near_stops,
     with_stops,
 )
-from planner.engines.hierarchical.scheduling.model import Floats
 from planner.engines.hierarchical.scheduling_problem import Task
 from planner.engines.hierarchical.tasks import TaskFinder, Unmet
-from planner.engines.plan_net_completion import complete_plan_net, confirm, timed_result, to_result
+from planner.engines.plan_net_completion import Outcome, complete_plan_net, confirm, timed_result
 from planner.explanation.diagnosis import why_unsolvable
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -46,7 +43,6 @@ from planner.problem.interface import (
     PlanningStatus,
     Progress,
 )
-from planner.problem.robot_classes import AgentClasses
 from planner.problem.static_facts import StaticFacts
 from planner.relaxation import unreachable_goals
 
@@ -71,52 +67,6 @@ MAX_GOALS_TOGETHER = 4
 """Up to this many goals are also tried as one task if their fragments do not compose."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _RunClock:
-    """Time and progress of one run."""
-
-    begun: float
-    request: PlanningRequest
-    observer: Observer
-    engine: str
-
-    @property
-    def elapsed_s(self) -> float:
-        return time.monotonic() - self.begun
-
-    @property
-    def deadline(self) -> float:
-        return self.begun + self.request.time_limit_s
-
-    @property
-    def left_s(self) -> float:
-        return self.deadline - time.monotonic()
-
-    def report_progress(self, makespan_s: float | None, bound_s: float | None = None) -> bool:
-        """Report progress; False when it is time to end."""
-        self.observer.progress(
-            Progress(
-                engine=self.engine,
-                elapsed_s=round(self.elapsed_s, 3),
-                makespan_s=makespan_s,
-                lower_bound_s=bound_s,
-            )
-        )
-        return not self.observer.should_stop() and time.monotonic() < self.deadline
-
-
-class _CurrentProblem:
-    """A problem with what is derived from it once."""
-
-    def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self.problem = problem
-        self.classes = AgentClasses(knowledge_base, problem)
-        self.classifier = FactClassifier(knowledge_base, problem, self.classes)
-        self.bound_s: float | None = None
-        self.interacts = False
-        """Some tasks block each other."""
-
-
 class HierarchicalEngine:
     """Plans goals by fragments found from the knowledge base, composed by scheduling.
 
@@ -136,10 +86,11 @@ class HierarchicalEngine:
         if HierarchicalEngine._is_warm:
             return
         empty = PlanningProblem(objects={}, facts=frozenset(), goals=())
-        composition = self._composition(_CurrentProblem(self._base, empty), (), PlanningRequest())
+        run = _Run(self._base, empty, PlanningRequest(), UNOBSERVED)
+        composition = run.composition(())
         composition.begin()
         composition.improve(1, 1.0, lambda _: True)
-        self._finished((), empty)
+        run.finished(())
         warm_up_bounds()
         HierarchicalEngine._is_warm = True
 
@@ -149,15 +100,45 @@ class HierarchicalEngine:
     ) -> PlanningResult:
         """A plan-net, or why not."""
         self.warm_up()
-        clock = _RunClock(begun=time.monotonic(), request=request, observer=observer, engine=self.name)
-        return timed_result(self.name, self._base, problem, lambda: self._plan(problem, clock))
+        run = _Run(self._base, problem, request, observer)
+        result = timed_result(self.name, self._base, problem, request, run.outcome)
+        return replace(result, lower_bound_s=run.bound_s) if result.plan_net is not None else result
 
-    def _plan(self, problem: PlanningProblem, clock: _RunClock) -> PlanningResult:
+
+class _Run:
+    """The planning of one problem."""
+
+    def __init__(
+        self,
+        knowledge_base: KnowledgeBase,
+        problem: PlanningProblem,
+        request: PlanningRequest,
+        observer: Observer,
+    ) -> None:
+        self._base = knowledge_base
+        self._problem = problem
+        self._request = request
+        self._observer = observer
+        self._timer = request.timer()
+        self.bound_s: float | None = None
+        """The lower bound of the makespan."""
+        self._interacts = False
+        """Some tasks block each other."""
+
+    @cached_property
+    def _classified(self) -> ClassifiedProblem:
+        return ClassifiedProblem(self._base, self._problem)
+
+    def outcome(self) -> Outcome:
+        problem = self._problem
         if contradicting_goals(self._base, problem):
-            return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
+            return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
         # NOTE: learned from scratch for each problem, so that a plan-net does not depend on earlier problems.
         fragments = Fragments(self._base)
-        until = clock.begun + min(clock.request.time_limit_s / 2, MAX_DISCOVERY_S)
+        discovery_s = min(self._request.time_limit_s / 2, MAX_DISCOVERY_S)
+
+        def is_over() -> bool:
+            return self._timer.elapsed_s > discovery_s or self._observer.should_stop()
 
         @cache
         def known(facts: frozenset[Fact]) -> ProblemFragments:
@@ -165,137 +146,116 @@ class HierarchicalEngine:
 
         @cache
         def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
-            return known(facts).alternatives(
-                goals, deadline=until, levels=levels, stop=clock.observer.should_stop
-            )
+            return known(facts).alternatives(goals, levels=levels, is_over=is_over)
 
-        current = _CurrentProblem(self._base, problem)
-        return_home = ReturnHome(self._base, problem, current.classifier)
-        finder = TaskFinder(problem, Groups(problem, current.classifier), return_home, find)
+        finder = TaskFinder(self._classified, find)
         tasks = finder.tasks()
-        current.interacts = finder.interacts
-        if clock.request.effort_s != 0.0:
-            current.bound_s = lower_bound_s(self._base, problem)
+        self._interacts = finder.interacts
+        if self._request.effort_s != 0.0:
+            self.bound_s = lower_bound_s(self._base, problem)
         sequence: Sequence[GroundAction] | None = None
         if not isinstance(tasks, Unmet):
-            sequence = self._composed(current, tasks, clock)
+            sequence = self._composed(tasks)
         if sequence is None and (chain := finder.chain()) is not None:
-            sequence = self._composed(current, chain.tasks, clock) or chain.actions
+            sequence = self._composed(chain.tasks) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
         if sequence is None and 1 < len(problem.goals) <= MAX_GOALS_TOGETHER:
             whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
-        if sequence is None:
-            return self._none(problem, tasks, clock)
-        return replace(self._finished(sequence, problem), lower_bound_s=current.bound_s)
+        return self._none(tasks) if sequence is None else self.finished(sequence)
 
-    def _composed(
-        self, current: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
-    ) -> Sequence[GroundAction] | None:
+    def composition(self, tasks: Sequence[Task]) -> Composition:
+        weights = np.array(WEIGHTS[self._request.objective])
+        return Composition(self._classified, tasks, weights, self._request)
+
+    def finished(self, sequence: Sequence[GroundAction]) -> Outcome:
+        problem = self._problem
+        plan_net = complete_plan_net(sequence, problem, self._base, StaticFacts(self._base, problem))
+        if isinstance(plan_net, str):
+            return PlanningStatus.NOT_FOUND, None, plan_net
+        confirm(plan_net, problem, self._base)
+        return PlanningStatus.SOLVED, plan_net, ""
+
+    def _composed(self, tasks: Sequence[Task]) -> Sequence[GroundAction] | None:
         """A sequence, with stops where they pay; stops without an intended use (table 3) are not tried again."""
-        problem = current.problem
-        stops = Stops(
-            knowledge_base=self._base,
-            problem=problem,
-            classes=current.classes,
-            classifier=current.classifier,
-            share=ANY_SHARE if current.interacts else SHARE,
-        )
+        stops = Stops(classified=self._classified, share=ANY_SHARE if self._interacts else SHARE)
         if len(tasks) <= MAX_STOPPING:
             tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
-        elif len(tasks) <= MAX_NEAR_STOPPING and clock.request.effort_s != 0.0:
+        elif len(tasks) <= MAX_NEAR_STOPPING and self._request.effort_s != 0.0:
             varied = with_near_stops([task.fragments for task in tasks], stops)
             tasks = [replace(task, fragments=some) for task, some in zip(tasks, varied, strict=True)]
         best: tuple[float, Sequence[GroundAction]] | None = None
         last = False
         for _ in range(MAX_ATTEMPTS):
-            actions = self._scheduled(current, tasks, clock)
+            actions = self._scheduled(tasks)
             if actions is None:
                 break
-            scheduled_s, idle = self._judged(actions, problem)
+            scheduled_s, idle = self._judged(actions)
             makespan_s = scheduled_s
             still_idle = idle
             if idle:
                 kept = [replace(task, fragments=_without(task.fragments, idle)) for task in tasks]
                 last = kept == list(tasks)
                 tasks = kept
-                actions = without_detours(actions, problem, self._base)
-                makespan_s, still_idle = self._judged(actions, problem)
+                actions = without_detours(actions, self._problem, self._base)
+                makespan_s, still_idle = self._judged(actions)
             if not still_idle:
                 best = min(best or (makespan_s, actions), (makespan_s, actions), key=lambda found: found[0])
             if last or (not still_idle and makespan_s <= scheduled_s):
                 break
         return best[1] if best else None
 
-    def _judged(
-        self, actions: Sequence[GroundAction], problem: PlanningProblem
-    ) -> tuple[float, frozenset[str]]:
+    def _judged(self, actions: Sequence[GroundAction]) -> tuple[float, frozenset[str]]:
         """The sequence's makespan in seconds, and its actions that table 3 does not allow."""
-        net = assemble(extract(actions, problem.facts, problem.goals), problem.goals, self._base, {})
+        goals = self._problem.goals
+        net = assemble(extract(actions, self._problem.facts, goals), goals, self._base, {})
         idle = (action for action, _ in unjustified_actions(net, self._base))
         return net.makespan_s, frozenset(map(str, idle))
 
-    def _scheduled(
-        self, current: _CurrentProblem, tasks: Sequence[Task], clock: _RunClock
-    ) -> Sequence[GroundAction] | None:
-        problem = current.problem
-        bound_s = current.bound_s
-        composition = self._composition(current, tasks, clock.request)
+    def _scheduled(self, tasks: Sequence[Task]) -> Sequence[GroundAction] | None:
+        composition = self.composition(tasks)
         if not composition.begin():
             return None
-        request = clock.request
-        least_s = bound_s if bound_s is not None and request.objective is Objective.MAKESPAN else 0.0
-        choices = sum(len(task.fragments) for task in tasks) if current.interacts else 0
-        trials, seconds = effort(request, composition.legs, choices)
+        bound_s = self.bound_s
+        least_s = bound_s if bound_s is not None and self._request.objective is Objective.MAKESPAN else 0.0
+        choices = sum(len(task.fragments) for task in tasks) if self._interacts else 0
+        trials, seconds = effort(self._request, composition.legs, choices)
         composition.improve(
             trials,
-            min(seconds, clock.left_s / 2),
-            lambda best_s: clock.report_progress(best_s, bound_s) and best_s > least_s + ROUNDING_S,
+            min(seconds, self._timer.left_s / 2),
+            lambda best_s: self._go_on(best_s) and best_s > least_s + ROUNDING_S,
         )
-        if len(tasks) <= MAX_STOPPING:
-            composition.polish()
         composed = composition.composed
         # NOTE: an agent may end where it is to be by an effect nobody intended, which does not count.
-        if composed is None or fault_of(composed.actions, problem.facts, problem.goals) is not None:
+        if (
+            composed is None
+            or fault_of(composed.actions, self._problem.facts, self._problem.goals) is not None
+        ):
             return None
         return composed.actions
 
-    def _composition(
-        self, current: _CurrentProblem, tasks: Sequence[Task], request: PlanningRequest
-    ) -> Composition:
-        weights: Floats = np.array(WEIGHTS[request.objective])
-        return Composition(
-            self._base,
-            current.problem,
-            current.classes,
-            current.classifier,
-            tasks,
-            weights,
-            seed=request.seed,
+    def _go_on(self, makespan_s: float) -> bool:
+        """Report progress; False when it is time to end."""
+        self._observer.progress(
+            Progress(
+                engine=HierarchicalEngine.name,
+                elapsed_s=round(self._timer.elapsed_s, 3),
+                makespan_s=makespan_s,
+                lower_bound_s=self.bound_s,
+            )
         )
+        return not self._observer.should_stop() and not self._timer.is_over
 
-    def _finished(self, sequence: Sequence[GroundAction], problem: PlanningProblem) -> PlanningResult:
-        statics = StaticFacts(self._base, problem)
-        plan_net = complete_plan_net(sequence, problem, self._base, statics)
-        if isinstance(plan_net, str):
-            return self._result(PlanningStatus.NOT_FOUND, plan_net)
-        confirm(plan_net, problem, self._base)
-        return to_result(self.name, (PlanningStatus.SOLVED, plan_net, ""))
-
-    def _none(self, problem: PlanningProblem, tasks: object, clock: _RunClock) -> PlanningResult:
-        if unreachable_goals(self._base, problem):
-            return self._result(PlanningStatus.UNSOLVABLE, why_unsolvable(self._base, problem))
-        if clock.observer.should_stop():
-            return self._result(PlanningStatus.NOT_FOUND, "stopped before there was a plan")
-        if time.monotonic() >= clock.deadline:
-            return self._result(PlanningStatus.TIMED_OUT, f"no plan within {clock.request.time_limit_s:g} s")
+    def _none(self, tasks: object) -> Outcome:
+        if unreachable_goals(self._base, self._problem):
+            return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, self._problem)
+        if self._observer.should_stop():
+            return PlanningStatus.NOT_FOUND, None, "stopped before there was a plan"
+        if self._timer.is_over:
+            return PlanningStatus.TIMED_OUT, None, f"no plan within {self._request.time_limit_s:g} s"
         if isinstance(tasks, Unmet):
-            named = ", ".join(map(str, tasks.goals))
-            return self._result(PlanningStatus.NOT_FOUND, f"found no way to {named}")
-        return self._result(PlanningStatus.NOT_FOUND, "the ways to the goals do not compose")
-
-    def _result(self, status: PlanningStatus, reason: str) -> PlanningResult:
-        return to_result(self.name, (status, None, reason))
+            return PlanningStatus.NOT_FOUND, None, f"found no way to {', '.join(map(str, tasks.goals))}"
+        return PlanningStatus.NOT_FOUND, None, "the ways to the goals do not compose"
 
 
 def _without(

@@ -2,18 +2,15 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from planner.engines.hierarchical.legs.leg import FactClassifier, Leg, legs_of, renamed
-from planner.engines.hierarchical.legs.setups import FactTable, Setups
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Leg, legs_of, renamed
 from planner.engines.hierarchical.legs.travel import Travel
 from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows
 from planner.fact import Fact
-from planner.knowledge import GroundAction, KnowledgeBase
-from planner.problem.interface import PlanningProblem
-from planner.problem.robot_classes import AgentClasses
+from planner.knowledge import GroundAction
 
 NO_DEADLINE_S = 1e12
 
@@ -28,55 +25,36 @@ class Task:
     weight: float = 1.0
 
 
-@dataclass(slots=True)
-class _Steps:
-    """Ground actions with their agents left open, and the shared facts they touch."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Step:
+    """A ground action with its agents left open, and the numbers of the shared facts it touches."""
 
-    actions: list[tuple[GroundAction, tuple[str, ...]]] = field(default_factory=list)
-    masks: list[int] = field(default_factory=list)
-    needs: list[list[int]] = field(default_factory=list)
-    deletes: list[list[int]] = field(default_factory=list)
-    adds: list[list[int]] = field(default_factory=list)
+    action: GroundAction
+    agents: tuple[str, ...]
+    needs: list[int]
+    deletes: list[int]
+    adds: list[int]
+
+    @property
+    def data(self) -> list[int]:
+        """As `Model.step_data` has it."""
+        mask = sum(1 << place for place, agent in enumerate(self.agents) if agent in self.action.agents)
+        counts = [len(self.needs), len(self.deletes), len(self.adds)]
+        return [mask, *counts, *self.needs, *self.deletes, *self.adds]
 
 
 class SchedulingProblemBuilder:
     """Builds the model of one problem; `leave` extends it where an agent must make way."""
 
-    def __init__(
-        self,
-        knowledge_base: KnowledgeBase,
-        problem: PlanningProblem,
-        classes: AgentClasses,
-        classifier: FactClassifier,
-        tasks: Sequence[Task],
-    ) -> None:
-        self._problem = problem
-        self._classes = classes
-        self._classifier = classifier
+    def __init__(self, classified: ClassifiedProblem, tasks: Sequence[Task]) -> None:
+        self._problem = classified.problem
+        self._classes = classes = classified.classes
+        self._classified = classified
         self._tasks = tasks
-        statics = [fact for fact in problem.facts if not classifier.is_fluent(fact)]
-        everywhere = FactTable(statics)
-        shared = FactTable(fact for fact in statics if classes.own.isdisjoint(fact.args))
-        self._travel = Travel(
-            classes,
-            classifier,
-            {
-                number: Setups(
-                    knowledge_base,
-                    problem,
-                    classifier,
-                    shared if len(members) > 1 else everywhere,
-                    members[0],
-                )
-                for number, members in classes.members.items()
-            },
-            lambda agent: Setups(knowledge_base, problem, classifier, everywhere, agent),
-        )
+        self._travel = Travel(classified)
         self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
         self._facts: dict[Fact, int] = {}
-        self._steps = _Steps()
-        for agent in classes.agents:
-            self._travel.start(agent, classifier.configuration(agent, problem.facts))
+        self._steps: list[_Step] = []
         self._slots: list[list[tuple[int, int, int, int, int]]] = []
         self._cores: list[list[int]] = []
         self._roles = 0
@@ -86,7 +64,7 @@ class SchedulingProblemBuilder:
         self._postures = [
             (self._agent_number[agent], self._travel.need(agent, wanted))
             for agent in classes.agents
-            if (wanted := classifier.configuration(agent, problem.goals))
+            if (wanted := classified.configuration(agent, self._problem.goals))
         ]
         self._way_steps: list[list[int]] = []
 
@@ -97,7 +75,7 @@ class SchedulingProblemBuilder:
 
     def is_final_configuration(self, task: int) -> bool:
         """True if the task is about where an agent ends."""
-        return any(self._classifier.is_configuration(goal) for goal in self._tasks[task].goals)
+        return any(self._classified.is_configuration(goal) for goal in self._tasks[task].goals)
 
     def leave(self, configurations: Ints, fact: Fact) -> bool:
         """Let agents in these configurations make way so that the fact comes about; True if that is new."""
@@ -114,14 +92,14 @@ class SchedulingProblemBuilder:
         """The ground actions of decoded steps."""
         found = []
         for step, members in zip(steps.tolist(), team.tolist(), strict=True):
-            action, agents = self._steps.actions[step]
-            names = {old: self._classes.agents[new] for old, new in zip(agents, members, strict=False)}
-            found.append(renamed(action, names))
+            agents = zip(self._steps[step].agents, members, strict=False)
+            names = {old: self._classes.agents[new] for old, new in agents}
+            found.append(renamed(self._steps[step].action, names))
         return tuple(found)
 
     def _add(self, actions: tuple[GroundAction, ...], goals: tuple[Fact, ...]) -> list[int]:
         """The legs of a fragment, by number."""
-        legs = legs_of(actions, goals, self._problem.facts, self._classifier)
+        legs = legs_of(actions, goals, self._classified)
         numbers = []
         played = Counter(role for leg in legs for role in leg.roles)
         for leg in legs:
@@ -153,27 +131,24 @@ class SchedulingProblemBuilder:
         for action in leg.core:
             outer |= set(action.preconditions) - made
             made |= set(action.effects)
-        return frozenset(fact for fact in made - outer if self._classifier.agents_of(fact))
+        return frozenset(fact for fact in made - outer if self._classified.agents_of(fact))
 
     def _step(
         self, action: GroundAction, agents: tuple[str, ...], inner: frozenset[Fact] = frozenset()
     ) -> int:
-        steps = self._steps
-        steps.actions.append((action, agents))
-        steps.masks.append(sum(1 << place for place, agent in enumerate(agents) if agent in action.agents))
-        steps.needs.append(self._shared(action.preconditions, inner))
-        effects = self._shared(action.effects, inner)
-        steps.deletes.append([fact for fact in self._shared(action.deletes, inner) if fact not in effects])
-        steps.adds.append(effects)
-        return len(steps.actions) - 1
+        needs = self._shared(action.preconditions, inner)
+        adds = self._shared(action.effects, inner)
+        deletes = [fact for fact in self._shared(action.deletes, inner) if fact not in adds]
+        self._steps.append(_Step(action=action, agents=agents, needs=needs, deletes=deletes, adds=adds))
+        return len(self._steps) - 1
 
     def _shared(self, facts: Sequence[Fact], inner: frozenset[Fact] = frozenset()) -> list[int]:
         return [
             self._facts.setdefault(fact, len(self._facts))
             for fact in dict.fromkeys(facts)
-            if self._classifier.is_fluent(fact)
+            if self._classified.is_fluent(fact)
             and fact not in inner
-            and not self._classifier.is_configuration(fact)
+            and not self._classified.is_configuration(fact)
         ]
 
     def model(self) -> Model:
@@ -194,13 +169,7 @@ class SchedulingProblemBuilder:
         member_first, members = rows(
             [[self._agent_number[a] for a in names] for _, names in sorted(classes.members.items())]
         )
-        data = [
-            [mask, len(needs), len(deletes), len(adds), *needs, *deletes, *adds]
-            for mask, needs, deletes, adds in zip(
-                steps.masks, steps.needs, steps.deletes, steps.adds, strict=True
-            )
-        ]
-        step_at, step_data = rows(data)
+        step_at, step_data = rows([step.data for step in steps])
         near_first, near_ways = rows(travel.nearest())
         ahead_first, ahead_needs = rows(travel.ahead())
         leaves = [travel.leaves[agent] for agent in classes.agents]
@@ -209,7 +178,7 @@ class SchedulingProblemBuilder:
         by_setup = np.zeros(len(self._facts), np.int32)
         for group in self._way_steps:
             for step in group:
-                by_setup[steps.adds[step]] = 1
+                by_setup[steps[step].adds] = 1
         holds = self._holds()
         return Model(
             agent_class=ints([classes.number(agent) for agent in classes.agents]),
@@ -239,8 +208,8 @@ class SchedulingProblemBuilder:
             leave_first=leave_first,
             leave_from=leave_from,
             leave_ways=ints([way for ways in leaves for _, way in ways]),
-            step_span_s=floats([action.duration_s for action, _ in steps.actions]),
-            step_energy_j=floats([getattr(action, "energy_j", 0.0) for action, _ in steps.actions]),
+            step_span_s=floats([step.action.duration_s for step in steps]),
+            step_energy_j=floats([step.action.energy_j for step in steps]),
             step_at=step_at[:-1],
             step_data=step_data,
             fact_true=ints([int(fact in self._problem.facts) for fact in self._facts]),
@@ -265,7 +234,7 @@ class SchedulingProblemBuilder:
         for (here, _), way in travel.way.items():
             for agent, start in travel.starts.items():
                 if start == here and self._way_steps[way]:
-                    for fact in self._steps.adds[self._way_steps[way][0]]:
+                    for fact in self._steps[self._way_steps[way][0]].adds:
                         found.setdefault(fact, self._agent_number[agent])
         return sorted(found.items())
 
@@ -283,10 +252,7 @@ class SchedulingProblemBuilder:
         return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
 
     def _max_touched_facts(self) -> int:
-        steps = self._steps
-        touches = [
-            len(n) + len(d) + len(a) for n, d, a in zip(steps.needs, steps.deletes, steps.adds, strict=True)
-        ]
+        touches = [len(step.needs) + len(step.deletes) + len(step.adds) for step in self._steps]
         most_way = max((sum(touches[s] for s in way) for way in self._way_steps), default=0)
         cores = [
             sum(touches[s] for s in core) + most_way * len(slots)

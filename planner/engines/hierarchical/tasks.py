@@ -12,12 +12,11 @@ from math import exp
 from planner.engines.hierarchical.blocking import BlockingTasks, FindFragments
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
-from planner.engines.hierarchical.legs.setups import ReturnHome
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.scheduling_problem import NO_DEADLINE_S, Task
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_nets.progression import progressed
-from planner.problem.interface import PlanningProblem
 
 PRIORITY_SCALE = 20.0
 """A priority difference of this size weighs a second of lateness e times as much."""
@@ -41,23 +40,21 @@ class Chain:
 class TaskFinder:
     """Splits a problem's goals into tasks and finds their fragments."""
 
-    def __init__(
-        self, problem: PlanningProblem, groups: Groups, return_home: ReturnHome, find: FindFragments
-    ) -> None:
-        self._problem = problem
-        self._groups = groups
+    def __init__(self, classified: ClassifiedProblem, find: FindFragments) -> None:
+        self._problem = classified.problem
+        self._groups = Groups(classified)
         self._find = find
         self.interacts = False
         """Some tasks are known to block each other."""
-        self._yielding = BlockingTasks(problem, groups, return_home, find)
+        self._blocking = BlockingTasks(classified, self._groups, find)
 
     def tasks(self) -> tuple[Task, ...] | Unmet:
         """The tasks, or goals that cannot be reached alone."""
         groups = list(self._groups.wanted)
         while True:
-            found = self._yielding.ways(groups)
+            found = self._blocking.ways(groups)
             if not isinstance(found, list):
-                self.interacts |= self._yielding.has_blocking
+                self.interacts |= self._blocking.has_blocking
                 return tuple(self._task(group, ways) for group, ways in found.items())
             if len(found) == 1:
                 return Unmet(goals=found[0].goals)

@@ -1,6 +1,5 @@
 """The best of the schedules that a temporal planner finds."""
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ from planner.plan_nets.extraction import fault_of
 from planner.plan_nets.plan_net import PlanNet
 from planner.problem.interface import Observer, PlanningProblem, PlanningRequest, Progress
 from planner.problem.static_facts import StaticFacts
+from planner.problem.timer import Timer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,8 +64,7 @@ class BestPlan:
         self._request = request
         self._observer = observer
         self._statics = StaticFacts(task.knowledge_base, problem)
-        self._begun = time.monotonic()
-        self._enough_at = float("inf")
+        self._timer = Timer(clock=request.clock)
 
     def take(self, schedule: Sequence[Step]) -> None:
         """Consider one more schedule; a faulty one is the engine's mistake and passed over."""
@@ -83,16 +82,15 @@ class BestPlan:
 
     def is_enough(self) -> bool:
         """True once the effort is spent, or whoever watches wants the best so far."""
-        return time.monotonic() >= self._enough_at or self._observer.should_stop()
+        return self._timer.is_over or self._observer.should_stop()
 
     def _keep(self, plan_net: PlanNet) -> None:
-        elapsed_s = time.monotonic() - self._begun
+        elapsed_s = self._timer.elapsed_s
         if self.plan_net is None:
             effort_s = self._request.effort_s
             # As long again as the first plan took: what comes later seldom is much better (our choice).
-            self._enough_at = time.monotonic() + (
-                max(MIN_EFFORT_S, elapsed_s) if effort_s is None else effort_s
-            )
+            effort_s = max(MIN_EFFORT_S, elapsed_s) if effort_s is None else effort_s
+            self._timer.limit_s = elapsed_s + effort_s
         self.plan_net = plan_net
         progress = Progress(engine=self._engine, elapsed_s=elapsed_s, makespan_s=plan_net.makespan_s)
         self._observer.progress(progress)

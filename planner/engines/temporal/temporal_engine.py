@@ -3,11 +3,10 @@ ourselves."""
 
 import signal
 import tempfile
-import time
 from pathlib import Path
 from typing import Protocol
 
-from planner.engines.plan_net_completion import Outcome, confirm, timed_result, to_result, warm_up_validation
+from planner.engines.plan_net_completion import Outcome, confirm, timed_result, warm_up_validation
 from planner.engines.temporal.best_plan import BestPlan
 from planner.explanation.diagnosis import why_unsolvable
 from planner.interchange.pddl import Form, PddlTask
@@ -57,11 +56,9 @@ class TemporalEngine:
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
         """A plan-net, or why not; the processes started are ended at the time limit."""
-
-        def plan() -> PlanningResult:
-            return to_result(self.name, self._plan(problem, request, observer))
-
-        return timed_result(self.name, self._base, problem, plan)
+        return timed_result(
+            self.name, self._base, problem, request, lambda: self._plan(problem, request, observer)
+        )
 
     def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
         if not self._solver.is_installed:
@@ -69,15 +66,14 @@ class TemporalEngine:
             return PlanningStatus.FAILED, None, f"{self.name} is not installed; {hint}"
         if not is_relaxed_reachable(self._base, problem):
             return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
-        deadline = time.monotonic() + request.time_limit_s
-        lean = StaticFacts(self._base, problem).lean(problem)
+        timer = request.timer()
+        small = StaticFacts(self._base, problem).without_bystanders(problem)
         # Bystanders are left out at first; who knows whether one of them helps.
-        if lean.objects == problem.objects:
-            return self._search(problem, problem, request, observer, deadline)
-        half = time.monotonic() + request.time_limit_s / 2
-        outcome = self._search(problem, lean, request, observer, half)
+        if small.objects == problem.objects:
+            return self._search(problem, problem, request, observer, timer.left_s)
+        outcome = self._search(problem, small, request, observer, timer.left_s / 2)
         if outcome[1] is None and not observer.should_stop():
-            outcome = self._search(problem, problem, request, observer, deadline)
+            outcome = self._search(problem, problem, request, observer, timer.left_s)
         return outcome
 
     def _search(
@@ -86,11 +82,11 @@ class TemporalEngine:
         searched: PlanningProblem,
         request: PlanningRequest,
         observer: Observer,
-        deadline: float,
+        limit_s: float,
     ) -> Outcome:
         task = PddlTask(self._base, searched, Form.TEMPORAL, is_simplified=True)
         best = BestPlan(self.name, problem, task, request, observer)
-        limits = Limits(deadline=deadline, memory_mb=request.memory_limit_mb)
+        limits = Limits(limit_s, request.clock, memory_mb=request.memory_limit_mb)
         with tempfile.TemporaryDirectory(prefix=f"macta-{self.name}-") as folder:
             ended = self._solver.run(Path(folder), limits, request.seed, best)
         if best.plan_net is None:

@@ -87,7 +87,7 @@ class _Reader:
         self._complements = {name: self._fluents.add(f"not_{name}") for name in negated}
         specs = [spec for action in read if (spec := self._spec(action)) is not None]
         if not specs:
-            raise Unsupported("no action has an effect that a goal or a condition could want")
+            raise Unsupported("no action has an effect that a goal or condition could use")
         constants = {name for action in read for name in action.constants}
         file = KnowledgeBaseFile(
             types=dict(self._type_specs(constants)),
@@ -227,7 +227,7 @@ class _Reader:
         if prod(map(len, choices)) > MAX_COMPLEMENTS:
             raise Unsupported(
                 f"negative conditions: not {fluent.name} would take {prod(map(len, choices))} facts; "
-                "say it with a predicate of its own"
+                "use a separate predicate for it"
             )
         for args in product(*choices):
             if Fact(predicate, args) not in facts:

@@ -12,27 +12,25 @@ goals count only if intended effects bring them about: `intended_…` twins say 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
 
-from planner.interchange.pddl.vocabulary import Form, Vocabulary
-from planner.knowledge import KnowledgeBase, Operator
+from planner.interchange.pddl.vocabulary import Vocabulary
+from planner.knowledge import Operator
 from planner.knowledge.literal import Literal
 
 _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
 
-def write_domain(knowledge_base: KnowledgeBase, form: Form = Form.TEMPORAL) -> str:
-    """The knowledge base as a PDDL domain."""
-    return domain_text(Vocabulary(knowledge_base, form))
-
-
 def domain_text(words: Vocabulary) -> str:
-    """As `write_domain`, with names that one has at hand."""
+    """The knowledge base of the words as a PDDL domain."""
     features = ":durative-actions :fluents" if words.is_temporal else ":action-costs"
     action = _durative if words.is_temporal else _instant
     sections = [
         "(define (domain macta)",
         f"  (:requirements :typing :equality :negative-preconditions {features})",
         section("types", _types(words)),
-        section("constants", [f"{words.objects[c]} - {words.types[k]}" for c, k in _constants(words)]),
+        section(
+            "constants",
+            [f"{words.objects[c]} - {words.types[k]}" for c, k in sorted(words.base.constants.items())],
+        ),
         section("predicates", _predicates(words)),
         section("functions", _functions(words)),
         *(action(op, words) for op in words.base.operators),
@@ -49,10 +47,6 @@ def section(name: str, lines: Iterable[str]) -> str:
 def _types(words: Vocabulary) -> Iterator[str]:
     for name, spec in words.base.file.types.items():
         yield f"{words.types[name]} - {words.types[spec.parent] if spec.parent else 'object'}"
-
-
-def _constants(words: Vocabulary) -> list[tuple[str, str]]:
-    return sorted(words.base.constants.items())
 
 
 def _predicates(words: Vocabulary) -> Iterator[str]:

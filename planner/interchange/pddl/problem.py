@@ -56,13 +56,11 @@ class PddlTask:
         return action
 
 
-def write_problem(knowledge_base: KnowledgeBase, problem: PlanningProblem, form: Form = Form.TEMPORAL) -> str:
-    """The problem in PDDL; goals whose predicate may come about by the way ask for the intended twin."""
-    return problem_text(Vocabulary(knowledge_base, form), problem)
-
-
 def problem_text(words: Vocabulary, problem: PlanningProblem) -> str:
-    """As `write_problem`; the words learn the problem's objects."""
+    """The problem in PDDL; goals whose predicate may come about by the way ask for the intended twin.
+
+    The words learn the problem's objects.
+    """
     objects = sorted(problem.objects.items())
     lines = [f"{words.objects.add(name)} - {words.types[kind]}" for name, kind in objects]
     goals = [_goal(goal, words) for goal in dict.fromkeys(problem.goals)]

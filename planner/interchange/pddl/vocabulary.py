@@ -26,7 +26,6 @@ class Vocabulary:
         action at a time (the plan-net orders their actions).
         """
         self.base = knowledge_base
-        self.form = form
         self.is_temporal = form is Form.TEMPORAL
         self.is_simplified = is_simplified
         self.types = Names(knowledge_base.file.types)

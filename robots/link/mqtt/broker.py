@@ -2,6 +2,7 @@
 
 import ssl
 from dataclasses import dataclass
+from ipaddress import ip_address
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -16,13 +17,17 @@ class BrokerError(ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Broker:
-    """An MQTT 5 broker. `tls`: the certificate is checked against `ca`, or the system's authorities; None: no TLS."""
+    """An MQTT 5 broker. `tls`: the certificate is checked against `ca`, or the system's authorities; None: no TLS.
+
+    `has_certificate`: we have one of our own for it.
+    """
 
     host: str
     port: int
     username: str | None = None
     password: SecretStr | None = None
     tls: ssl.SSLContext | None = None
+    has_certificate: bool = False
 
     @classmethod
     def at(
@@ -46,12 +51,32 @@ class Broker:
         if scheme == "mqtt" and (ca or certificate or key):
             raise BrokerError(f"certificates need TLS: say mqtts://{host}, not mqtt://{host}")
         tls = _context(ca, certificate, key) if scheme == "mqtts" else None
-        return cls(host=host, port=port, username=username, password=password, tls=tls)
+        return cls(
+            host=host,
+            port=port,
+            username=username,
+            password=password,
+            tls=tls,
+            has_certificate=certificate is not None,
+        )
 
     @property
     def is_private(self) -> bool:
         """False if messages and password can be read on the network."""
-        return self.tls is not None or self.host in ("localhost", "127.0.0.1", "::1")
+        return self.tls is not None or self.is_on_loopback
+
+    @property
+    def is_anonymous(self) -> bool:
+        """True if it is to let us in without knowing who we are, and so anybody."""
+        return self.username is None and not self.has_certificate
+
+    @property
+    def is_on_loopback(self) -> bool:
+        """True if only this machine reaches it."""
+        try:
+            return ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host == "localhost"
 
     def __str__(self) -> str:
         host = f"[{self.host}]" if ":" in self.host else self.host

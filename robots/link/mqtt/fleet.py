@@ -10,6 +10,7 @@ from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
+    GREATEST_NUMBER,
     Channel,
     ConnectionState,
     Presence,
@@ -46,8 +47,10 @@ class FleetLink:
         """
         :param run: the run of the world, see `WorldAnnouncement`.
         :param digest: of the world file.
+        :param epoch_s: gives a first fleet its number; what a clock that is wrong says does no harm.
         """
-        self._began_at = epoch_s()
+        self._number = epoch_s()
+        self._is_first_heard = True
         self._superseded = False
         self._world = world
         self._run = run
@@ -151,7 +154,11 @@ class FleetLink:
         )
 
     def _compare(self, publication: Publication) -> None:
-        """Retire if a later fleet announces the world.
+        """Number this fleet after its predecessor; retire if a successor drives the world.
+
+        The first announcement that it hears is what the broker remembers of a fleet that began before it, or its own.
+        A greater number that it hears later is of a fleet that began later: the world is left to it, unless it has said
+        that it leaves.
 
         NOTE: two fleets have the same client names, so the broker disconnects the earlier one. If both reconnected,
         they would disconnect each other for ever.
@@ -161,7 +168,18 @@ class FleetLink:
         except ValidationError as error:
             self._inbox.reject(publication.topic, error)
             return
-        if announced.began_at > self._began_at:
+        is_first, self._is_first_heard = self._is_first_heard, False
+        if is_first and publication.retain:
+            is_greater = announced.began_at >= self._number
+        else:
+            is_greater = announced.began_at > self._number
+        if not is_greater:
+            return
+        if is_first or announced.state is ConnectionState.OFFLINE:
+            self._number = min(announced.began_at + 1, GREATEST_NUMBER)
+            self._world_session.set_will(self._announcement(ConnectionState.CONNECTION_BROKEN))
+            self._world_session.publish(self._announcement(ConnectionState.ONLINE))
+        else:
             self._superseded = True
             for session in (self._world_session, *self._robots.values()):
                 session.retired = True
@@ -189,7 +207,7 @@ class FleetLink:
             time_s=self._time_s,
             rate=self._rate,
             digest=self._digest,
-            began_at=self._began_at,
+            began_at=self._number,
         )
         return Publication(
             topic=world_topic(self._world),

@@ -47,5 +47,5 @@ class Inbox:
         if str(self.malformed).strip("0") == "1":
             lines = str(why).splitlines() or [""]
             logger.warning(
-                "dropped an invalid message on %s, the %d. so far: %s", topic, self.malformed, lines[0]
+                "dropped an invalid message on %s (%d dropped so far): %s", topic, self.malformed, lines[0]
             )

@@ -140,7 +140,7 @@ class Reactor:
                 self.refused = True
             if session.closed_early:
                 self._note_failure(
-                    f"closes before it lets {session.name} in; does it want TLS, or a certificate of ours?"
+                    f"closed the connection before accepting {session.name}; does it need TLS or a client certificate?"
                 )
                 session.closed_early = False
             if self._wall_s() < self._next_attempt_s or self._stop:

@@ -75,7 +75,11 @@ class Session:
         self._on_arrival = on_arrival
         self.client = self._client(broker, client_id, queued)
         if will is not None:
-            self.client.will_set(will.topic, will.payload, will.qos, will.retain)
+            self.set_will(will)
+
+    def set_will(self, will: Publication) -> None:
+        """Have the broker publish this when the connection is lost; from the next connection on."""
+        self.client.will_set(will.topic, will.payload, will.qos, will.retain)
 
     def publish(self, publication: Publication) -> bool:
         """Queue it for the broker; False, and lost, if the broker is unreachable or the queue is full."""

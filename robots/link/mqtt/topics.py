@@ -11,6 +11,8 @@ ROOT = "macta/v1"
 SERVICE = "service"
 AT_MOST_ONCE = 0
 AT_LEAST_ONCE = 1
+GREATEST_NUMBER = 1e15
+"""Of a fleet: up to here a number has a successor as a float."""
 
 
 class Channel(StrEnum):
@@ -83,8 +85,9 @@ class WorldAnnouncement(Wire):
     """Retained on a world's topic, published by its fleet every second. `CONNECTION_BROKEN` is its last will.
 
     `run` changes when the world starts again. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
-    None as fast as possible; `digest`: of the world file; `began_at`: when the fleet's process started, epoch seconds.
-    Of two fleets the later one drives the world.
+    None as fast as possible; `digest`: of the world file; `began_at`: the number of the fleet, greater than that of the
+    fleet before it. Of two that are there the one with the greater number drives the world. A first fleet takes the
+    epoch seconds at which it began.
     """
 
     state: ConnectionState
@@ -92,4 +95,4 @@ class WorldAnnouncement(Wire):
     time_s: float = Field(ge=0)
     rate: float | None = Field(default=1.0, ge=0)
     digest: str = ""
-    began_at: float = 0.0
+    began_at: float = Field(default=0.0, ge=0, le=GREATEST_NUMBER)

@@ -18,11 +18,10 @@ from robots.reactive.avoidance.surroundings import Numbers, Points, Surroundings
 
 LINEAR = 7
 ANGULAR = 21
-"""How many speeds and turn rates of the window are tried."""
+"""Numbers of speeds and turn rates that are sampled in the window."""
 TOUCH_M = 0.005
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class DynamicWindow(Strict):
     """Settings: weights alpha, beta, gamma of the objective (eq. 13), and what the body can do."""
 
@@ -75,7 +74,7 @@ class DynamicWindowRun:
         return linear, angular
 
     def admissible(self, linear: Numbers, angular: Numbers, clear_m: Numbers) -> np.ndarray:
-        """Those from which the robot can stop before what is in the way (eq. 14)."""
+        """The velocities from which the robot can stop before an obstacle (eq. 14)."""
         s = self.settings
         radius = linear / np.maximum(np.abs(angular), 1e-6)
         clear_rad = clear_m / np.maximum(radius, 1e-6)
@@ -85,7 +84,7 @@ class DynamicWindowRun:
         )
 
     def coast(self, angular: Numbers) -> Numbers:
-        """How far the robot turns within the window and until it then has come to rest, radians."""
+        """The angle that the robot turns within the window and while it then brakes to rest, radians."""
         s = self.settings
         return angular * s.window_s + angular * np.abs(angular) / (2 * s.turn_acceleration_rad_s2)
 
@@ -103,8 +102,9 @@ class DynamicWindowRun:
         return smooth(value)
 
     def _near(self, wanted: Wanted) -> tuple[Points, Numbers]:
-        """What lies within the horizon, and the robot's reach beyond each; what is nearer than that already forbids
-        only to come nearer still (our choice).
+        """The obstacle points within the horizon, and the clearance required around each.
+
+        Our choice: around a point that is nearer than that, the present distance is required.
         """
         here = self.surroundings
         along = (here.points * np.exp(-1j * wanted.direction_rad)).real
@@ -120,8 +120,8 @@ def clearance_m(
 ) -> Numbers:
     """How far each velocity's arc can be followed ("dist"): inf if it meets nothing.
 
-    A turn on the spot meets nothing, for the robot is round; our choice is to take the way that lies straight ahead
-    after it, or the robot would rather stand facing an obstacle than turn from it.
+    A round robot that turns on the spot meets nothing. Our choice: for such a turn the free distance straight ahead
+    after it counts; otherwise standing still in front of an obstacle would score best.
 
     :param linear: any shape; `angular`, and `coast`, the turn until rest, alike.
     :param points: shape (K,), robot's frame; `reach_m` alike.
@@ -149,7 +149,7 @@ def clearance_m(
 
 
 def smooth(value: Numbers) -> Numbers:
-    """sigma: the mean over the neighbours in the window, which keeps more room beside obstacles. Shape kept."""
+    """sigma: the mean over neighbouring velocities, which keeps more clearance beside obstacles; shape as given."""
     padded = np.pad(value, 1, mode="edge")
     rows = (padded[:-2] + padded[1:-1] + padded[2:]) / 3
     return np.asarray((rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]) / 3)

@@ -1,8 +1,8 @@
-"""What stands around the robot: a certainty grid that whiskers fill and clear, and what is seen in infra-red.
+"""The robot's surroundings: a certainty grid that whisker readings fill and clear, and robots seen in infra-red.
 
 The grid is Borenstein & Koren's histogramic in-motion mapping (IEEE Trans. Robotics and Automation 7(4), 1991), which
 VFH+ builds on: a hit raises its cell's certainty, the cells short of it are lowered. Our choices: cells of 0.1 m in
-odometry's frame, which drifts but does not jump; echoes of our whiskers are sure, so a hit counts for more.
+odometry's frame, which drifts but does not jump; our whiskers give no false echoes, so a hit counts for more.
 """
 
 from cmath import rect
@@ -28,7 +28,7 @@ Numbers = NDArray[np.float64]
 class Surroundings:
     """Keeps the grid. `points` (K,) complex, metres, robot's frame; `radii_m` (K,); `certainty` (K,) in (0, 1].
 
-    Another robot is taken to be as wide as it reaches with its jaws, for it may turn.
+    Another robot counts as a disc with the reach of its jaws, for it may turn.
     """
 
     def __init__(self) -> None:
@@ -49,7 +49,7 @@ class Surroundings:
         self._gather(percepts, here)
 
     def _scroll(self, here: Pose) -> None:
-        """Keep the robot in the middle cell; what comes in at an edge is unknown."""
+        """Keep the robot in the middle cell; cells that enter at an edge are unknown."""
         half = CELLS // 2
         corner = (round(here.x_m / CELL_M) - half, round(here.y_m / CELL_M) - half)
         last = self._corner

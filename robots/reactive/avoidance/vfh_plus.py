@@ -22,11 +22,10 @@ SECTOR_RAD = tau / SECTORS
 Sectors = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class VfhPlus(Strict):
     """Settings. Weights are mu_1 to mu_3 of the cost function; the paper wants mu_1 > mu_2 + mu_3.
 
-    Our choice of measures: a magnitude of 1 is a certain cell at the window's edge, what is nearer counts for more.
+    Our choice of scale: an occupied cell at the window's edge has magnitude 1; nearer cells have more.
     """
 
     needs: ClassVar[Needs] = SURROUNDINGS
@@ -106,12 +105,13 @@ class VfhPlusRun:
         return np.asarray((np.abs(points) <= self.settings.window_m) & (along < wanted.distance_m))
 
     def _search(self, wanted: Wanted) -> float:
-        """Every way is blocked: turn on the spot until one is not, always to one side."""
+        """The turn rate on the spot while every direction is blocked, always to one side."""
         return (1.0 if wanted.direction_rad >= 0 else -1.0) * 0.5 * wanted.limits.angular_rad_s
 
     def _drive(self, turn: float, wanted: Wanted, points: Points, reach_m: Numbers) -> Velocity:
-        """Towards the course; slower the more it turns and the nearer something is in its way (our choice: the paper
-        leaves the speed open).
+        """The velocity towards the course, reduced with the turn and with the free distance ahead.
+
+        Our choice: the paper leaves the speed open.
         """
         gap_m = free_way_m(points, reach_m - 0.5 * self.settings.safety_m)
         pace = min(wanted.pace_m_s, sqrt(max(0.0, gap_m)) * 0.8) * max(0.0, cos(turn)) ** 2
@@ -125,7 +125,7 @@ def binary(histogram: Numbers, before: Sectors, *, low: float, high: float) -> S
 
 
 def masked_sectors(points: Points, reach_m: Numbers, heading: float, radius_m: float) -> Sectors:
-    """The directions behind what the robot would meet on its narrowest arc to either side (eqs 7-8).
+    """The directions that obstacles on the robot's narrowest arc to either side make unreachable (eqs 7-8).
 
     :param radius_m: of the narrowest arc at the present speed; 0 turns on the spot, which masks nothing.
     """
@@ -167,7 +167,7 @@ def candidate_directions(blocked: Sectors, target: float, wide: int) -> list[flo
 
 
 def free_way_m(points: Points, reach_m: Numbers) -> float:
-    """How far a robot of these reaches can go straight ahead; inf if nothing is in the way."""
+    """The free distance straight ahead, given the clearance around each point; inf if nothing is in the way."""
     ahead = (points.real > 0) & (np.abs(points.imag) < reach_m)
     if not ahead.any():
         return float("inf")

@@ -51,7 +51,7 @@ def test_to_one_in_silence_it_goes_ever_more_seldom_but_does_not_cease() -> None
     assert gaps == [1, 2, 4, 8, *[MAX_SILENT_RESEND_S] * 4]
 
 
-def test_a_robots_first_word_after_a_silence_brings_it_at_once() -> None:
+def test_a_robots_first_message_after_a_silence_sends_it_at_once() -> None:
     run = Run()
     run.go(41.0)
     assert run.go(1.0, hears=lambda at_s: at_s > 41.45) == [41.5]
@@ -67,7 +67,7 @@ def test_however_fast_the_world_runs_an_answer_is_given_the_time_to_be_recorded(
     assert sent[:3] == [0.0, 100 * MIN_RESEND_S, 200 * MIN_RESEND_S]
 
 
-def test_in_a_world_begun_anew_it_goes_again() -> None:
+def test_in_a_world_started_again_it_is_sent_again() -> None:
     run = Run()
     run.go(100.0)
     run.restart_world(3.0)

@@ -4,6 +4,7 @@ import pytest
 
 from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import SILENT_AFTER_S, RobotBoard
+from app.domain.contact import Connection
 from robots.link.mqtt import ConnectionState
 from robots.world import Contact, LinkSpec, Outage, WorldFile
 from robots.world.radio import QUIET_S
@@ -38,6 +39,13 @@ class Room:
         """While the world's clock stands."""
         self._wall.advance(seconds)
 
+    def set_wall_clock(self, back_s: float) -> None:
+        """An administrator sets it back, or ahead."""
+        self._wall.set_back(back_s)
+
+    def connection(self) -> Connection:
+        return self.board.view("left").connection(self._wall.monotonic_s())
+
     def restart(self) -> None:
         """The world's time begins again."""
         self._now_s = 0.0
@@ -66,7 +74,7 @@ def test_one_that_was_never_heard_is_given_as_long_from_the_beginning() -> None:
     assert Room(LinkSpec()).silent_at(100.0) == pytest.approx(LinkSpec().quiet_s, abs=0.11)
 
 
-def test_between_windows_of_contact_nobody_is_silent_and_at_the_end_of_one_that_passed_without_a_word() -> (
+def test_between_windows_of_contact_nobody_is_silent_and_at_the_end_of_one_that_passed_without_a_message() -> (
     None
 ):
     room = Room(ORBIT)
@@ -75,7 +83,7 @@ def test_between_windows_of_contact_nobody_is_silent_and_at_the_end_of_one_that_
     assert room.silent_at(400.0) == pytest.approx(135.0, abs=0.11)
 
 
-def test_a_word_in_each_window_is_enough() -> None:
+def test_a_message_in_each_window_is_enough() -> None:
     room = Room(ORBIT)
     for window in range(5):
         assert room.silent_at(5.0 + 120.0 * window + 9.0) is None
@@ -98,6 +106,27 @@ def test_outages_explain_nothing_for_nobody_counts_on_them() -> None:
 def test_however_fast_the_world_runs_a_robot_is_given_some_seconds_of_the_wall_clock() -> None:
     room = Room(LinkSpec(), rate=50.0)
     assert room.silent_at(1000.0) == pytest.approx(50.0 * SILENT_AFTER_S, abs=0.11)
+
+
+@pytest.mark.parametrize("back_s", [3600.0, -3600.0])
+def test_a_wall_clock_that_is_set_changes_nothing_in_who_is_in_contact(back_s: float) -> None:
+    room = Room(LinkSpec(), rate=50.0)
+    room.hear()
+    room.set_wall_clock(back_s)
+    room.advance(LinkSpec().quiet_s)
+    assert (room.connection(), room.hearing.silent_in_s("left") > 0) == (Connection.ONLINE, True)
+    room.advance(50.0 * 1800.0)
+    assert (room.connection(), room.hearing.silent_in_s("left")) == (Connection.OFFLINE, 0)
+
+
+@pytest.mark.parametrize("back_s", [3600.0, -3600.0])
+def test_a_wall_clock_that_is_set_changes_nothing_for_a_robot_that_was_never_heard(back_s: float) -> None:
+    room = Room(LinkSpec(), rate=50.0)
+    room.set_wall_clock(back_s)
+    room.advance(LinkSpec().quiet_s)
+    assert room.hearing.silent_in_s("left") > 0
+    room.wall_passes(SILENT_AFTER_S)
+    assert room.hearing.silent_in_s("left") == 0
 
 
 @pytest.mark.parametrize(

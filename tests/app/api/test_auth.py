@@ -2,9 +2,12 @@
 
 import pytest
 from fastapi.testclient import TestClient
+from starlette.responses import PlainTextResponse
 
+from app.api.auth import SESSION_S, TokenCheck, TokenMiddleware
 from app.composition import Service
 from tests.app.conftest import TOKEN
+from tests.app.stepped_clock import SteppedClock
 
 
 @pytest.fixture
@@ -69,6 +72,74 @@ def test_the_console_gets_a_cookie_that_does_not_hold_the_token(stranger: TestCl
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
     assert stranger.get("/v1/goals").status_code == 200
+
+
+def browser(clock: SteppedClock, address: str = "http://rover.example:8000") -> TestClient:
+    """A browser at a service that answers whatever it admits."""
+    door = TokenMiddleware(PlainTextResponse("inside"), TokenCheck(TOKEN, clock))
+    return TestClient(door, base_url=address, follow_redirects=False)
+
+
+def test_a_session_ends_when_it_has_not_been_used_for_its_time() -> None:
+    clock = SteppedClock()
+    console = browser(clock)
+    cookie = console.get(f"/?token={TOKEN}").headers["set-cookie"]
+    assert f"Max-Age={SESSION_S};" in cookie
+    clock.advance(SESSION_S - 1)
+    # What a browser deletes by itself a thief keeps.
+    kept = {"cookie": cookie.partition(";")[0]}
+    assert browser(clock).get("/", headers=kept).status_code == 200
+    clock.advance(1)
+    assert browser(clock).get("/", headers=kept).status_code == 401
+
+
+def test_a_session_goes_on_while_it_is_used() -> None:
+    clock = SteppedClock()
+    console = browser(clock)
+    console.get(f"/?token={TOKEN}")
+    assert "set-cookie" not in console.get("/").headers
+    for _ in range(4):
+        clock.advance(SESSION_S * 0.6)
+        assert console.get("/").status_code == 200
+
+
+def test_a_session_cannot_be_prolonged_by_its_holder() -> None:
+    clock = SteppedClock()
+    cookie = browser(clock).get(f"/?token={TOKEN}").headers["set-cookie"].partition(";")[0]
+    name, _, session = cookie.partition("=")
+    ends, _, seal = session.partition(".")
+    for forged in (f"{int(ends) + 1}.{seal}", f".{seal}", "." + "0" * 64, "", "9" * 5000):
+        assert browser(clock).get("/", headers={"cookie": f"{name}={forged}"}).status_code == 401
+
+
+@pytest.mark.parametrize(
+    ("address", "name", "secure"),
+    [
+        ("http://rover.example:8000", "macta_session_8000", False),
+        ("http://rover.example", "macta_session_80", False),
+        ("https://rover.example", "macta_session_443", True),
+        ("https://rover.example:8443", "macta_session_8443", True),
+    ],
+)
+def test_the_cookie_is_named_by_its_port_and_secure_under_tls(address: str, name: str, secure: bool) -> None:
+    console = browser(SteppedClock(), address)
+    cookie = console.get(f"/?token={TOKEN}").headers["set-cookie"]
+    assert cookie.partition("=")[0] == name
+    assert ("Secure" in cookie.split("; ")) == secure
+    assert console.get("/").status_code == 200
+
+
+def test_a_service_at_another_port_of_the_host_does_not_take_the_cookie() -> None:
+    clock = SteppedClock()
+    console = browser(clock)
+    console.get(f"/?token={TOKEN}")
+    assert console.get("http://rover.example:8001/").status_code == 401
+
+
+@pytest.mark.parametrize("token", ["", "short"])
+def test_a_token_that_protects_nothing_is_no_token(token: str) -> None:
+    with pytest.raises(ValueError, match="at least 16 are needed"):
+        TokenCheck(token)
 
 
 def test_another_site_cannot_act_in_the_operators_name(stranger: TestClient) -> None:

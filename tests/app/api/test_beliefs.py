@@ -52,6 +52,32 @@ def test_a_sample_that_is_not_where_it_was_believed_is_listed_as_not_known_until
     assert api.get(UNKNOWN).json()["items"] == []
 
 
+def places(beliefs: list[dict[str, Any]]) -> list[str]:
+    return [belief["args"][1] for belief in beliefs]
+
+
+def test_after_a_second_wrong_correction_the_earlier_right_place_is_offered(api: TestClient) -> None:
+    correct(api, "in", "sample_1", "bay_7")
+    correct(api, "in", "sample_1", "bay_9")
+    assert places(fact(api, "in", "sample_1", "bay_9")["instead_of"]) == ["bay_7", "door_1"]
+    correct(api, "in", "sample_1", "bay_9", value=False)
+    (item,) = api.get(UNKNOWN).json()["items"]
+    assert item["last_believed"]["args"] == ["sample_1", "bay_9"]
+    assert places(item["earlier_believed"]) == ["bay_7", "door_1"]
+    assert item["earlier_believed"][1]["source"] == "world file sample_store"
+    correct(api, "in", "sample_1", "bay_12")
+    assert places(fact(api, "in", "sample_1", "bay_12")["instead_of"]) == ["bay_9", "bay_7", "door_1"]
+    correct(api, "in", "sample_1", "door_1")
+    assert places(fact(api, "in", "sample_1", "door_1")["instead_of"]) == ["bay_12", "bay_9", "bay_7"]
+
+
+def test_what_was_believed_of_another_sample_is_not_offered(api: TestClient) -> None:
+    correct(api, "in", "sample_1", "bay_7")
+    correct(api, "in", "sample_2", "bay_7")
+    before = fact(api, "in", "sample_2", "bay_7")["instead_of"]
+    assert sorted(belief["args"] for belief in before) == [["sample_1", "bay_7"], ["sample_2", "bay_2"]]
+
+
 def test_a_sample_that_a_robot_dropped_is_not_known_and_the_mission_says_so(
     api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:

@@ -78,7 +78,7 @@ def test_of_streams_only_so_many_may_be_open(address: str) -> None:
             assert "retry-after" in refused.headers
 
 
-def test_a_client_that_resumes_after_what_is_forgotten_is_told_and_gets_the_current_state(
+def test_a_client_that_resumes_after_what_is_forgotten_receives_a_reset_and_the_current_state(
     address: str, service: Service
 ) -> None:
     goal = post(address, "move sample_1 to bay_7")

@@ -99,3 +99,15 @@ def test_only_places_that_the_sample_can_be_carried_to_are_offered_for_one_that_
     choices = answer.json()["choices"]
     assert {"bay_1", "bay_3", "door_2"} <= set(choices)
     assert not {"bay_7", "bay_12", "bay_2", "door_1"} & set(choices)
+
+
+def test_a_sample_is_not_laid_where_none_may_lie(api: TestClient) -> None:
+    before = held(api)
+    answer = correct(api, ("in", ["sample_1", "home_yard_1"], True))
+    body = answer.json()
+    assert (answer.status_code, body["type"]) == (422, "urn:macta:problem:place-holds-no-samples")
+    assert "home_yard_1 is a home, it holds no samples" in body["detail"]
+    assert "bay_7" in body["choices"]
+    assert "home_yard_1" not in body["choices"]
+    assert held(api) == before
+    assert correct(api, ("in", ["sample_1", "yard_1"], True)).status_code == 200

@@ -48,7 +48,7 @@ def told(view: ClientConnection) -> dict[str, Any]:
     return {message["id"]: message["shown"] and Shown(**message["shown"]).model_dump(exclude_defaults=True)}
 
 
-def test_what_a_page_shows_is_told_at_first_and_whenever_it_changes(host: str, views: PageViews) -> None:
+def test_what_a_page_shows_is_sent_at_first_and_whenever_it_changes(host: str, views: PageViews) -> None:
     with socket(host, ONE) as page:
         say(page, world="lab", robot="fred")
         until(lambda: views.shown(ONE))

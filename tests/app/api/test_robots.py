@@ -91,7 +91,7 @@ def test_tuning_from_an_outdated_version_is_refused(api: TestClient) -> None:
 @pytest.mark.parametrize(
     ("tuning", "names"),
     [
-        ({"FLY": {}}, "yard_1 has no packet FLY; it has"),
+        ({"FLY": {}}, "yard_1 has no packet FLY; its packets:"),
         ({"NAVIGATE": {"translate/fly": {"r.gain": 1}}}, "NAVIGATE has no pattern translate/fly"),
         (
             {"NAVIGATE": {"translate/advance": {"r.limit": 2}}},
@@ -115,7 +115,7 @@ def test_tuning_that_the_robot_refuses_says_so(api: TestClient, team: FakeTeam) 
     assert until(api, lambda tuning: tuning["delivery"] == "refused")["detail"] == "not willing"
 
 
-def test_a_world_that_starts_afresh_is_told_the_tuning_again(
+def test_a_world_that_is_started_again_receives_the_tuning_again(
     tmp_path: Path, world_file: WorldFile, worker: PlanningWorker
 ) -> None:
     settings = Settings(data=tmp_path, token=TOKEN, database_url=None)

@@ -65,7 +65,7 @@ def _at_once(monkeypatch: pytest.MonkeyPatch) -> None:
         {"driven_by": "ann"},
     ],
 )
-def test_a_robot_that_stands_as_it_stood_is_told_of_once_there_is_news(
+def test_a_robot_that_stands_as_it_stood_is_sent_again_once_it_has_changed(
     news: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(streams, "AT_REST_INTERVAL_S", 3600.0)
@@ -76,7 +76,7 @@ def test_a_robot_that_stands_as_it_stood_is_told_of_once_there_is_news(
     assert sent[1][name] != sent[0][name] == sent[2][name]
 
 
-def test_that_a_robot_at_rest_is_heard_is_told_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_at_rest_is_sent_now_and_then_as_heard(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streams, "AT_REST_INTERVAL_S", 0.0)
     sent = asyncio.run(_sent(Telling([FIRST, LATER, LATER])))
     assert [told["battery"] for told in sent] == [0.9, 0.8, 0.8]

@@ -51,12 +51,12 @@ def test_set_points_reach_the_robot_and_letting_go_does(api: TestClient, team: F
     assert last.number > first.number
 
 
-def test_one_operator_at_a_time_is_told_who_has_it(api: TestClient, team: FakeTeam) -> None:
+def test_a_second_operator_is_refused_with_the_name_of_the_first(api: TestClient, team: FakeTeam) -> None:
     heard(api, team)
     assert drive(api).status_code == 202
     assert refused(drive(api, "bob")) == ("driven-by-another", f"{ADA} drives yard_1")
     api.post(f"{YARD}:end_teleoperation", json={"session": "bob"})
-    assert drive(api).status_code == 202, "another cannot let go for him"
+    assert drive(api).status_code == 202, "another cannot release it for them"
     api.post(f"{YARD}:end_teleoperation", json={"session": "ada"})
     assert drive(api, "bob").status_code == 202
 
@@ -100,7 +100,7 @@ def test_a_robot_on_a_mission_is_not_driven(
     assert refused(answer) == ("on-mission", f"{busy['name']} is on mission {busy['mission_id']}")
 
 
-def test_a_driven_robot_is_not_recruited_until_it_is_let_go(api: TestClient, team: FakeTeam) -> None:
+def test_a_driven_robot_is_not_recruited_until_it_is_released(api: TestClient, team: FakeTeam) -> None:
     team.tell("store_2", battery=1.0, driven_by=ADA)
     read_until(api, "/v1/robots/store_2", lambda robot: robot["driven_by"] == ADA)
     goal = f"/v1/goals/{api.post('/v1/goals', json={'text': 'move sample_4 to bay_8'}).json()['id']}"

@@ -196,9 +196,44 @@ def test_two_robots_cannot_start_in_the_same_place(tmp_path: Path) -> None:
     robots[1] = {**robots[0], "name": "yard_2"}
     refused = macta("world", "validate", world_file(tmp_path, robots=robots))
     assert refused.exit_code == 2
-    assert "yard_1 and robots.yard_2 start in the same place" in refused.stderr
+    assert "yard_1 and robots.yard_2 start nearer than 0.44 m to each other" in refused.stderr
 
 
 def test_schema_prints_the_json_schema_of_world_files() -> None:
     schema = json.loads(macta("world", "schema").stdout)
     assert {"compartments", "locations", "robots", "samples"} <= set(schema["properties"])
+
+
+@pytest.mark.parametrize(
+    ("url", "why"),
+    [
+        ("nonsense", "MACTA_DATABASE_URL: not of the form postgresql://"),
+        ("mysql://operator:swordfish@host/macta", "MACTA_DATABASE_URL: mysql is not supported"),
+        ("postgres://operator:swordfish@host/macta", "MACTA_DATABASE_URL: not of the form postgresql://"),
+        ("postgresql://operator:swordfish@host:x/macta", "MACTA_DATABASE_URL: not of the form postgresql://"),
+        ("sqlite://", "MACTA_DATABASE_URL: names no database file"),
+        ("sqlite:////no/such/folder/x.sqlite", "unable to open database file"),
+        ("sqlite:///{folder}/noise.sqlite", "file is not a database"),
+        ("postgresql://operator:swordfish@127.0.0.1:1/macta", "Connection refused"),
+        ("postgresql://operator:swordfish@127.0.0.1:1/macta?bogus=1", 'invalid connection option "bogus"'),
+    ],
+)
+def test_a_database_that_cannot_be_used_is_told_in_one_line_without_its_password(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, url: str, why: str
+) -> None:
+    (tmp_path / "noise.sqlite").write_bytes(bytes(range(1, 256)) * 40)
+    monkeypatch.setenv("MACTA_DATABASE_URL", url.format(folder=tmp_path))
+    monkeypatch.setenv("MACTA_TOKEN", "a-token-for-the-tests")
+    refused = macta("serve", "--port", "0", "--data", str(tmp_path / "data"))
+    assert refused.exit_code == 2
+    (line,) = [line for line in refused.stderr.splitlines() if line.startswith("macta: ")]
+    assert why in line
+    assert "swordfish" not in refused.output
+    assert "Traceback" not in refused.output
+
+
+def test_world_validate_tells_facts_that_contradict_each_other(tmp_path: Path) -> None:
+    facts = [{"predicate": "near", "args": ["yard_1", door]} for door in ("door_1", "door_2")]
+    refused = macta("world", "validate", world_file(tmp_path, facts=facts))
+    assert refused.exit_code == 2
+    assert "facts: near(yard_1, door_1) and near(yard_1, door_2) cannot both be true" in refused.stderr

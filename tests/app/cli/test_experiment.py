@@ -88,7 +88,7 @@ def test_the_figures_are_written_and_named(tmp_path: Path, given: tuple[str, ...
     assert "figure_5_sonar.svg" in "".join(result.stderr.split())
 
 
-def test_figures_that_cannot_be_written_are_told_before_anything_is_run(
+def test_figures_that_cannot_be_written_are_refused_before_anything_is_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run(*_: object, **__: object) -> Table:

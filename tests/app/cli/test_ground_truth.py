@@ -42,5 +42,5 @@ def test_what_is_so_holds(fact: str) -> None:
         "empty(yard_1)",
     ],
 )
-def test_what_is_not_so_or_not_told_does_not(fact: str) -> None:
+def test_what_is_false_or_not_stated_does_not_hold(fact: str) -> None:
     assert not holds(said(fact), WORLD, TRUTH)

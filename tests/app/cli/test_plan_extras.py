@@ -10,7 +10,8 @@ from app.cli.main import app
 from app.cli.plan import ExtrasRequest
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import planning_problem
-from planner import FastDownwardEngine, Observer, PlanningRequest, PlanningResult, PlanningStatus
+from planner import Observer, PlanningRequest, PlanningResult, PlanningStatus
+from planner.engines.fast_downward import FastDownwardEngine
 from tests.app.sample_store import Store
 
 STORE = Store()

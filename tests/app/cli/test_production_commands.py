@@ -46,11 +46,11 @@ def test_a_worker_that_could_not_plan_is_refused(
     assert "open-sesame" not in done.stderr
 
 
-@pytest.mark.parametrize("command", [("worker", "--broker", "mqtt://127.0.0.1"), ("serve", "--port", "0")])
-def test_a_database_that_does_not_answer_is_said_in_a_line(command: Sequence[str], tmp_path: Path) -> None:
+def without_database(command: Sequence[str], folder: Path) -> "subprocess.CompletedProcess[str]":
+    """How the command ends whose database does not answer."""
     nobody = f"postgresql+psycopg://macta:open-sesame@127.0.0.1:{free_port()}/macta"
-    given = {"DATABASE_URL": nobody, "TOKEN": "known-to-all-of-them", "DATA": str(tmp_path)}
-    done = subprocess.run(
+    given = {"DATABASE_URL": nobody, "TOKEN": "known-to-all-of-them", "DATA": str(folder)}
+    return subprocess.run(
         [sys.executable, "-c", "from app.cli import main; main()", *command],
         env={**os.environ, **{f"MACTA_{name}": value for name, value in given.items()}},
         capture_output=True,
@@ -58,6 +58,18 @@ def test_a_database_that_does_not_answer_is_said_in_a_line(command: Sequence[str
         timeout=120,
         check=False,
     )
+
+
+@pytest.mark.parametrize("command", [("worker",), ("serve", "--port", "0")])
+def test_of_a_broker_that_lets_anybody_in_is_warned_in_a_line(command: Sequence[str], tmp_path: Path) -> None:
+    done = without_database([*command, "--broker", "mqtt://broker.example"], tmp_path)
+    told = [line for line in done.stderr.splitlines() if "lets in whoever reaches it" in line]
+    assert len(told) == 1, done.stderr
+
+
+@pytest.mark.parametrize("command", [("worker", "--broker", "mqtt://127.0.0.1"), ("serve", "--port", "0")])
+def test_a_database_that_does_not_answer_is_said_in_a_line(command: Sequence[str], tmp_path: Path) -> None:
+    done = without_database(command, tmp_path)
     assert done.returncode == 2, done.stderr
     last = done.stderr.splitlines()[-1]
     assert last.startswith("macta: the database cannot be used: connection failed"), done.stderr
@@ -72,7 +84,7 @@ def test_a_record_that_others_share_wants_a_token_that_they_know() -> None:
     assert Settings(database_url=SHARED, token="known-to-all-of-them").resolved_token()
 
 
-def test_where_the_record_is_told_without_the_password() -> None:
+def test_where_the_record_is_printed_without_the_password() -> None:
     assert Settings(database_url=SHARED).database_location == "database macta on database.example"
 
 
@@ -88,7 +100,7 @@ def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pyte
         worker_alive()  # the tables are not there yet
     database = Database(database_url)
     migrate(database)
-    with pytest.raises(Unavailable, match="no living process"):
+    with pytest.raises(Unavailable, match="no running planning process"):
         worker_alive()
     ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], worlds=()).register()
     assert "plans" in worker_alive()

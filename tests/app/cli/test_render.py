@@ -20,7 +20,7 @@ def shown(plan: PlanBody) -> str:
     return " ".join(capture.get().split())
 
 
-def test_the_critical_path_and_what_the_plan_takes_are_told() -> None:
+def test_the_critical_path_and_what_the_plan_takes_are_shown() -> None:
     net = replace(STORE.store_sample_1(), recruitment={"yard_1": "can NAVIGATE"})
     plan = PlanBody.of_plan_net(net, STORE.base, engine="by hand")
     text = shown(plan)
@@ -45,13 +45,13 @@ def test_a_long_critical_path_is_shortened_in_the_middle() -> None:
         (None, "Expected to take 50 s, 5 m"),
     ],
 )
-def test_it_is_told_how_far_a_plan_may_be_from_the_best(bound_s: float | None, words: str) -> None:
+def test_it_is_stated_how_far_a_plan_may_be_from_the_best(bound_s: float | None, words: str) -> None:
     plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
     figures = {"makespan_s": 50.0, "distance_m": 5.0, "lower_bound_s": bound_s}
     assert words in shown(plan.model_copy(update=figures))
 
 
-def test_what_an_action_is_done_to_is_told_whatever_its_arguments_are_called() -> None:
+def test_what_an_action_is_done_to_is_shown_whatever_its_arguments_are_called() -> None:
     plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
     load = plan.actions[0].model_copy(
         update={"tag": "LOAD", "arguments": {"c": "crate", "by": "van"}, "agents": ("van",)}
@@ -64,13 +64,13 @@ def test_what_an_action_is_done_to_is_told_whatever_its_arguments_are_called() -
     assert "0 m" not in text
 
 
-def test_a_goal_after_its_deadline_is_told() -> None:
+def test_a_goal_after_its_deadline_is_reported() -> None:
     net = STORE.store_sample_1()
     late = PlanBody.of_plan_net(replace(net, late={net.goals[0]: 12.0}), STORE.base)
     assert "in(sample_1, bay_7) comes 12 s after its deadline" in shown(late)
 
 
-def test_what_a_repaired_plan_differs_in_is_told() -> None:
+def test_what_a_repaired_plan_differs_in_is_reported() -> None:
     plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
     assert "Repairs" not in shown(plan)
     words = ("7 of 8 actions kept, ends 7 s later", "new: yard_2 goes to door_1")

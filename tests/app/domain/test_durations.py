@@ -49,7 +49,7 @@ def test_an_odd_packet_counts_as_an_extreme_one_at_most() -> None:
     assert after(100.0) == after(MAX_RATIO)
 
 
-def test_a_world_that_changes_is_learned_anew() -> None:
+def test_a_world_that_changes_is_learned_again() -> None:
     learned = after(*[1.0] * 10 * MAX_SAMPLES, *[2.0] * 3 * MAX_SAMPLES)
     assert learned.samples == MAX_SAMPLES
     assert learned.mean > 1.9

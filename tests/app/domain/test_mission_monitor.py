@@ -8,7 +8,7 @@ from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import Delivery
 from app.domain.mission_monitor import EXTENSION_S, LOOK_S, MissionView, ScriptView, review
-from app.domain.recovery_rules import Policy
+from app.domain.recovery_rules import LeftOut, Policy, left_out
 from robots.wire import FailureCategory, ScriptState
 
 PATIENCE_S = 10.0
@@ -88,7 +88,7 @@ def test_a_robot_whose_silence_its_radio_does_not_explain_is_asked_before_the_ex
     silent, heard = replace(AT_WORK, silent_in_s=0.0), replace(AT_WORK, robot="yard_2", silent_in_s=15.0)
     verdict = review(mission(silent, heard), patience_s=PATIENCE_S)
     assert (verdict.state, verdict.ask) == (MissionState.RUNNING, ("yard_1",))
-    assert verdict.reason == "no word from yard_1: asking yard_1"
+    assert verdict.reason == "no message from yard_1: asking yard_1"
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_when_one_robot_fails_the_others_are_stopped_first() -> None:
     assert "bay_7 is occupied" in verdict.reason
 
 
-def test_a_robot_is_told_to_stop_even_if_it_was_asked_before() -> None:
+def test_a_robot_is_stopped_even_if_it_was_asked_before() -> None:
     verdict = review(mission(FAILED, AT_WORK, asked_for_s=PATIENCE_S), patience_s=PATIENCE_S)
     assert verdict.cancel == ("yard_1",)
 
@@ -172,6 +172,16 @@ def test_a_cancelled_mission_ends_once_every_robot_has_stopped() -> None:
     stopped = replace(AT_WORK, state=ScriptState.CANCELLED, stopping=True)
     verdict = review(mission(stopped, cancel_requested=True), patience_s=PATIENCE_S)
     assert verdict.state is MissionState.CANCELLED
+
+
+@pytest.mark.parametrize(("missed", "says_so"), [(MISSED, False), ((), True)])
+def test_a_cancelled_mission_says_if_what_it_was_to_achieve_has_come_true(
+    missed: tuple[str, ...], says_so: bool
+) -> None:
+    stopped = replace(AT_WORK, state=ScriptState.CANCELLED, stopping=True)
+    verdict = review(mission(stopped, cancel_requested=True, missed=missed), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.failure) == (MissionState.CANCELLED, FailureCategory.CANCELLED)
+    assert ("has come true" in verdict.reason) is says_so
 
 
 def test_a_mission_that_finished_before_the_cancel_reached_it_is_completed() -> None:
@@ -229,11 +239,18 @@ def test_a_mission_without_a_plan_to_recover_by_fails_with_both_reasons() -> Non
     assert "no plan was found without yard_1" in verdict.reason
 
 
-@pytest.mark.parametrize("step", [RecoveryStep.PLANNING, RecoveryStep.DECIDING, RecoveryStep.STUCK])
-def test_while_a_repair_is_sought_or_decided_on_nothing_is_concluded(step: RecoveryStep) -> None:
+@pytest.mark.parametrize(
+    ("step", "reason"),
+    [
+        (RecoveryStep.PLANNING, "wait"),
+        (RecoveryStep.DECIDING, "wait"),
+        (RecoveryStep.STUCK, "yard_1: bay_7 is occupied"),
+    ],
+)
+def test_while_a_repair_is_sought_or_decided_on_nothing_is_concluded(step: RecoveryStep, reason: str) -> None:
     view = recovered(FAILED, step=step, state=MissionState.RECOVERING, reason="wait", tries_left=0)
     verdict = review(view, patience_s=PATIENCE_S)
-    assert (verdict.state, verdict.reason, verdict.recover) == (MissionState.RECOVERING, "wait", None)
+    assert (verdict.state, verdict.reason, verdict.recover) == (MissionState.RECOVERING, reason, None)
     cancelled = review(replace(view, cancel_requested=True), patience_s=PATIENCE_S)
     assert cancelled.state is MissionState.CANCELLED
     true_after_all = review(replace(view, missed=()), patience_s=PATIENCE_S)
@@ -273,6 +290,16 @@ def test_a_lost_robot_counts_as_failed_and_nobody_waits_for_it() -> None:
     assert verdict.failure is FailureCategory.UNREACHABLE
     finished_after_all = replace(lost, state=ScriptState.FINISHED)
     assert review(recovered(finished_after_all, DONE), patience_s=PATIENCE_S).state is MissionState.COMPLETED
+
+
+def test_a_robot_that_was_lost_by_mistake_and_is_found_is_planned_with_again() -> None:
+    lost = replace(AT_WORK, abandoned=True, state=ScriptState.CANCELLED, script_id="script-1")
+    found = replace(lost, found=True)
+    assert left_out([lost.trouble]).robots == {"yard_1"}
+    assert left_out([found.trouble, found.trouble]) == LeftOut()
+    stuck = recovered(found, step=RecoveryStep.STUCK, no_way="no plan was found", policy=Policy.ASK)
+    verdict = review(stuck, patience_s=PATIENCE_S)
+    assert verdict.reason == "yard_1: was given up as lost and has been found; no plan was found"
 
 
 def test_a_mission_whose_goals_are_true_is_completed_though_a_robot_failed_afterwards() -> None:

@@ -43,7 +43,7 @@ def trouble(
         ("auto", False, Policy.AUTO),
     ],
 )
-def test_who_wanted_to_see_the_plan_sees_its_repairs_unless_told_otherwise(
+def test_who_wanted_to_see_the_plan_sees_its_repairs_unless_configured_otherwise(
     wish: str | None, auto_approve: bool, policy: Policy
 ) -> None:
     assert policy_for(wish, auto_approve=auto_approve) is policy
@@ -72,7 +72,7 @@ def test_a_robot_that_refuses_or_is_lost_is_left_out_at_once() -> None:
 
 def test_a_packet_that_is_left_out_cannot_be_planned_others_of_its_robot_can() -> None:
     facts = STORE.facts
-    kept = LeftOut(packets=frozenset({("yard_1", "DOCK")})).withhold(facts)
+    kept = LeftOut(packets=frozenset({("yard_1", "DOCK")})).remove_from(facts)
     assert facts - kept == {STORE.fact("can(yard_1, DOCK)")}
 
 
@@ -95,12 +95,28 @@ def test_without_a_robots_trouble_it_is_the_world_that_has_changed() -> None:
 def test_the_rest_of_an_approved_plan_needs_no_new_decision_a_change_of_it_does() -> None:
     assert measure_of(Course.KEPT, without=False) is Measure.RETRY
     assert not needs_decision(Policy.ASK, Measure.RETRY)
-    for course, without in ((Course.MENDED, False), (Course.ANEW, False), (Course.KEPT, True)):
+    for course, without in ((Course.MENDED, False), (Course.REPLANNED, False), (Course.KEPT, True)):
         measure = measure_of(course, without=without)
         assert needs_decision(Policy.ASK, measure)
         assert not needs_decision(Policy.AUTO, measure)
 
 
+def test_what_is_answered_speaks_against_a_robot_no_more() -> None:
+    answered = replace(trouble(), answered=True)
+    assert left_out([answered, trouble()]) == LeftOut()
+    assert left_out([answered, trouble(), trouble()]).packets == {("yard_1", "DOCK")}
+    lost = trouble(category=LOST, tag="", fit=False)
+    assert left_out([replace(lost, answered=True)]) == LeftOut()
+
+
+def test_a_correction_answers_troubles_of_what_it_names_but_finds_no_lost_robot() -> None:
+    docking = replace(trouble(), about=("sample_1", "door_1"))
+    assert docking.is_answered_by({"sample_1", "bay_3"})
+    assert docking.is_answered_by({"yard_1"})
+    assert not docking.is_answered_by({"sample_2", "yard_2"})
+    assert not replace(trouble(category=LOST, tag="", fit=False), about=()).is_answered_by({"yard_1"})
+
+
 def test_a_trouble_comes_back_from_the_record_as_it_was() -> None:
-    one = trouble(category=LOST, fit=False)
+    one = replace(trouble(category=LOST, fit=False), script="script-1", about=("sample_1",), answered=True)
     assert Trouble.from_json(one.to_json()) == one

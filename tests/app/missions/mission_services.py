@@ -9,12 +9,14 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.agents import RobotBoard
+from app.agents.agent_models import Reception
 from app.core import Core
 from app.domain.mission_organiser import Library, Margin, load_library
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
+from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_start import start_world_run
@@ -77,6 +79,7 @@ class MissionServices:
         worker: PlanningWorker | None = None,
     ) -> None:
         """:param silent: the robots that are silent for longer than their radio explains."""
+        self._clock = clock
         self.database = Database(database_url)
         self.store = store
         events = EventLog(self.database)
@@ -88,7 +91,7 @@ class MissionServices:
             workflows=NoWorkflows(),  # type: ignore[arg-type]
             knowledge_base=store.base,
             plan_nets=nets,
-            holdings=Reservations(nets),
+            reservations=Reservations(nets),
         )
         clocks = {WORLD: clock}
         files = {WORLD: store.world}
@@ -99,7 +102,11 @@ class MissionServices:
         self._engine = ScriptedEngine(plan_net)
         planning: dict[str, Any] = {
             "problems": ProblemBuilder(
-                self.core, worlds=files, clocks=clocks, points=self.board.points, resting=self.board.resting
+                self.core,
+                worlds=files,
+                clocks=clocks,
+                points=self.board.points,
+                unavailable=self.board.unavailable,
             ),
             "proposals": Proposals(self.core, clocks=clocks),
             "worker": worker or ScriptedWorker(plan_net),
@@ -109,7 +116,10 @@ class MissionServices:
         self._goals = GoalPlanningJob(self.core, waiting=self.waiting, **planning)
         self.recovery = RecoveryJob(self.core, clocks=clocks, requests=requests, clock=wall_clock, **planning)
         self.missions = MissionService(self.core)
-        self.reports = MissionReports(self.core, waiting=self.waiting)
+        plausibility = Plausibility(
+            self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
+        )
+        self.reports = MissionReports(self.core, waiting=self.waiting, plausibility=plausibility)
         self.lost = LostRobots(
             self.core, clocks=clocks, board=self.board, waiting=self.waiting, wall_clock=wall_clock
         )
@@ -171,7 +181,10 @@ class MissionServices:
                 self.recovery.give_up(session, mission, "the planner was unlucky")
 
     def record(self, message: Message) -> bool:
-        return self.reports.record(message, WORLD)
+        """True if it is recorded. It is not heard before it was said: the world's clock goes on until then."""
+        said_s = getattr(message.body, "at_s", message.sent_at_s)
+        self._clock.advance(max(0.0, said_s - self._clock.now_s()))
+        return self.reports.record(message, WORLD) is Reception.RECORDED
 
     def believe(self, add: str, remove: str = "") -> None:
         """An operator corrects a fact."""

@@ -1,4 +1,4 @@
-"""A fleet comes and goes by itself: its world goes on with the run that the record knows, and else begins afresh."""
+"""A fleet comes and goes by itself: its world goes on with the run that the record knows, and else starts a new run."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -111,7 +111,7 @@ def test_a_fleet_that_comes_back_with_the_run_that_is_known_finds_the_facts_as_t
     assert samples(api)["sample_1"] == "bay_12"
 
 
-def test_with_another_run_the_world_begins_afresh_and_its_missions_have_failed(
+def test_with_another_run_the_world_starts_a_new_run_and_its_missions_have_failed(
     service: Service,
     api: TestClient,
     follow: Callable[..., dict[str, Any]],
@@ -132,7 +132,7 @@ def test_with_another_run_the_world_begins_afresh_and_its_missions_have_failed(
     until(lambda: recorded_run(service) == "run-4")
     ended = follow(mission, "failed")
     assert ended["failure"] == "world_changed"
-    assert "started afresh" in ended["reason"]
+    assert "started again" in ended["reason"]
     assert samples(api)["sample_1"] == "door_1"
     until(lambda: link.taken_up == "run-4")
     assert [m for m in second.receive(0.5) if m.body.kind == "script_request"] == []

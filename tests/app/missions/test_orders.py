@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
+from app.agents.agent_models import Reception
 from app.composition import Service
 from robots.wire import (
     Acknowledgement,
@@ -78,7 +79,7 @@ def test_the_answer_to_an_order_that_was_replaced_settles_nothing(
         in_reply_to=f"{script}:pause:1",
         body=Acknowledgement(script_id=script),
     )
-    assert service.reports.record(late, "sample_store")
+    assert service.reports.record(late, "sample_store") is Reception.RECORDED
     assert script_of(api, mission)["order"] == "resume"
     team.faults.silent.clear()
     until(lambda: script_of(api, mission)["order"] is None)

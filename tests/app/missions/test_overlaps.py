@@ -80,7 +80,7 @@ def service_on(folder: Path, team: FakeTeam, worker: PlanningWorker) -> Service:
     return Service(settings, [world], worker=worker)
 
 
-def test_after_a_start_afresh_nothing_of_an_ended_mission_is_delivered(
+def test_after_a_new_start_nothing_of_an_ended_mission_is_delivered(
     tmp_path: Path, worker: PlanningWorker
 ) -> None:
     with FakeTeam() as team:
@@ -106,7 +106,7 @@ def test_a_data_folder_serves_one_service_at_a_time(tmp_path: Path, worker: Plan
     with (
         FakeTeam() as team,
         service_on(tmp_path, team, worker),
-        pytest.raises(Unavailable, match="another service works in"),
+        pytest.raises(Unavailable, match="another service uses"),
     ):
         service_on(tmp_path, team, worker)
 

@@ -189,7 +189,7 @@ def test_a_late_report_of_what_others_have_gone_on_with_changes_nothing_of_their
     assert {"vacant(interchange_1)", "vacant(interchange_2)"} <= believed(api)
 
 
-def test_what_a_packet_raises_on_its_way_is_told_the_operator(
+def test_what_a_packet_raises_on_its_way_is_reported_to_the_operator(
     start: Callable[[], str], follow: Follow, service: Service
 ) -> None:
     follow(start(), *ENDED)

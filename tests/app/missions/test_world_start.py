@@ -1,4 +1,4 @@
-"""A service that begins again meets its world: one of the recorded run goes on, another begins afresh."""
+"""A service that begins again meets its world: one of the recorded run goes on, another starts a new run."""
 
 import time
 from collections.abc import Callable
@@ -89,16 +89,16 @@ def test_a_world_of_the_recorded_run_goes_on(begin: Begin, world: RunningWorld, 
 
 
 @ON_BOTH
-def test_a_world_of_another_run_begins_afresh_and_says_why(
+def test_a_world_of_another_run_starts_a_new_run_and_says_why(
     begin: Begin, world: RunningWorld, team: FakeTeam, database_url: str
 ) -> None:
     with begin(world) as first:
         running, undecided, plan = under_way(first, team)
     make_seem_killed(database_url)
-    with begin(replace(world, run="another", why_afresh="its snapshot is torn")) as second:
+    with begin(replace(world, run="another", new_run_reason="its snapshot is torn")) as second:
         ended = second.goals.get(running)
         assert (ended.state, ended.outcome) == (GoalState.FINISHED, MissionState.FAILED)
-        assert ended.reason == "the simulated world was started afresh: its snapshot is torn"
+        assert ended.reason == "the simulated world was started again: its snapshot is torn"
         assert second.plans.get(plan).state == PlanState.EXPIRED
         wait_for(second, undecided, GoalState.PLANNED)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.domain.world_model import planning_problem
+from app.planning.pool.process import Tell
 from planner import (
     UNOBSERVED,
     Fact,
@@ -91,14 +92,14 @@ class FakeEngine:
         from planner.native_process import Limits, run
 
         script = f"echo $$ > {file}.new; mv {file}.new {file}; exec sleep 600"
-        run(["/bin/sh", "-c", script], folder=Path("/"), limits=Limits(deadline=time.monotonic() + 600))
+        run(["/bin/sh", "-c", script], folder=Path("/"), limits=Limits(600))
 
 
-def make_fake_engine() -> FakeEngine:
+def make_fake_engine(_: Tell) -> FakeEngine:
     return FakeEngine()
 
 
-def make_no_engine() -> FakeEngine:
+def make_no_engine(_: Tell) -> FakeEngine:
     raise subprocess.SubprocessError("no engine here")
 
 
@@ -139,5 +140,5 @@ class PatientEngine:
         return replace(result, lower_bound_s=bound_s, engine=f"{request.objective} {request.effort_s}")
 
 
-def make_patient_engine() -> PatientEngine:
+def make_patient_engine(_: Tell) -> PatientEngine:
     return PatientEngine()

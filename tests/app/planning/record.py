@@ -34,7 +34,7 @@ class RecordedWorkflows:
 class StoreRecord:
     """The sample store at 100 s of its time."""
 
-    def __init__(self, database: Database, *, resting: Callable[[str], Mapping[str, str]]) -> None:
+    def __init__(self, database: Database, *, unavailable: Callable[[str], Mapping[str, str]]) -> None:
         self.database = database
         self.events = EventLog(database)
         self.workflows = RecordedWorkflows()
@@ -46,7 +46,7 @@ class StoreRecord:
             workflows=self.workflows,  # type: ignore[arg-type]
             knowledge_base=STORE.base,
             plan_nets=nets,
-            holdings=Reservations(nets),
+            reservations=Reservations(nets),
         )
         clock = ManualClock()
         clock.advance(100.0)
@@ -56,7 +56,7 @@ class StoreRecord:
             worlds={WORLD: STORE.world},
             clocks=self.clocks,
             points=lambda _: {},
-            resting=resting,
+            unavailable=unavailable,
         )
 
     def add_world(self, session: Session) -> None:

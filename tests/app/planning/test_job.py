@@ -57,15 +57,15 @@ class InterruptedWorker(InProcessWorker):
 
 
 @pytest.fixture(scope="module")
-def resting() -> dict[str, str]:
+def unavailable() -> dict[str, str]:
     return {}
 
 
 @pytest.fixture(scope="module")
-def record(tmp_path_factory: pytest.TempPathFactory, resting: dict[str, str]) -> Iterator[StoreRecord]:
+def record(tmp_path_factory: pytest.TempPathFactory, unavailable: dict[str, str]) -> Iterator[StoreRecord]:
     database = Database(f"sqlite:///{tmp_path_factory.mktemp('record') / 'record.sqlite'}")
     migrate(database)
-    record = StoreRecord(database, resting=lambda _: resting)
+    record = StoreRecord(database, unavailable=lambda _: unavailable)
     with database.write() as session:
         record.add_world(session)
     yield record
@@ -193,9 +193,9 @@ def test_a_goal_that_makes_no_sense_any_more_is_not_planned(
 
 
 def test_a_goal_whose_robot_rests_waits_and_is_planned_at_once_if_something_became_free_meanwhile(
-    record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob, resting: dict[str, str]
+    record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob, unavailable: dict[str, str]
 ) -> None:
-    resting["store_2"] = "which charges"
+    unavailable["store_2"] = "which charges"
     try:
         goal = planned(record, worker, planning)
         assert (goal.state, goal.reason) == (GoalState.WAITING, "waits for store_2, which charges")
@@ -204,7 +204,7 @@ def test_a_goal_whose_robot_rests_waits_and_is_planned_at_once_if_something_beca
         assert planned(record, worker, planning).state == GoalState.WAITING
         assert record.workflows.started == [(PLAN_WAITING, WORLD)]
     finally:
-        resting.clear()
+        unavailable.clear()
 
 
 def test_nothing_is_recorded_when_the_service_ends(

@@ -44,15 +44,15 @@ class StoreProblems:
 
 
 @pytest.fixture
-def resting() -> dict[str, str]:
+def unavailable() -> dict[str, str]:
     return {}
 
 
 @pytest.fixture
-def problems(tmp_path: Path, resting: dict[str, str]) -> Iterator[StoreProblems]:
+def problems(tmp_path: Path, unavailable: dict[str, str]) -> Iterator[StoreProblems]:
     database = Database(f"sqlite:///{tmp_path / 'record.sqlite'}")
     migrate(database)
-    record = StoreRecord(database, resting=lambda _: resting)
+    record = StoreRecord(database, unavailable=lambda _: unavailable)
     with database.write() as session:
         record.add_world(session)
         yield StoreProblems(record, session)
@@ -77,21 +77,21 @@ def test_learned_durations_scale_the_plan(problems: StoreProblems) -> None:
     assert docks == [4.925] * len(docks)
 
 
-def test_a_resting_robot_can_do_nothing_but_stays_where_it_is(
-    problems: StoreProblems, resting: dict[str, str]
+def test_an_unavailable_robot_can_do_nothing_but_stays_where_it_is(
+    problems: StoreProblems, unavailable: dict[str, str]
 ) -> None:
-    resting["store_2"] = "which charges"
+    unavailable["store_2"] = "which charges"
     built = problems.build()
     assert not any(f.predicate == "can" and f.args[0] == "store_2" for f in built.problem.facts)
     assert Fact("in_area", ("store_2", "aisle_2")) in built.problem.facts
-    assert built.waits_for == "store_2, which charges"
+    assert str(built.waits_for) == "store_2, which charges"
 
 
 def test_waiting_is_in_vain_if_nobody_could_do_it_either_when_all_are_free(
-    problems: StoreProblems, resting: dict[str, str]
+    problems: StoreProblems, unavailable: dict[str, str]
 ) -> None:
     problems.knows("DOCK", samples=5, mean=1.2)
-    resting["store_2"] = "which charges"
+    unavailable["store_2"] = "which charges"
     assert problems.build().why_never(STORE.base) == ""
     assert "yard_1" in problems.build("tracked(store_1, yard_1)").why_never(STORE.base)
 
@@ -119,11 +119,11 @@ def test_a_goal_waits_for_those_missions_that_stand_in_its_way(
 
 
 def test_a_goal_waits_for_no_mission_while_the_robot_it_needs_rests(
-    problems: StoreProblems, resting: dict[str, str]
+    problems: StoreProblems, unavailable: dict[str, str]
 ) -> None:
-    resting |= {"store_2": "which charges", "yard_1": "which charges"}
+    unavailable |= {"store_2": "which charges", "yard_1": "which charges"}
     built = replace(problems.build(), held=held("store_1")).blocking_only(STORE.base)
-    assert built.waits_for == "store_2, which charges"
+    assert str(built.waits_for) == "store_2, which charges"
 
 
 def test_goals_that_contradict_each_other_do_not_wait(problems: StoreProblems) -> None:

@@ -17,7 +17,7 @@ from tests.app.stepped_clock import SteppedClock
 def record(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StoreRecord]:
     database = Database(f"sqlite:///{tmp_path_factory.mktemp('record') / 'record.sqlite'}")
     migrate(database)
-    record = StoreRecord(database, resting=lambda _: {})
+    record = StoreRecord(database, unavailable=lambda _: {})
     with database.write() as session:
         record.add_world(session)
     yield record
@@ -80,7 +80,7 @@ def test_the_newest_progress_is_recorded_at_a_bounded_rate(watched: Watched) -> 
     assert watched.events == [80.0, 60.0]
 
 
-def test_clients_are_told_only_if_more_than_the_time_has_changed(watched: Watched) -> None:
+def test_clients_are_notified_only_if_more_than_the_time_has_changed(watched: Watched) -> None:
     for elapsed_s in (1.0, 2.0):
         watched.clock.advance(RECORD_S)
         watched.tell(80.0, elapsed_s)

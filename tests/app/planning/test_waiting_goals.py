@@ -115,7 +115,7 @@ def core_of(database: Database, workflows: Workflows) -> Core:
         workflows=workflows,
         knowledge_base=knowledge_base,
         plan_nets=PlanNets(knowledge_base),
-        holdings=Reservations(PlanNets(knowledge_base)),
+        reservations=Reservations(PlanNets(knowledge_base)),
     )
 
 

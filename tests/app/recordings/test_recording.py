@@ -1,7 +1,10 @@
 """Recordings: what is written is read again, whatever became of the process; the oldest give way."""
 
 import os
+import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 from mcap.reader import make_reader
@@ -56,7 +59,7 @@ def test_what_was_recorded_is_replayed(store: RecordingStore) -> None:
 
 def test_any_reader_of_the_foxglove_schemas_finds_the_robots(store: RecordingStore) -> None:
     record(store)
-    with store.merged_file("mission-1").open("rb") as stream:
+    with store.merged_file("mission-1") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         summary = reader.get_summary()
         assert summary is not None
@@ -80,7 +83,7 @@ def test_log_times_never_go_back_and_frames_hang_together(store: RecordingStore)
             )
             holder = "yard_1" if tick < 10 else "bay_1"
             writer.write_samples({"sample_1": holder}, {"bay_1": (7.0, 3.0)}, tick / 10)
-    with store.merged_file("mission-1").open("rb") as stream:
+    with store.merged_file("mission-1") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         topics = ["/tf", "/poses/yard_1"]
         told = [(one.topic, entry, body) for _, one, entry, body in reader.iter_decoded_messages(topics)]
@@ -129,7 +132,7 @@ def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_p
     record(store, from_s=300.0)
     replay = replay_of(store.entries("mission-1"))
     assert len(replay.robots["yard_1"]) == kept + 25
-    with store.merged_file("mission-1").open("rb") as stream:
+    with store.merged_file("mission-1") as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     assert summary.statistics is not None
@@ -149,6 +152,34 @@ def test_recordings_are_measured_once_so_much_was_written_that_they_may_be_too_m
     assert MB / 100 <= written < MB / 100 + 3 * CHUNK_BYTES
 
 
+def test_ten_downloads_at_once_are_whole_and_leave_nothing_behind(store: RecordingStore) -> None:
+    folder = record(store, count=500).parent
+    kept = sorted(folder.parent.rglob("*"))
+    together = Barrier(10)
+
+    def download(_: int) -> int:
+        together.wait()
+        with store.merged_file("mission-1") as stream:
+            summary = make_reader(stream).get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        return summary.statistics.message_count
+
+    with ThreadPoolExecutor(10) as pool:
+        (count,) = set(pool.map(download, range(10)))
+    assert count > 500
+    assert sorted(folder.parent.rglob("*")) == kept
+
+
+def test_a_download_goes_on_while_its_recording_is_deleted(store: RecordingStore) -> None:
+    record(store)
+    entries = store.entries("mission-1")
+    with store.merged_file("mission-1") as stream:
+        shutil.rmtree(record(store).parent)
+        assert make_reader(stream).get_summary() is not None
+    assert list(entries) == []
+
+
 def test_the_oldest_recordings_give_way_but_not_those_that_are_made(store: RecordingStore) -> None:
     for number in range(4):
         path = record(store, f"mission-{number}", count=5)
@@ -158,7 +189,7 @@ def test_the_oldest_recordings_give_way_but_not_those_that_are_made(store: Recor
     assert [one.mission_id for one in store.recordings()] == ["mission-3", "mission-2", "mission-0"]
 
 
-@pytest.mark.parametrize("name", ["mission-9", "..", "../..", "", "a/b"])
+@pytest.mark.parametrize("name", ["mission-9", "..", "../..", "", "a/b", "*", "\0", "石" * 120])
 def test_there_is_no_recording_of_what_was_not_recorded(store: RecordingStore, name: str) -> None:
     record(store)
     with pytest.raises(NotFound, match="no recording"):

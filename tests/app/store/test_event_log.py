@@ -5,8 +5,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import ClassVar
 
 import pytest
 from sqlalchemy import event
@@ -24,9 +22,7 @@ WRITERS, EACH = 4, 60
 PROMPT_S = 20.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ThingHappened(Event):
-    TYPE: ClassVar[str] = "thing.happened"
+class ThingHappened(Event, type="thing.happened"):
     number: int
 
 

@@ -1,15 +1,27 @@
 """Migrations: an old record comes up to date with its rows, and the tables are what the code says."""
 
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from sqlalchemy import text
+from sqlalchemy import inspect, text
 
+from app.domain.errors import Invalid
 from app.store import Base, Database
 from app.store.migrate import migrate, migration_config
-from tests.databases import ON_BOTH
+from tests.databases import ON_BOTH, fresh
 
 pytestmark = ON_BOTH
+
+
+@pytest.fixture
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """Without tables."""
+    with fresh(request.param, tmp_path) as url:
+        yield url
 
 
 def test_migrations_make_the_tables_that_the_code_declares(database_url: str) -> None:
@@ -107,4 +119,45 @@ def test_goals_that_waited_in_submitted_become_waiting_and_back(database_url: st
         }
         command.downgrade(migration_config(connection), "0012")
         assert set(connection.execute(text("SELECT state FROM goals")).scalars()) == {"submitted"}
+    record.close()
+
+
+def test_a_database_of_a_newer_version_is_refused_and_left_as_it_is(database_url: str) -> None:
+    record = Database(database_url)
+    migrate(record)
+    with record.write() as session:
+        session.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    with pytest.raises(
+        Invalid, match=r"newer version of Macta: its migration is 9999, this version has \d{4}"
+    ):
+        migrate(record)
+    with record.read() as session:
+        assert session.scalar(text("SELECT version_num FROM alembic_version")) == "9999"
+    record.close()
+
+
+@pytest.mark.parametrize(
+    ("made_by", "named"),
+    [
+        (["CREATE TABLE moz_places (url TEXT)"], "it holds moz_places"),
+        (
+            [
+                "CREATE TABLE alembic_version (version_num TEXT)",
+                "INSERT INTO alembic_version VALUES ('ae10')",
+            ],
+            "'ae10'",
+        ),
+    ],
+)
+def test_a_database_of_another_program_is_refused_and_left_as_it_is(
+    database_url: str, made_by: list[str], named: str
+) -> None:
+    record = Database(database_url)
+    with record.write() as session:
+        for statement in made_by:
+            session.execute(text(statement))
+    before = inspect(record.engine).get_table_names()
+    with pytest.raises(Invalid, match=f"another program's.*{named}"):
+        migrate(record)
+    assert inspect(record.engine).get_table_names() == before
     record.close()

@@ -87,7 +87,7 @@ def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
             assert int(refused.headers["retry-after"]) > 0
         team.faults.stuck.clear()  # robots finish meanwhile, and keep their reports
         until(lambda: caplog.text.count("heartbeat failed: database unavailable") > 2)
-        until(lambda: "agent models of sample_store wait for the database" in caplog.text)
+        until(lambda: "messages to and from the robots of sample_store wait" in caplog.text)
         cluster.start()
         until(lambda: api.get("/v1/missions").status_code == 200)
         awaited(mission, lambda last: last["state"] == "completed", GIVE_UP_S)

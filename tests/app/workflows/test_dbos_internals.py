@@ -14,16 +14,26 @@ HARDLY_EVER_S = 3600.0
 EXECUTOR = "contract"
 
 
-class Pause(threading.Event):
-    """A stop event that counts its waits and returns from each at once."""
+class Worker(threading.Event):
+    """A queue's worker and its stop event, which counts its waits and returns from each at once."""
 
-    def __init__(self) -> None:
+    def __init__(self, dbos: DBOS, queue: Queue) -> None:
         super().__init__()
         self.waits_s: list[float | None] = []
+        self._thread = threading.Thread(
+            target=dbos_internals.work_queue, args=(dbos, queue, self), daemon=True
+        )
+        self._thread.start()
 
     def wait(self, timeout: float | None = None) -> bool:
         self.waits_s.append(timeout)
         return self.is_set()
+
+    def stop(self) -> None:
+        """No workflow is dequeued any more once this returns: a poll under way has ended."""
+        self.set()
+        self._thread.join(timeout=30)
+        assert not self._thread.is_alive(), "a worker that does not end holds up the service's shutdown"
 
 
 @pytest.fixture
@@ -56,18 +66,14 @@ def queue(dbos: DBOS) -> Queue:
 
 
 @pytest.fixture
-def worker(dbos: DBOS, queue: Queue) -> Iterator[Pause]:
-    """The queue's worker runs until its pause is set; its workflows are dequeued here."""
-    pause = Pause()
-    thread = threading.Thread(target=dbos_internals.work_queue, args=(dbos, queue, pause), daemon=True)
-    thread.start()
-    yield pause
-    pause.set()
+def worker(dbos: DBOS, queue: Queue) -> Iterator[Worker]:
+    """The queue's worker runs until it is stopped; its workflows are dequeued here."""
+    worker = Worker(dbos, queue)
+    yield worker
+    worker.stop()
     DBOS.cancel_workflows([one.workflow_id for one in DBOS.list_workflows(status=["PENDING", "ENQUEUED"])])
     dbos_internals.message_waker(dbos)()
     until(lambda: not dbos_internals.executing_workflows(dbos))
-    thread.join(timeout=30)
-    assert not thread.is_alive(), "a worker that does not end holds up the service's shutdown"
 
 
 def wait_for_message(name: str) -> None:
@@ -77,14 +83,14 @@ def wait_for_message(name: str) -> None:
     until(lambda: [step for step in DBOS.list_workflow_steps(name) if step["function_name"] == "DBOS.sleep"])
 
 
-def test_a_queues_worker_pauses_on_its_stop_event_between_polls(worker: Pause) -> None:
+def test_a_queues_worker_pauses_on_its_stop_event_between_polls(worker: Worker) -> None:
     """Else `PollPause` could neither hasten a poll nor hold one back: workflows start late, or in a dead process."""
     until(lambda: len(worker.waits_s) > 2)
     assert all(0.2 < (waited_s or 0.0) < 0.3 for waited_s in worker.waits_s)
     wait_for_message("dequeued")
 
 
-def test_a_workflow_counts_as_executing_until_its_outcome_is_recorded(dbos: DBOS, worker: Pause) -> None:
+def test_a_workflow_counts_as_executing_until_its_outcome_is_recorded(dbos: DBOS, worker: Worker) -> None:
     """Else `Workflows.recover_lost` would run healthy workflows twice, or leave lost ones pending for ever."""
     wait_for_message("mine")
     assert dbos_internals.executing_workflows(dbos) == {"mine"}
@@ -93,10 +99,10 @@ def test_a_workflow_counts_as_executing_until_its_outcome_is_recorded(dbos: DBOS
     until(lambda: not dbos_internals.executing_workflows(dbos))
 
 
-def test_only_a_pending_workflow_of_the_named_executor_is_enqueued_again(dbos: DBOS, worker: Pause) -> None:
+def test_only_a_pending_workflow_of_the_named_executor_is_enqueued_again(dbos: DBOS, worker: Worker) -> None:
     """Else two processes that recover the same workflow would both run it."""
     wait_for_message("mine")
-    worker.set()
+    worker.stop()
     assert not dbos_internals.reenqueue(dbos, "mine", executor="another", default_queue="work")
     assert dbos_internals.reenqueue(dbos, "mine", executor=EXECUTOR, default_queue="work")
     status = DBOS.get_workflow_status("mine")
@@ -105,7 +111,7 @@ def test_only_a_pending_workflow_of_the_named_executor_is_enqueued_again(dbos: D
     assert not dbos_internals.reenqueue(dbos, "mine", executor=EXECUTOR, default_queue="work")
 
 
-def test_a_workflow_that_waits_looks_for_a_message_when_woken(dbos: DBOS, worker: Pause) -> None:
+def test_a_workflow_that_waits_looks_for_a_message_when_woken(dbos: DBOS, worker: Worker) -> None:
     """Else a lost notification delays a mission by a minute, and workflows that wait hold up the shutdown."""
     wait_for_message("mine")
     dbos_internals.message_waker(dbos)()

@@ -215,7 +215,7 @@ def test_goals_that_are_not_over_stay_however_old_they_are(database: Database, w
     }
 
 
-def test_a_goal_stays_while_a_lost_robot_of_it_is_still_to_be_told_to_stop(
+def test_a_goal_stays_while_a_lost_robot_of_it_is_still_to_be_stopped(
     database: Database, workflows: Workflows
 ) -> None:
     over: dict[str, Any] = {"goal": "finished", "since": LONG_AGO, "abandoned": True}

@@ -33,7 +33,7 @@ def test_a_way_round_becomes_the_straight_way(knowledge_base: KnowledgeBase) -> 
     )
 
 
-def test_what_comes_after_is_bound_anew_to_where_its_robot_came_from(knowledge_base: KnowledgeBase) -> None:
+def test_what_comes_after_is_bound_again_to_where_its_robot_came_from(knowledge_base: KnowledgeBase) -> None:
     """RELEASE2 speaks of the whole way a sample was carried."""
     problem = store_problem([inside("sample_1", "interchange_1")], samples={"sample_1": "door_1"})
     dock = {"object": "sample_1", "robots": "yard_1", "rel1": "near", "ref1": "door_1"}

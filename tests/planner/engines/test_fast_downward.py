@@ -4,7 +4,6 @@ import pytest
 
 from planner import (
     Fact,
-    FastDownwardEngine,
     KnowledgeBase,
     Observer,
     PlanNet,
@@ -15,6 +14,7 @@ from planner import (
     Progress,
     faults_of,
 )
+from planner.engines.fast_downward import FastDownwardEngine
 from robots.world import load_world
 from tests.planner.exploring import first_fault
 from tests.planner.store import inside, store_problem

@@ -145,7 +145,7 @@ def test_no_further_engine_is_asked_once_it_is_to_stop() -> None:
     assert "stopped" in result.reason
 
 
-def test_the_best_bound_of_all_engines_is_kept_and_told() -> None:
+def test_the_best_bound_of_all_engines_is_kept_and_reported() -> None:
     watching = Watching()
     engines = [
         Fake("one", PlanningStatus.TIMED_OUT, bound_s=30.0),

@@ -58,7 +58,7 @@ def test_a_place_that_is_new_to_the_world_is_reached_by_nobody(knowledge_base: K
     assert why_unsolvable(knowledge_base, problem) == "no robot reaches bay_13"
 
 
-def test_a_robot_kept_from_a_place_is_told_how_far_it_gets(knowledge_base: KnowledgeBase) -> None:
+def test_a_robot_kept_from_a_place_is_reported_with_how_far_it_gets(knowledge_base: KnowledgeBase) -> None:
     problem = replace(STORING, goals=(Fact("robot_position", ("yard_1", "near", "bay_3")),))
     reason = why_unsolvable(knowledge_base, problem)
     assert reason.startswith(

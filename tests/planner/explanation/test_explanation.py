@@ -8,7 +8,6 @@ import pytest
 from planner import (
     GOAL,
     UNOBSERVED,
-    FastDownwardEngine,
     KnowledgeBase,
     Observer,
     OrderingReason,
@@ -16,6 +15,7 @@ from planner import (
     PlanningProblem,
     PlanningRequest,
 )
+from planner.engines.fast_downward import FastDownwardEngine
 from planner.explanation import Explanation, explain
 from planner.problem.static_facts import StaticFacts
 from tests.planner.store import inside, store_problem

@@ -22,7 +22,7 @@ def test_a_robot_that_could_do_all_of_anothers_work_would_qualify(knowledge_base
     assert why["yard_0"].startswith("can NAVIGATE, DOCK, TRANSPORT and RELEASE2 and serves ")
 
 
-def test_rivals_are_told_apart_by_whether_they_have_work(knowledge_base: KnowledgeBase) -> None:
+def test_rivals_are_distinguished_by_whether_they_have_work(knowledge_base: KnowledgeBase) -> None:
     store = LargeStore(aisles=3, samples=2)
     problem = store.problem()
     why = recruitment_of(store.sequence(problem, knowledge_base), StaticFacts(knowledge_base, problem))

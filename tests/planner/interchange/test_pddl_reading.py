@@ -2,10 +2,11 @@
 
 import pytest
 
-from planner import FastDownwardEngine, KnowledgeBase, PlanningRequest, PlanningStatus, faults_of
+from planner import KnowledgeBase, PlanningRequest, PlanningStatus, faults_of
+from planner.engines.fast_downward import FastDownwardEngine
 from planner.errors import Unsupported
 from planner.interchange.foreign import import_domain, import_problem
-from planner.interchange.pddl import Form, write_domain, write_problem
+from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.relaxation import is_relaxed_reachable
 from tests.planner.store import inside, store_problem
@@ -80,7 +81,7 @@ def test_a_problem_is_planned_and_every_check_passes() -> None:
     assert result.plan_net.makespan_s == pytest.approx(5 + 3 + 3 + 5 + 1 / 3 + 1 / 3, abs=0.01)
 
 
-def test_without_agents_told_the_first_parameter_is_the_agent() -> None:
+def test_without_stated_agents_the_first_parameter_is_the_agent() -> None:
     assert {action.agents for action in import_domain(DELIVERY).actions} == {("x",)}
 
 
@@ -143,11 +144,8 @@ def test_what_is_no_pddl_is_refused(text: str) -> None:
 def test_what_we_write_comes_back_as_the_same_problem(knowledge_base: KnowledgeBase, form: Form) -> None:
     for place, reachable in (("bay_7", True), ("home_yard_1", False)):
         problem = store_problem([inside("sample_1", place)])
-        read = import_problem(
-            write_domain(knowledge_base, form),
-            write_problem(knowledge_base, problem, form),
-            agents=("robot",),
-        )
+        words = Vocabulary(knowledge_base, form)
+        read = import_problem(domain_text(words), problem_text(words, problem), agents=("robot",))
         assert len(read.knowledge_base.operators) == len(knowledge_base.operators)
         assert is_relaxed_reachable(read.knowledge_base, read.problem) == reachable
 

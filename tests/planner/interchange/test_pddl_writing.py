@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from planner import Fact, GroundAction, KnowledgeBase
-from planner.interchange.pddl import Form, PddlTask, Vocabulary, write_domain, write_problem
+from planner.interchange.pddl import Form, PddlTask, Vocabulary, domain_text, problem_text
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.plan_nets.extraction import fault_of
 from tests.planner.store import inside, store_problem
@@ -48,15 +48,18 @@ def test_lpg_finds_plans_that_are_plans_of_ours(
 def test_unified_planning_reads_costs_as_the_actions_costs(knowledge_base: KnowledgeBase) -> None:
     from unified_planning.io import PDDLReader
 
-    texts = (
-        write_domain(knowledge_base, Form.CLASSICAL),
-        write_problem(knowledge_base, STORING, Form.CLASSICAL),
-    )
+    texts = written(knowledge_base, Form.CLASSICAL)
     with UNIFIED_PLANNING_LOCK:
         read = PDDLReader().parse_problem_string(*texts)
     (metric,) = read.quality_metrics
     assert metric.is_minimize_action_costs()
     assert not any(effect.is_increase() for action in read.actions for effect in action.effects)
+
+
+def written(knowledge_base: KnowledgeBase, form: Form = Form.TEMPORAL) -> tuple[str, str]:
+    """Domain and problem."""
+    words = Vocabulary(knowledge_base, form)
+    return domain_text(words), problem_text(words, STORING)
 
 
 def translated(folder: Path) -> str:
@@ -98,7 +101,7 @@ def test_a_goal_that_only_comes_about_by_the_way_stays_out_of_reach(
 def test_an_external_reader_takes_the_temporal_domain(knowledge_base: KnowledgeBase) -> None:
     from unified_planning.io import PDDLReader
 
-    texts = write_domain(knowledge_base), write_problem(knowledge_base, STORING)
+    texts = written(knowledge_base)
     with UNIFIED_PLANNING_LOCK:
         read = PDDLReader().parse_problem_string(*texts)
     assert {action.name for action in read.actions} == {op.name for op in knowledge_base.operators}
@@ -116,13 +119,11 @@ def test_keywords_and_strange_names_become_names_that_readers_take(knowledge_bas
 
 
 def test_the_duration_of_a_team_is_a_table(knowledge_base: KnowledgeBase) -> None:
-    domain = write_domain(knowledge_base)
-    problem = write_problem(knowledge_base, STORING)
+    domain, problem = written(knowledge_base)
     assert "(= ?duration (duration_transport_long_object_at ?ref1 ?ref2 ?robots_1 ?robots_2))" in domain
     assert "(= (duration_transport_long_object_at door_1 interchange_1 yard_1 yard_2) " in problem
     assert "(at start (not (idle_robot ?robots_2)))" in domain
 
 
 def test_the_text_is_the_same_each_time(knowledge_base: KnowledgeBase) -> None:
-    assert write_domain(knowledge_base) == write_domain(knowledge_base)
-    assert write_problem(knowledge_base, STORING) == write_problem(knowledge_base, STORING)
+    assert written(knowledge_base) == written(knowledge_base)

@@ -278,3 +278,33 @@ def test_it_can_be_sent_to_another_process(knowledge_base: KnowledgeBase) -> Non
         base.ground("NAVIGATE", arguments, FUNCTIONS, objects=OBJECTS) for base in (sent, knowledge_base)
     )
     assert there == here
+
+
+BOMB = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12)
+)
+"""Three hundred thousand million values in twelve lines."""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (BOMB, "line 6: more than 500000 values"),
+        ("types: " + "[" * 5000 + "]" * 5000, "line 1: nested more than 50 deep"),
+        ("types: &a [*a]", "line 1: the alias *a has no anchor before it"),
+        ("types: " + "9" * 5000, "5000 digits"),
+    ],
+    ids=["bomb", "deep", "within itself", "digits"],
+)
+def test_a_file_that_would_take_for_ever_to_read_is_refused_in_one_line(text: str, words: str) -> None:
+    with pytest.raises(KnowledgeBaseError) as refused:
+        read_knowledge_base(text, "base.yaml")
+    assert str(refused.value).startswith("base.yaml cannot be read: ")
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("formula", ["(" * 3000 + "1" + ")" * 3000, "-" * 9000 + "1", "1+" * 9000 + "1"])
+def test_a_formula_that_is_nested_too_deeply_is_refused_by_name(formula: str) -> None:
+    with pytest.raises(KnowledgeBaseError, match=r"duration: '.*longer than 300 characters"):
+        read_knowledge_base(shipped().replace("duration: ", f"duration: {formula} + ", 1), "base.yaml")

@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from planner import (
-    FastDownwardEngine,
     KnowledgeBase,
     KnowledgeBaseError,
     PlanningRequest,
     read_knowledge_base,
 )
+from planner.engines.fast_downward import FastDownwardEngine
 from planner.knowledge import DURATION_SCALE, scale_term
 from tests.planner.knowledge.test_knowledge_base import FUNCTIONS, OBJECTS, shipped
 from tests.planner.store import inside, store_problem

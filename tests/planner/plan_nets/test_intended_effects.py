@@ -7,7 +7,6 @@ import pytest
 
 from planner import (
     Fact,
-    FastDownwardEngine,
     KnowledgeBase,
     PlanningProblem,
     PlanningRequest,
@@ -16,6 +15,7 @@ from planner import (
     read_knowledge_base,
 )
 from planner.engines.detours import without_detours
+from planner.engines.fast_downward import FastDownwardEngine
 from planner.engines.registry import engine_named
 from planner.interchange.up_validation import up_fault
 

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from planner import Fact, GroundAction, PlanNet, PlanNetAction, PlanningProblem, load_knowledge_base
 from planner.knowledge.literal import Literal
 from planner.plan_nets.assembly import assemble
-from planner.plan_nets.extraction import extract
+from planner.plan_nets.extraction import extract, fault_of
 from planner.plan_nets.plan_net import GOAL, INITIAL
-from planner.plan_nets.validation import faults_of, replay, unjustified
+from planner.plan_nets.validation import faults_of, unjustified
 from tests.planner.store import store_problem
 
+BASE = load_knowledge_base()
 Walk = tuple[PlanningProblem, tuple[GroundAction, ...], PlanNet]
 
 
@@ -27,9 +28,8 @@ def store() -> tuple[PlanningProblem, tuple[GroundAction, ...]]:
 
 
 def ground_actions(problem: PlanningProblem) -> Iterable[GroundAction]:
-    base = load_knowledge_base()
-    for op in base.operators:
-        statics = [literal for literal in op.preconditions if literal.predicate not in base.fluents]
+    for op in BASE.operators:
+        statics = [literal for literal in op.preconditions if literal.predicate not in BASE.fluents]
         bindings: list[dict[str, str]] = [{}]
         for name, kind in op.parameters.items():
             values = [value for value, its in problem.objects.items() if its == kind]
@@ -65,7 +65,7 @@ def walks(draw: st.DrawFn) -> Walk:
     achieved = [fact for fact in intended if last_change_intends(sequence, fact)]
     goals = tuple(choose.sample(achieved, min(len(achieved), 3)))
     order = extract(sequence, problem.facts, goals)
-    return problem, tuple(sequence), assemble(order, goals, load_knowledge_base(), {})
+    return problem, tuple(sequence), assemble(order, goals, BASE, {})
 
 
 def last_change_intends(sequence: list[GroundAction], fact: Fact) -> bool:
@@ -87,25 +87,24 @@ def random_linearisation(plan_net: PlanNet, choose: random.Random) -> list[PlanN
     return done
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(walk=walks(), seed=st.integers(0, 2**32))
 def test_every_linearisation_of_a_plan_net_is_valid(walk: Walk, seed: int) -> None:
     problem, _, plan_net = walk
     for number in range(8):
         sequence = random_linearisation(plan_net, random.Random(seed + number))
-        assert replay(plan_net, sequence, problem.facts) is None
+        assert fault_of(sequence, problem.facts, plan_net.goals) is None
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(walk=walks())
 def test_a_plan_net_has_no_faults(walk: Walk) -> None:
     """Support, threats, robots, schedule and replay; a random walk may well do things it does not intend."""
     problem, _, plan_net = walk
-    base = load_knowledge_base()
-    assert set(faults_of(plan_net, problem.facts, base)) <= set(unjustified(plan_net, base))
+    assert set(faults_of(plan_net, problem.facts, BASE)) <= set(unjustified(plan_net, BASE))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(walk=walks())
 def test_every_action_of_a_plan_net_serves_something(walk: Walk) -> None:
     _, sequence, plan_net = walk
@@ -114,7 +113,7 @@ def test_every_action_of_a_plan_net_serves_something(walk: Walk) -> None:
     assert len(plan_net.actions) <= len(sequence)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(walk=walks(), seed=st.integers(0, 2**32))
 def test_carried_out_at_any_start_within_the_windows_of_one_action_the_rest_can_follow(
     walk: Walk, seed: int
@@ -131,17 +130,16 @@ def test_carried_out_at_any_start_within_the_windows_of_one_action_the_rest_can_
     assert max(ends.values()) <= plan_net.makespan_s + 0.05
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(walk=walks())
 def test_a_plan_net_that_lost_an_ordering_is_found_faulty(walk: Walk) -> None:
     """The orderings are a reduction: each is needed, by a link, a threat or a shared robot."""
     problem, _, plan_net = walk
-    base = load_knowledge_base()
     linked = {(link.producer, link.consumer) for link in plan_net.causal_links}
     for ordering in plan_net.orderings:
         if (ordering.before, ordering.after) not in linked:
             without = replace(plan_net, orderings=tuple(o for o in plan_net.orderings if o != ordering))
-            assert set(faults_of(without, problem.facts, base)) - set(unjustified(plan_net, base))
+            assert set(faults_of(without, problem.facts, BASE)) - set(unjustified(plan_net, BASE))
 
 
 @given(walk=walks())

@@ -10,6 +10,7 @@ from planner import (
     PlanningStatus,
 )
 from planner.problem.solving import TimeLimitedEngine
+from tests.planner.stepped_clock import SteppedClock
 
 PROBLEM = PlanningProblem(objects={}, facts=frozenset(), goals=())
 
@@ -41,12 +42,27 @@ def test_the_time_limit_is_for_all_problems_together() -> None:
     assert (one.objective, other.objective) == (Objective.ENERGY, Objective.ROBOTS)
 
 
+def test_a_problem_is_not_begun_in_less_time_than_one_took_before() -> None:
+    clock = SteppedClock()
+
+    class Slow(Noting):
+        def plan(
+            self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+        ) -> PlanningResult:
+            clock.now_s += 20.0
+            return super().plan(problem, request, observer)
+
+    engine = Slow()
+    solving = TimeLimitedEngine(engine, PlanningRequest(time_limit_s=50.0, clock=clock), UNOBSERVED)
+    answers = [solving.plan_if_time(PROBLEM) for _ in range(3)]
+    assert [answer is None for answer in answers] == [False, False, True]
+    assert [request.time_limit_s for request in engine.requests] == [50.0, 30.0]
+
+
 def test_without_time_no_problem_is_begun() -> None:
     engine = Noting()
-    assert (
-        TimeLimitedEngine(engine, PlanningRequest(time_limit_s=0.01), UNOBSERVED).plan_if_time(PROBLEM)
-        is None
-    )
+    request = PlanningRequest(time_limit_s=0.0, clock=SteppedClock())
+    assert TimeLimitedEngine(engine, request, UNOBSERVED).plan_if_time(PROBLEM) is None
     assert engine.requests == []
 
 

@@ -209,7 +209,7 @@ def test_what_is_under_way_takes_its_place_though_nothing_needs_it(
     assert Fact("robot_position", ("yard_1", "near", place)) not in state
 
 
-@pytest.mark.parametrize(("stability_s", "course"), [(0.0, Course.ANEW), (50.0, Course.MENDED)])
+@pytest.mark.parametrize(("stability_s", "course"), [(0.0, Course.REPLANNED), (50.0, Course.MENDED)])
 def test_stability_is_weighed_against_the_makespan(
     engine: Asked, knowledge_base: KnowledgeBase, plan_net: PlanNet, stability_s: float, course: Course
 ) -> None:
@@ -219,7 +219,7 @@ def test_stability_is_weighed_against_the_makespan(
     assert made.plan_net is not None
     again = engine.plan(present, REQUEST).plan_net
     assert again is not None
-    if course is Course.ANEW:
+    if course is Course.REPLANNED:
         assert made.plan_net.makespan_s == again.makespan_s
     else:
         assert made.plan_net.makespan_s > again.makespan_s
@@ -248,7 +248,7 @@ def test_an_action_under_way_whose_needs_are_gone_is_not_counted_on(
 def test_without_a_plan_it_says_why(engine: Asked, knowledge_base: KnowledgeBase, plan_net: PlanNet) -> None:
     lost = MissionProgress(lost=frozenset({"yard_0", "yard_1"}))
     made = repair(engine, knowledge_base, plan_net, problem(), lost, REQUEST)
-    assert (made.course, made.plan_net, made.difference) == (Course.ANEW, None, None)
+    assert (made.course, made.plan_net, made.difference) == (Course.REPLANNED, None, None)
     assert made.result.status is PlanningStatus.UNSOLVABLE
     assert "no robot reaches door_0" in made.result.reason
 

@@ -17,13 +17,14 @@ from tests.planner.exploring import first_fault
 from tests.planner.repair.carrying import check_repair, moved, with_another
 from tests.planner.store import inside
 
+BASE = load_knowledge_base()
 REQUEST = PlanningRequest(time_limit_s=3, effort_s=0)
 Case = tuple[PlanningProblem, MissionProgress]
 
 
 @cache
 def engine() -> HierarchicalEngine:
-    made = HierarchicalEngine(load_knowledge_base())
+    made = HierarchicalEngine(BASE)
     made.warm_up()
     return made
 
@@ -101,13 +102,13 @@ def test_a_repaired_plan_net_is_valid_and_kept_is_what_is_said_to_be_kept(
     problem, plan_net = store_plan(choose)
     facts, progress = as_scheduled(plan_net, problem.facts, round(share * plan_net.makespan_s, 1))
     present, progress = mishap((replace(problem, facts=facts), progress), choose)
-    made = repair(engine(), load_knowledge_base(), plan_net, present, progress, REQUEST)
+    made = repair(engine(), BASE, plan_net, present, progress, REQUEST)
     if made.plan_net is None:
         assert made.result.reason
         assert mishap is not nothing
         return
     left = [action for action in plan_net.actions if action.id not in progress.done]
-    repaired = check_repair(made, left, present, load_knowledge_base())
+    repaired = check_repair(made, left, present, BASE)
     assert progress.lost.isdisjoint(repaired.robots)
     under_way = {a for a in progress.under_way if progress.lost.isdisjoint(plan_net.action(a).agents)}
     assert made.difference is not None
@@ -124,12 +125,12 @@ def test_who_joins_disturbs_nobody(seed: int, share: float) -> None:
     facts, progress = as_scheduled(plan_net, problem.facts, round(share * plan_net.makespan_s, 1))
     present = replace(problem, facts=facts)
     goals = [inside("s3", choose.choice(free(present)))]
-    made = join(engine(), load_knowledge_base(), plan_net, present, progress, goals, REQUEST)
+    made = join(engine(), BASE, plan_net, present, progress, goals, REQUEST)
     if made.plan_net is None:
         assert made.result.reason
         return
     left = [action for action in plan_net.actions if action.id not in progress.done]
-    joined = check_repair(made, left, replace(present, goals=(*problem.goals, *goals)), load_knowledge_base())
+    joined = check_repair(made, left, replace(present, goals=(*problem.goals, *goals)), BASE)
     assert made.difference is not None
     assert set(made.difference.kept) == {action.id for action in left}
     for action in left:
@@ -144,7 +145,6 @@ def test_a_repaired_plan_net_is_safe_in_every_order_of_events(seed: int, share: 
     problem, plan_net = store_plan(choose)
     facts, progress = as_scheduled(plan_net, problem.facts, round(share * plan_net.makespan_s, 1))
     present, progress = place_taken((replace(problem, facts=facts), progress), choose)
-    made = repair(engine(), load_knowledge_base(), plan_net, present, progress, REQUEST)
+    made = repair(engine(), BASE, plan_net, present, progress, REQUEST)
     if made.plan_net is not None and len(made.plan_net.actions) <= 20:
-        base = load_knowledge_base()
-        assert first_fault(made.plan_net, made.problem.facts, made.problem.objects, base) is None
+        assert first_fault(made.plan_net, made.problem.facts, made.problem.objects, BASE) is None

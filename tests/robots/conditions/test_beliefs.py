@@ -35,7 +35,7 @@ def test_a_narrow_passage_has_something_near_on_both_sides() -> None:
         assert NarrowPassage().check(percepts(whiskers=met)).holds is holds
 
 
-def test_data_may_name_them() -> None:
+def test_data_may_state_them() -> None:
     words = [
         {"sense": "close", "object": "ball", "m": 0.5},
         {"sense": "moving", "object": "ball"},

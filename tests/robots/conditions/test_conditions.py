@@ -77,7 +77,7 @@ def test_conditions_compose() -> None:
     assert AnyOf(of=(Holding(object="sample"), Empty())).check(bare).holds
 
 
-def test_what_is_missing_is_told_in_words() -> None:
+def test_what_is_missing_is_reported_in_words() -> None:
     verdicts = unmet([Empty(), Holding(object="sample")], percepts())
     assert [verdict.words for verdict in verdicts] == ["holds nothing"]
 

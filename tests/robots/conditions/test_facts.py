@@ -15,7 +15,7 @@ def test_a_full_gripper_is_reported_with_what_it_holds() -> None:
     assert fact("in(sample, me)") in facts
 
 
-def test_near_and_at_a_place_are_told_apart() -> None:
+def test_near_and_at_a_place_are_distinguished() -> None:
     assert fact("near(me, bay)") in perceived(percepts(sees("bay", 0.85)))
     assert fact("at(me, bay)") in perceived(percepts(sees("bay", 0.36)))
     far = perceived(percepts(sees("bay", 2)))
@@ -44,14 +44,14 @@ def test_a_tag_too_far_for_its_bearing_is_said_to_lie_nowhere() -> None:
     assert not [one for one in perceived(percepts(sees("sample", 4))) if one.predicate == "in"]
 
 
-def test_a_place_near_by_at_which_no_sample_is_seen_is_told_to_be_empty() -> None:
+def test_a_place_near_by_at_which_no_sample_is_seen_is_reported_to_be_empty() -> None:
     assert fact("vacant(bay)") in told(sees("bay", 0.85))
     assert fact("vacant(bay)") in told(sees("bay", 0.85), sees("sample", 1.6))
     for unsure in ((sees("bay", 0.85), sees("sample", 0.85)), (sees("bay", 2.0),), ()):
         assert fact("vacant(bay)") not in told(*unsure)
 
 
-def test_where_long_objects_lie_about_no_place_is_told_to_be_empty() -> None:
+def test_where_long_objects_lie_about_no_place_is_reported_to_be_empty() -> None:
     """Their tags shine to their sides only."""
     assert fact("vacant(bay)") not in perceived(percepts(sees("bay", 0.85)))
 

@@ -66,8 +66,8 @@ def test_two_robots_hand_a_sample_over_at_the_hatch_by_sensing_alone(seed: int) 
     times = {
         m.body.packet_id: m.body.at_s for m in ginger.heard if getattr(m.body, "state", None) == "running"
     }
-    let_go = [m.body.at_s for m in fred.heard if getattr(m.body, "state", None) == "finished"]
-    assert times["DOCK-sample-hatch"] > let_go[2], "gripped before the other had come with the sample"
+    released_at = [m.body.at_s for m in fred.heard if getattr(m.body, "state", None) == "finished"]
+    assert times["DOCK-sample-hatch"] > released_at[2], "gripped before the other had come with the sample"
 
 
 @pytest.mark.parametrize("seed", SEEDS)

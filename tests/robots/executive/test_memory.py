@@ -70,6 +70,21 @@ def test_a_script_is_carried_on_in_the_packet_that_was_under_way_and_nothing_is_
     assert begun == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"]
 
 
+def test_what_the_jaws_hold_is_told_also_while_they_are_not_sensed_and_after_a_restart() -> None:
+    world = room({"sample": 1 + 0.4j})
+    service = robot(world, Pose(x_m=1, y_m=1.2, heading_rad=SOUTH))
+    service.order(carry("fred", "sample", "door", "yard"))
+    assert run(world, [service], lambda: ("TRANSPORT", PacketState.RUNNING) in service.packets)
+    service.send(Control(script_id="script-fred", verb=ControlVerb.CANCEL))
+    assert run(world, [service], lambda: service.report is not None)
+    for _ in range(2):
+        run_for(world, [service], 1.0)
+        told = service.telemetry[-1]
+        assert "gripper" not in told.sensors
+        assert (told.holding, world.bodies["fred"].held) == ("sample", "sample")
+        restart(world, service)
+
+
 def test_a_request_that_comes_again_after_a_restart_gets_the_same_answer_and_runs_once() -> None:
     world = room()
     service = robot(world)

@@ -1,18 +1,19 @@
-"""Each word that data may name declares the sensors it asks for: no fewer, and no more."""
+"""Each condition and stimulus that data may name declares the sensors it asks for: no fewer, and no more."""
 
 from dataclasses import MISSING, fields, replace
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 
-from robots.conditions.composition import AllOf, AnyCondition, AnyOf, Not
+from robots.conditions.composition import AllOf, AnyOf, Not
 from robots.conditions.own_state import Empty
 from robots.conditions.position import Near
 from robots.conditions.sight import InView
+from robots.conditions.verdict import Condition
 from robots.errors import SensorOff
 from robots.perception.percepts import NOTHING, Percepts
 from robots.physical.body import ALL_SENSORS, Readings, Sensor
-from robots.reactive.stimuli import AnyStimulus, Proximity
+from robots.reactive.stimuli import Proximity, Stimulus
 from tests.robots.sensed import readings, sees, watch
 
 GIVEN: dict[str, Any] = {
@@ -38,26 +39,22 @@ GIVEN: dict[str, Any] = {
     "robot": "other",
 }
 LONG = {"object": "beam", "target": "beam@left"}
-"""What a word's fields without a default are given, by their names."""
+"""What a variant's fields without a default are given, by their names."""
 
 
-def words(union: Any) -> list[type]:
-    return list(get_args(get_args(union)[0]))
-
-
-def instance(word: type) -> Any:
-    slots = [one for one in fields(word) if one.default is MISSING and one.default_factory is MISSING]
-    assert all(one.name in GIVEN for one in slots), f"GIVEN lacks a field of {word.__name__}"
-    about = {**GIVEN, **LONG} if word.__module__.endswith(("carrying", "long_objects")) else GIVEN
+def instance(variant: type) -> Any:
+    slots = [one for one in fields(variant) if one.default is MISSING and one.default_factory is MISSING]
+    assert all(one.name in GIVEN for one in slots), f"GIVEN lacks a field of {variant.__name__}"
+    about = {**GIVEN, **LONG} if variant.__module__.endswith(("carrying", "long_objects")) else GIVEN
     given = {one.name: about[one.name] for one in slots}
-    if word in (AnyOf, AllOf):
+    if variant in (AnyOf, AllOf):
         given = {"of": (Empty(), InView(target="sample"))}
-    return word(**given)
+    return variant(**given)
 
 
-WORDS = [
-    *(instance(word) for word in words(AnyCondition)),
-    *(instance(word) for word in words(AnyStimulus)),
+VARIANTS = [
+    *(instance(variant) for variant in Condition.__subclasses__()),
+    *(instance(variant) for variant in Stimulus.__subclasses__()),
     Proximity(robots=True),
     Proximity(until="bay"),
     Not(of=Near(place="bay")),
@@ -93,29 +90,33 @@ def situations(running: frozenset[Sensor]) -> list[Percepts]:
     return [watch([with_sensors(instant, running)] * 21) for instant in instants]
 
 
-def ask(word: Any, percepts: Percepts) -> None:
-    word.check(percepts) if hasattr(word, "check") else word.read(percepts)
+def ask(variant: Any, percepts: Percepts) -> None:
+    variant.check(percepts) if hasattr(variant, "check") else variant.read(percepts)
 
 
-def is_told(word: Any, percepts: Percepts) -> bool:
+def is_told(variant: Any, percepts: Percepts) -> bool:
     try:
-        ask(word, percepts)
+        ask(variant, percepts)
     except SensorOff:
         return False
     return True
 
 
-@pytest.mark.parametrize("word", WORDS, ids=lambda word: f"{word.sense}-{len(word.needs)}")
-def test_a_word_is_told_all_it_asks_for_by_the_sensors_it_declares(word: Any) -> None:
-    for percepts in situations(word.needs):
-        ask(word, percepts)
+@pytest.mark.parametrize(
+    "variant", VARIANTS, ids=lambda variant: f"{variant.variant_name}-{len(variant.needs)}"
+)
+def test_a_variant_perceives_all_it_asks_for_by_the_sensors_it_declares(variant: Any) -> None:
+    for percepts in situations(variant.needs):
+        ask(variant, percepts)
 
 
-@pytest.mark.parametrize("word", WORDS, ids=lambda word: f"{word.sense}-{len(word.needs)}")
-def test_a_word_asks_for_each_sensor_it_declares_and_is_never_told_nothing_is_there(word: Any) -> None:
-    for sensor in word.needs:
-        told = [is_told(word, percepts) for percepts in situations(ALL_SENSORS - {sensor})]
-        assert not all(told), f"{word.sense} declares {sensor} and never asks for it"
+@pytest.mark.parametrize(
+    "variant", VARIANTS, ids=lambda variant: f"{variant.variant_name}-{len(variant.needs)}"
+)
+def test_a_variant_asks_for_each_sensor_it_declares_and_is_never_told_nothing_is_there(variant: Any) -> None:
+    for sensor in variant.needs:
+        told = [is_told(variant, percepts) for percepts in situations(ALL_SENSORS - {sensor})]
+        assert not all(told), f"{variant.variant_name} declares {sensor} and never asks for it"
 
 
 def test_the_percept_of_a_sensor_that_is_off_is_an_error_that_names_it() -> None:

@@ -89,7 +89,7 @@ def test_it_stands_when_no_set_point_comes_and_is_free_soon_after() -> None:
     assert service.telemetry[-1].packet_tag is None
     ada.set_point(0.2)
     run_for(world, [service], 0.5)
-    assert "fred is driven no more: let go" in ada.refusal
+    assert "fred is no longer driven: released" in ada.refusal
     assert body.velocity == (0.0, 0.0)
 
 
@@ -144,7 +144,7 @@ def test_a_script_ends_the_drive_and_no_drive_ends_a_script() -> None:
     ada.drive(1, 0.2)
     service.order(script("fred", packet("NAVIGATE", ref2="door"), name="mission-script"))
     ada.drive(0.6, 0.2)
-    assert ada.refusal == "fred is driven no more: gave way to script mission-script"
+    assert ada.refusal == "fred is no longer driven: gave way to script mission-script"
     (ended,) = [one for one in service.upkeep if one.state is PacketState.FINISHED]
     assert (ended.driver, ended.detail) == ("ada", "gave way to script mission-script")
     bob = Operator(service, "bob")

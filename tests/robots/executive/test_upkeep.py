@@ -161,10 +161,10 @@ def test_a_robot_that_cannot_even_try_says_why() -> None:
     run_for(world, [service], 1)
     (failed,) = service.upkeep
     assert (failed.tag, failed.state) == ("SEEK_CHARGER", PacketState.FAILED)
-    assert "moon is no place fred knows" in failed.detail
+    assert "moon is not a place that fred knows" in failed.detail
 
 
-def test_what_takes_two_robots_is_not_let_go_of_half_way() -> None:
+def test_what_takes_two_robots_is_not_released_half_way() -> None:
     world = room({"rock": 1 + 1.84j})
     _, body = fred(world, 1.0)
     profile = replace(world.agents["fred"].profile, lengths_m={"rock": 1.0})

@@ -1,35 +1,11 @@
 """Readings that cannot be are refused by name; the rest is fused."""
 
-from math import inf, nan, pi
+from math import pi
 
 import pytest
 
-from robots.errors import SensorFault
-from robots.perception.fusion import Perception
-from robots.perception.sensing import MutualDataStore
-from robots.physical.body import RADIUS_M, Pose, Readings
-from tests.robots.sensed import PROFILE, percepts, readings, sees, watch
-
-
-@pytest.mark.parametrize(
-    ("bad", "names"),
-    [
-        (readings(whiskers={3: nan}), "whisker 3"),
-        (readings(whiskers={4: -1.0}), "whisker 4"),
-        (readings(sees("bay", nan)), "bay"),
-        (readings(sees("bay", 1, inf)), "bay"),
-        (readings(head=(nan, 0)), "capture head"),
-        (readings(battery=nan), "battery"),
-    ],
-)
-def test_a_reading_that_cannot_be_is_refused_by_the_sensors_name(bad: Readings, names: str) -> None:
-    with pytest.raises(SensorFault, match=names):
-        watch([bad])
-
-
-def test_odometry_that_is_no_number_is_refused() -> None:
-    with pytest.raises(SensorFault, match="odometry"):
-        Perception(PROFILE).perceive(MutualDataStore(), Pose(x_m=nan, y_m=0, heading_rad=0), 0)
+from robots.physical.body import RADIUS_M
+from tests.robots.sensed import percepts, readings, sees, watch
 
 
 def test_the_approach_point_is_the_stand_off_before_the_beacon() -> None:

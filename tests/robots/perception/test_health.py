@@ -108,3 +108,10 @@ def test_a_battery_gauge_that_lies_leaves_what_it_said_last() -> None:
     judged = drive(health, [readings(battery=0.6), readings(battery=nan)])
     assert judged.battery == 0.6
     assert health.degraded == (Defect("battery", "the battery reads nan"),)
+
+
+def test_odometry_or_a_capture_head_that_is_not_finite_is_a_fault() -> None:
+    with pytest.raises(SensorFault, match="odometry"):
+        SensorHealth().inspect(readings(), Pose(x_m=nan, y_m=0, heading_rad=0))
+    with pytest.raises(SensorFault, match="capture head"):
+        drive(SensorHealth(), [readings(head=(nan, 0))])

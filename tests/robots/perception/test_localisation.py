@@ -61,10 +61,10 @@ def test_uncertainty_grows_without_beacons_and_shrinks_with_them() -> None:
     localiser = Localiser(circle(0), BEACONS)
     for _ in range(50):
         localiser.update(circle(0), sighted(circle(0), rng))
-    sure = localiser.sigma
+    sure = localiser.memory().covariance[0]
     for _ in range(100):
         localiser.update(circle(0), NONE_IN_VIEW)
-    assert localiser.sigma > sure
+    assert localiser.memory().covariance[0] > sure
 
 
 def test_one_absurd_sighting_is_not_believed() -> None:

@@ -17,7 +17,7 @@ def fitted() -> tuple[FakeBody, SensoryController]:
     return body, SensoryController(body)
 
 
-def test_the_body_is_told_to_run_what_is_asked_for_and_nothing_else() -> None:
+def test_the_body_runs_what_is_asked_for_and_nothing_else() -> None:
     body, sensory = fitted()
     sensory.run([RANGES])
     assert body.running == {Sensor.ULTRASONIC}

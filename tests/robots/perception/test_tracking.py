@@ -40,7 +40,7 @@ def test_several_sensors_make_surer_than_one() -> None:
     assert both > alone
 
 
-def test_evidence_that_nothing_renews_halves_and_the_thing_is_let_go() -> None:
+def test_evidence_that_nothing_renews_halves_and_the_thing_is_forgotten() -> None:
     tracking = ObjectTracking()
     cursor = watch(2.0, Modality.INFRA_RED, tracking=tracking)
     assert cursor.evidence_at(cursor.seen_s + HALF_LIFE_S) == pytest.approx(cursor.evidence / 2)
@@ -55,7 +55,7 @@ def test_a_thing_that_moves_is_believed_to_and_one_at_rest_is_not() -> None:
     assert not resting.moving_at(3)
 
 
-def test_the_place_is_told_better_than_by_one_look() -> None:
+def test_the_place_is_estimated_better_than_by_one_look() -> None:
     rng = np.random.default_rng(3)
     tracking, off = ObjectTracking(), []
     for tick in range(100):

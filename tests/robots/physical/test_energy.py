@@ -39,7 +39,7 @@ def test_the_shipped_powers_name_every_sensor() -> None:
     [
         ({"capacity_wh": 0}, "capacity_wh"),
         ({"electronics_w": -1}, "electronics_w"),
-        ({"sensors": {"bumper": 1}}, "no power of capture_head"),
+        ({"sensors": {"bumper": 1}}, "the power is missing of capture_head"),
         ({"wings_w": 1}, "wings_w"),
     ],
 )

@@ -73,16 +73,16 @@ def test_a_long_object_is_handled_with_a_packets_content_for_long_ones() -> None
 
 
 def test_who_docks_second_needs_a_long_object() -> None:
-    with pytest.raises(RepertoireError, match="DOCK2 takes a long object; me knows sample as none"):
+    with pytest.raises(RepertoireError, match="DOCK2 needs a long object; sample is not one for me"):
         REPERTOIRE.bind(packet("DOCK2", object="sample", robot2="other", ref2="bay"), PROFILE)
 
 
-def test_that_another_robot_holds_a_long_object_is_told_by_its_standing_at_a_handle() -> None:
+def test_a_robot_that_stands_at_a_handle_counts_as_holding_the_long_object() -> None:
     wanted = packet("DOCK2", object="beam", robot2="other", ref2="bay", awaits=["in(beam, other)"])
     assert REPERTOIRE.bind(wanted, PROFILE).before.count(AtHandle(object="beam", robot="other")) == 1
 
 
-def test_that_a_long_object_has_been_brought_is_told_by_where_its_middle_is() -> None:
+def test_a_long_object_counts_as_brought_by_where_its_middle_is() -> None:
     wanted = packet("RELEASE1", object="beam", robot2="other", awaits=["brought(beam, bay)"])
     told = [one for one in REPERTOIRE.bind(wanted, PROFILE).before if isinstance(one, JointNear)]
     assert [(one.object, one.place) for one in told] == [("beam", "bay")]
@@ -109,7 +109,7 @@ def test_a_robots_own_spot_is_a_place_it_knows() -> None:
         (packet("TRACK", robot1="me", robot2="nobody"), "nobody"),
         (packet("TURN_LEFT", angle="1"), "TURN_LEFT has no parameter angle; known: angle_rad, max"),
         (packet("MOVE_TO", x="1", y="2", z="3"), "MOVE_TO has no parameter z"),
-        (packet("MOVE_TO", x="nan", y="2"), "is no point"),
+        (packet("MOVE_TO", x="nan", y="2"), "is not a point"),
         (packet("NAVIGATE", ref2="bay", awaits=["tracked(other, me)"]), r"tracked\(other, me\)"),
     ],
 )

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from robots.errors import RepertoireError
+from robots.executive.trace import Instant, Trace
 from robots.physical.body import Pose
 from robots.reactive.responses import Linear
 from robots.reactive.stimuli import Proximity
@@ -110,15 +111,19 @@ def reply(service: Service, request: Message) -> tuple[Performative, object]:
     return answer.performative, answer.body
 
 
+def of(trace: Trace, packet_id: str) -> list[Instant]:
+    return [instant for instant in trace if instant.packet_id == packet_id]
+
+
 def test_a_packet_under_way_is_not_tuned_but_the_next_one_is() -> None:
     world, service = navigator()
     request = service.send(Retune(version=1, tuning=SLOW))
     trace = world.agents["fred"].trace
-    assert run(world, [service], lambda: len(trace.of("NAVIGATE-door")) > 60)
+    assert run(world, [service], lambda: len(of(trace, "NAVIGATE-door")) > 60)
     assert reply(service, request) == (Performative.AGREE, TuningReport(version=1))
 
     def advance(packet_id: str) -> float:
-        return max(i.responses.shown().get("translate/advance", (0.0, 0.0))[0] for i in trace.of(packet_id))
+        return max(i.responses.shown().get("translate/advance", (0.0, 0.0))[0] for i in of(trace, packet_id))
 
     assert advance("NAVIGATE-yard") > 0.5
     assert advance("NAVIGATE-door") == pytest.approx(0.2, abs=0.01)
@@ -129,7 +134,7 @@ def test_tuning_replaces_what_was_sent_before_and_an_older_one_changes_nothing()
     service.send(Retune(version=2, tuning={}))
     late = service.send(Retune(version=1, tuning=SLOW))
     trace = world.agents["fred"].trace
-    assert run(world, [service], lambda: len(trace.of("NAVIGATE-door")) > 60)
+    assert run(world, [service], lambda: len(of(trace, "NAVIGATE-door")) > 60)
     assert reply(service, late)[0] is Performative.AGREE
     assert max(i.responses.shown().get("translate/advance", (0.0, 0.0))[0] for i in trace) > 0.5
 

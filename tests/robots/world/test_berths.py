@@ -47,7 +47,7 @@ def refusal(folder: Path, *locations: dict[str, Any], **changes: Any) -> str:
 
 
 def points(world: WorldFile, name: str) -> list[tuple[float, float]]:
-    return [berth.at for berth in world.rows[name]]
+    return [berth.at for berth in world.places_by_location[name]]
 
 
 def test_berths_lie_across_the_way_that_robots_come_from_around_the_location() -> None:
@@ -63,7 +63,7 @@ def test_berths_lie_across_the_way_that_robots_come_from_around_the_location() -
 
 def test_a_berth_is_approached_along_the_first_direction_and_back_only() -> None:
     world = valid(location("table", [3, 3], capacity=2, approach_deg=[90, 0, -90, 180]))
-    assert {berth.approach_deg for berth in world.rows["table"]} == {(90, -90)}
+    assert {berth.approach_deg for berth in world.places_by_location["table"]} == {(90, -90)}
 
 
 def test_what_has_room_for_one_or_none_stays_as_it_is() -> None:
@@ -78,7 +78,7 @@ def test_a_file_keeps_what_its_author_wrote(tmp_path: Path) -> None:
     file.write_text(world_yaml(world))
     assert load_world(file) == world
     assert yaml.safe_load(file.read_text())["locations"] == [rack]
-    assert load_world(file).rows == world.rows
+    assert load_world(file).places_by_location == world.places_by_location
 
 
 def test_berths_draw_together_where_there_is_less_room() -> None:
@@ -101,15 +101,15 @@ def test_where_robots_stand_abreast_berths_are_no_nearer_than_half_a_metre(tmp_p
 def test_several_samples_start_in_the_berths_of_one_location() -> None:
     samples = [{"name": f"sample_{n}", "at": at} for n, at in ((1, "rack_1"), (2, "rack_1_1"), (3, "rack_1"))]
     world = valid(location("rack_1", [0.5, 3], capacity=3), samples=samples)
-    assert world.lying == {"sample_1": "rack_1_2", "sample_2": "rack_1_1", "sample_3": "rack_1_3"}
+    assert world.initial_places == {"sample_1": "rack_1_2", "sample_2": "rack_1_1", "sample_3": "rack_1_3"}
 
 
 @pytest.mark.parametrize(
     ("at", "said"),
     [
-        (["rack_1"] * 3, "rack_1 has room for 2 samples, 3 start there"),
-        (["rack_1", "rack_1", "rack_1_1"], "rack_1 has room for 2 samples, 3 start there"),
-        (["rack_1_1", "rack_1_1"], "rack_1_1 has room for 1 sample, 2 start there"),
+        (["rack_1"] * 3, "rack_1 has room for 2 samples, but 3 start there"),
+        (["rack_1", "rack_1", "rack_1_1"], "rack_1 has room for 2 samples, but 3 start there"),
+        (["rack_1_1", "rack_1_1"], "rack_1_1 has room for 1 sample, but 2 start there"),
         (["rack_1_3"], "unknown location 'rack_1_3'; choices: rack_1, rack_1_1, rack_1_2"),
     ],
 )
@@ -122,7 +122,7 @@ def test_facts_of_the_file_may_name_the_location_or_the_berth_of_a_sample(tmp_pa
     rack, samples = location("rack_1", [0.5, 3], capacity=2), [{"name": "sample_1", "at": "rack_1"}]
     for place in ("rack_1", "rack_1_1"):
         fact = {"predicate": "in", "args": ["sample_1", place]}
-        assert valid(rack, samples=samples, facts=[fact]).lying == {"sample_1": "rack_1_1"}
+        assert valid(rack, samples=samples, facts=[fact]).initial_places == {"sample_1": "rack_1_1"}
     elsewhere = {"predicate": "in", "args": ["sample_1", "rack_1_2"]}
     said = refusal(tmp_path, rack, samples=samples, facts=[elsewhere])
     assert "samples.sample_1.at is rack_1_1, but the facts say in(sample_1, rack_1_2)" in said
@@ -189,7 +189,7 @@ def test_an_interchange_in_a_narrow_hatch_has_no_room_for_several(tmp_path: Path
 
 def test_berths_have_names_of_their_own(tmp_path: Path) -> None:
     said = refusal(tmp_path, location("rack_1", [0.5, 3], capacity=2), location("rack_1_2", [5, 5]))
-    assert "names must be unique in a world, those of berths too; used twice: rack_1_2" in said
+    assert "names must be unique in a world, names of berths included; used more than once: rack_1_2" in said
 
 
 @pytest.mark.parametrize("kind", ["home", "bay"])

@@ -1,5 +1,6 @@
 """What a world file may not say, and that the error names the slot."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,9 @@ def test_robots_start_at_least_their_width_apart(tmp_path: Path, apart_m: float,
         file.write_text(yaml.safe_dump(small(robots=robots)))
         assert len(load_world(file).robots) == 2
     else:
-        assert "robots.left and robots.right start in the same place" in refusal(tmp_path, robots=robots)
+        assert "robots.left and robots.right start nearer than 0.44 m to each other" in refusal(
+            tmp_path, robots=robots
+        )
 
 
 def test_a_file_that_is_no_text_is_refused_by_name(tmp_path: Path) -> None:
@@ -95,3 +98,89 @@ def test_the_relocation_laboratory_has_two_robots_a_long_object_and_rocks_on_the
     assert len(lab.robots) == 2
     assert [sample.length_m for sample in lab.samples] == [0.9]
     assert len(lab.obstacles) >= 3
+
+
+BOMB = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12)
+)
+"""Three hundred thousand million values in twelve lines."""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (BOMB, "line 6: more than 500000 values"),
+        ("name: " + "[" * 5000 + "]" * 5000, "line 1: nested more than 50 deep"),
+        ("name: room\ntitle: &a [*a]", "line 2: the alias *a has no anchor before it"),
+        ("name: " + "9" * 5000, "5000 digits"),
+        ("name: 2026-99-99", "month must be in 1..12"),
+    ],
+    ids=["bomb", "deep", "within itself", "digits", "date"],
+)
+def test_a_file_that_would_take_for_ever_to_read_is_refused_in_one_line(
+    tmp_path: Path, text: str, words: str
+) -> None:
+    file = tmp_path / "room.yaml"
+    file.write_text(text)
+    with pytest.raises(WorldFileError) as refused:
+        load_world(file)
+    assert str(refused.value).startswith(f"{file} cannot be read: ")
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_aliases_are_read_as_what_they_name(tmp_path: Path) -> None:
+    file = tmp_path / "room.yaml"
+    text = yaml.safe_dump(small())
+    file.write_text(
+        text.replace("- approach_deg:\n  - 0", "- approach_deg: &east\n  - 0", 1).replace(
+            "- approach_deg:\n  - 0", "- approach_deg: *east"
+        )
+    )
+    assert [place.approach_deg for place in load_world(file).locations] == [(0,), (0,)]
+
+
+WALL = {"start": [0, 3], "end": [6, 3]}
+ONE_SPOT = [
+    {"name": "bay_1", "kind": "bay", "at": [1, 1], "approach_deg": [0]},
+    {"name": "bay_2", "kind": "bay", "at": [1, 1], "approach_deg": [0]},
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "item", "words"),
+    [
+        ({"walls": [WALL]}, "left", "robots.left starts at (3, 3), in walls.0 from (0, 3) to (6, 3)"),
+        ({"walls": [{"start": [0, 2.8], "end": [6, 2.8]}]}, "left", "its middle must be 0.22 m from it"),
+        (
+            {"walls": [{"start": [0, 1], "end": [6, 1]}]},
+            "bay_1",
+            "locations.bay_1 lies at (1, 1), in walls.0",
+        ),
+        ({"locations": ONE_SPOT}, "bay_2", "locations.bay_2 at (1, 1) is 0.00 m from locations.bay_1"),
+    ],
+    ids=["robot in a wall", "wall through a robot", "place in a wall", "two places on one spot"],
+)
+def test_a_building_that_cannot_be_is_refused_with_its_place_in_the_file(
+    tmp_path: Path, changes: dict[str, Any], item: str, words: str
+) -> None:
+    said = refusal(tmp_path, **changes)
+    assert words in said
+    (line,) = re.findall(r"line (\d+), ", said)
+    rest = (tmp_path / "room.yaml").read_text().splitlines()[int(line) - 1 :]
+    assert next(one for one in rest if "name: " in one).endswith(item)
+
+
+def test_a_robot_may_stand_in_a_gap_and_a_place_lie_in_a_hatch(tmp_path: Path) -> None:
+    hatch = {"kind": "hatch", "at_m": 1, "width_m": 0.4}
+    gap = {"kind": "gap", "at_m": 3.25, "width_m": 2}
+    file = tmp_path / "room.yaml"
+    file.write_text(yaml.safe_dump(small(walls=[{**WALL, "openings": [hatch, gap]}])))
+    assert load_world(file).locations[1].at == (1, 3)
+
+
+def test_an_error_names_the_line_of_its_slot(tmp_path: Path) -> None:
+    said = refusal(tmp_path, samples=[{"name": "sample_1", "at": "bay_1", "length_m": -1}])
+    lines = (tmp_path / "room.yaml").read_text().splitlines()
+    line = next(number for number, one in enumerate(lines, start=1) if "length_m: -1" in one)
+    assert f"line {line}, samples.0.length_m: " in said

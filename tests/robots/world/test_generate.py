@@ -92,10 +92,10 @@ def test_every_robot_starts_at_its_home_and_every_place_has_room_to_stand_before
 def test_bays_have_room_for_as_many_samples_as_asked() -> None:
     shape = store_shape(bay_capacity=3, samples=20)
     world = generate_world(shape, seed=1)
-    rows = [row for name, row in world.rows.items() if name.startswith("bay_")]
+    rows = [row for name, row in world.places_by_location.items() if name.startswith("bay_")]
     assert [len(row) for row in rows] == [3] * shape.bays
     assert 3 * shape.bays >= 1.5 * shape.samples
-    assert len(set(world.lying.values())) == 20
+    assert len(set(world.initial_places.values())) == 20
     between = [dist(one.at, other.at) for row in rows for one, other in pairwise(row)]
     assert between == pytest.approx([0.7] * len(between))
 

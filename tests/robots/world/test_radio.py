@@ -22,7 +22,7 @@ def world(link: dict[str, Any], own: dict[str, Any] | None = None) -> WorldFile:
     return WorldFile.model_validate(small(link=link, robots=robots))
 
 
-def test_without_a_word_the_radio_is_perfect() -> None:
+def test_without_a_link_in_the_file_the_radio_is_perfect() -> None:
     quiet = WorldFile.model_validate(small())
     link = quiet.link_of(quiet.robot("left"))
     assert (link.loss, link.round_trip_s, link.silence_s, link.answer_s) == (0.0, 0.0, 0.0, 0.0)
@@ -56,7 +56,7 @@ def test_what_a_robot_leaves_to_the_world_is_still_left_to_it_after_being_writte
         ),
         (
             {"light_time_s": 12, "contacts": [{"for_s": 10, "every_s": 60}]},
-            "a contact of 10 s is over before a message has arrived, which takes up to 12 s",
+            "a contact of 10 s is shorter than the delivery of a message, which takes up to 12 s",
         ),
     ],
 )

@@ -36,7 +36,7 @@ def test_a_moving_thing_is_faced_and_kept_at_its_distance(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_thing_that_gets_away_is_told_and_caught_up_with(seed: int) -> None:
+def test_a_thing_that_gets_away_is_an_event_and_the_robot_follows(seed: int) -> None:
     """It flees at the robot's own full speed for a while, out of the distance to be kept."""
     world = room(size=(9, 6), start=(1, 3, 0), other=(2.2, 3, 0))
     order = packet("FACE_OBJECT", object="ginger", keep_distance_m=1.2, for_s=16, max_velocity_m_s=0.35)

@@ -50,7 +50,9 @@ def test_corners_inside_a_room_and_outside_a_box_are_followed(
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("tag", "heading"), SIDES)
-def test_an_opening_in_the_wall_is_told_and_can_end_the_packet(tag: str, heading: float, seed: int) -> None:
+def test_an_opening_in_the_wall_is_an_event_and_can_end_the_packet(
+    tag: str, heading: float, seed: int
+) -> None:
     boxes = [(0, 0, 3.6, 1.3), (5.0, 0, 9, 1.3)]
     world = room(size=(9, 4), boxes=boxes, start=(1.5 if heading == 0 else 7.5, 1.9, heading))
     trial = Trial(world, packet(tag, until="opening"), seed=seed).run()

@@ -8,7 +8,7 @@ from robots.physical.body import RADIUS_M, Pose
 from robots.world import WorldFile
 from robots.world.walls import Panel
 from sim.bodies import FloorMap
-from sim.physics.scene import Rock
+from sim.snapshot import Rock
 from tests.sim.rig import fred, run_s, simulate, two_rooms
 
 TO_JAWS_M = 0.31

@@ -18,7 +18,7 @@ def roll(axle: Axle, wanted: tuple[float, float], seconds: float, now: Velocity 
 
 
 @pytest.mark.parametrize("wanted", [(0.5, 0.0), (-0.3, 0.0), (0.0, 1.5), (0.3, -0.8)])
-def test_wheels_bring_the_chassis_to_the_velocity_it_is_told(wanted: tuple[float, float]) -> None:
+def test_wheels_bring_the_chassis_to_the_commanded_velocity(wanted: tuple[float, float]) -> None:
     now = roll(Axle(WheeledBodySpec()), wanted, 2)
     assert (now.ahead_m_s, now.left_m_s, now.turn_rad_s) == pytest.approx(
         (wanted[0], 0.0, wanted[1]), abs=1e-6
@@ -50,7 +50,7 @@ def test_ramp_torque_and_traction_each_bound_the_acceleration(
 def test_on_a_slippery_floor_the_wheels_run_ahead_of_the_chassis() -> None:
     axle = Axle(WheeledBodySpec(traction=0.02))
     now = roll(axle, (0.5, 0.0), 0.5)
-    assert min(axle.rims_m_s) > now.ahead_m_s + 0.2
+    assert min(axle.state.rims_m_s) > now.ahead_m_s + 0.2
 
 
 def test_one_wheel_that_loses_more_of_its_turn_draws_the_chassis_to_its_side() -> None:
@@ -71,10 +71,10 @@ def test_a_chassis_that_is_pushed_turns_its_wheels_against_the_motors() -> None:
     axle = Axle(WheeledBodySpec(torque_n_m=0.5))
     now = axle.roll(Velocity(0.4, 0.0, 0.0), 0.0, 0.0, slip=NO_SLIP)
     assert 0.3 < now.ahead_m_s < 0.4
-    assert axle.rims_m_s == pytest.approx((now.ahead_m_s, now.ahead_m_s))
+    assert axle.state.rims_m_s == pytest.approx((now.ahead_m_s, now.ahead_m_s))
 
 
 def test_wheels_that_stand_stand_exactly() -> None:
     axle = Axle(WheeledBodySpec())
     assert roll(axle, (0.0, 0.0), 1, roll(axle, (0.5, 0.7), 1)) == STILL
-    assert hypot(*axle.rims_m_s) == 0.0
+    assert hypot(*axle.state.rims_m_s) == 0.0

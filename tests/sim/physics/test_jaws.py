@@ -196,7 +196,7 @@ def test_a_long_object_that_is_pushed_against_a_wall_falls_before_it_passes() ->
     assert truth.slipped > 0
 
 
-def test_a_long_object_that_nobody_holds_lies_where_it_was_let_go() -> None:
+def test_a_long_object_that_nobody_holds_lies_where_it_was_released() -> None:
     simulation, _ = grip_beam()
     for name in ("fred", "ginger"):
         simulation.bodies[name].set_gripper(closed=False)

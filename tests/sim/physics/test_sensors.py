@@ -110,7 +110,7 @@ def test_bearings_are_noisy_but_unbiased() -> None:
     assert np.std(ranges) == pytest.approx(0.01, rel=0.25)
 
 
-def test_odometry_starts_where_the_rover_was_told_and_drifts() -> None:
+def test_odometry_starts_at_the_rovers_configured_pose_and_drifts() -> None:
     simulation, puppets = simulate(two_rooms((0.5, 1, 0)), seed=3)
     told = puppets["fred"].setup.told
     assert simulation.bodies["fred"].get_position() == told

@@ -48,7 +48,7 @@ def kept(folder: Path, *, after_s: float = 0.5) -> Simulation:
     return simulation
 
 
-def test_the_first_world_of_a_folder_begins_without_a_word(tmp_path: Path) -> None:
+def test_the_first_world_of_a_folder_begins_without_a_message(tmp_path: Path) -> None:
     assert started(tmp_path).not_resumed_because == ""
 
 
@@ -113,7 +113,7 @@ def other_software(folder: Path) -> StartedWorld:
         (lambda f: started(f, run="gone"), "there is no snapshot of it"),
     ],
 )
-def test_what_cannot_be_gone_on_with_begins_afresh_and_says_why(
+def test_what_cannot_be_gone_on_with_starts_a_new_run_and_says_why(
     tmp_path: Path, case: Callable[[Path], StartedWorld], why: str
 ) -> None:
     found = case(tmp_path)
@@ -121,7 +121,7 @@ def test_what_cannot_be_gone_on_with_begins_afresh_and_says_why(
     assert found.simulation.clock.ticks == 0
 
 
-def test_a_world_that_must_go_on_does_not_begin_afresh(tmp_path: Path) -> None:
+def test_a_world_that_must_go_on_does_not_start_a_new_run(tmp_path: Path) -> None:
     with pytest.raises(NotResumable, match="there is no snapshot"):
         started(tmp_path, run="gone", resume_only=True)
 
@@ -300,6 +300,6 @@ def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
     world = SupervisedWorld(start, SnapshotSettings(folder=tmp_path), wall_clock=ManualClock())  # type: ignore[arg-type]
     for _ in range(5):
         assert world.receive() == ()
-    with pytest.raises(LinkClosed, match="died 6 times"):
+    with pytest.raises(LinkClosed, match="crashed 6 times"):
         world.receive()
     assert [(order.run, order.resume_only) for order in orders] == [(None, False)] + [("r", True)] * 5

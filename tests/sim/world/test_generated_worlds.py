@@ -25,6 +25,6 @@ def test_nothing_touches_or_moves_at_the_start(shape: StoreShape) -> None:
         for spec in world.robots:
             pose = truth.robots[spec.name]
             assert (pose.x_m, pose.y_m) == pytest.approx(spec.start[:2], abs=0.01)
-        assert {sample: found.ref for sample, found in truth.samples.items()} == world.lying
+        assert {sample: found.ref for sample, found in truth.samples.items()} == world.initial_places
     finally:
         simulation.close()

@@ -19,7 +19,7 @@ def with_sensors(*running: Sensor, **world: Any) -> Simulation:
     return simulation
 
 
-def test_a_body_runs_all_its_sensors_until_it_is_told() -> None:
+def test_a_body_runs_all_its_sensors_until_commanded_otherwise() -> None:
     simulation, _ = simulate(two_rooms())
     assert simulation.bodies["fred"].sense().by_sensor().keys() == ALL_SENSORS
 

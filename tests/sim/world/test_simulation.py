@@ -61,7 +61,7 @@ def test_start_poses_are_clear_of_everything_and_in_the_robots_area(seed: int) -
         assert not body.sense().bumper
 
 
-def test_a_robot_is_told_its_start_only_approximately() -> None:
+def test_a_robot_knows_its_start_only_approximately() -> None:
     world = load_world("sample_store")
     told: dict[str, AgentSetup] = {}
 

@@ -1,4 +1,4 @@
-"""A world goes on from its snapshot: nothing jumps, nothing is let go of, no robot begins again."""
+"""A world goes on from its snapshot: nothing jumps, nothing is released, no robot starts again."""
 
 from math import hypot
 from typing import Any

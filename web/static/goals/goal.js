@@ -1,9 +1,9 @@
 // The head of the middle pane: the goal, its planning progress, and what an operator can do about it.
 
-import { id, post } from "../page/api.js";
+import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { displayState, facts, seconds, tone, words } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { commandButton } from "../page/problem.js";
 import { createPlanningProgress } from "./planning_progress.js";
 
 const OPEN = ["submitted", "waiting", "planning", "planned"];
@@ -70,14 +70,7 @@ function head(goal, due, planning, refresh) {
 /** @param {Goal} goal @param {Element} problem @param {() => void} refresh */
 function controls(goal, problem, refresh) {
   /** @param {string} verb @param {string} label @param {string} kind */
-  const command = (verb, label, kind) => {
-    const send = async () => {
-      await attempt([button], problem, () => post(`/v1/goals/${id(goal.id)}:${verb}`));
-      refresh();
-    };
-    const button = el("button", { type: "button", class: kind, "data-testid": `goal-${verb}`, onclick: send }, label);
-    return button;
-  };
+  const command = (verb, label, kind) => commandButton(label, `/v1/goals/${id(goal.id)}:${verb}`, problem, refresh, { class: kind, "data-testid": `goal-${verb}` });
   return [
     goal.state === "planning" ? command("stop", "Stop and take the best", "primary") : null,
     command("cancel", "Withdraw", "danger"),

@@ -1,9 +1,9 @@
 // The middle pane's mission: each robot's progress through its script, and the elapsed time against the estimate.
 
-import { id, post } from "../page/api.js";
+import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { seconds, tone, words } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { commandButton } from "../page/problem.js";
 import { policyChoice, recovery } from "./recovery.js";
 import { ENDED, elapsed, silences } from "./timing.js";
 
@@ -56,15 +56,13 @@ function controls(mission, problem, refresh) {
   if (mission.cancel_requested) return el("span", { class: "badge warn", "data-testid": "mission-ending" }, "being cancelled: waits for its robots");
   const isStuck = mission.recovery?.step === "stuck" && mission.state !== "paused";
   const first = isStuck ? ["resume", "Try again"] : mission.state === "paused" ? ["resume", "Resume"] : ["pause", "Pause"];
-  return [first, ["cancel", "Cancel"]].map(([verb, label]) => {
-    const send = async () => {
-      await attempt([button], problem, () => post(`/v1/missions/${id(mission.id)}:${verb}`));
-      button.disabled = false; // the mission may stay as it is for a while, and is not drawn again then
-      refresh();
-    };
-    const button = el("button", { type: "button", class: verb === "cancel" ? "danger" : null, "data-testid": `mission-${verb}`, onclick: send }, label);
-    return button;
-  });
+  /** @param {HTMLButtonElement} button */
+  const done = (button) => {
+    button.disabled = false; // the mission may stay as it is for a while, and is not drawn again then
+    refresh();
+  };
+  return [first, ["cancel", "Cancel"]].map(([verb, label]) =>
+    commandButton(label, `/v1/missions/${id(mission.id)}:${verb}`, problem, done, { class: verb === "cancel" ? "danger" : null, "data-testid": `mission-${verb}` }));
 }
 
 /** @param {Mission} mission @param {number} worldTime */

@@ -25,7 +25,7 @@ function mountSide(side, panes, widths) {
   const button = byId(`${side}-toggle`, HTMLButtonElement);
   const otherPane = byId(side === "left" ? "right" : "left", HTMLElement);
   const outwards = side === "left" ? 1 : -1;
-  const away = /** @type {const} */ (`${side}Away`);
+  const hiddenKey = /** @type {const} */ (`${side}Away`);
   const maxWidth = () => Math.max(MIN_WIDTH_PX[side], panes.clientWidth - MIDDLE_PX - otherPane.offsetWidth);
   /** @param {number} width */
   const setWidth = (width) => {
@@ -34,15 +34,15 @@ function mountSide(side, panes, widths) {
     fit();
   };
   const fit = () => {
-    const isAway = Boolean(widths[away]);
+    const isHidden = Boolean(widths[hiddenKey]);
     const chosen = widths[side];
-    pane.hidden = isAway;
-    divider.hidden = isAway;
-    button.setAttribute("aria-pressed", String(!isAway));
-    const width = isAway ? "0px" : chosen ? `${Math.min(chosen, maxWidth())}px` : "";
+    pane.hidden = isHidden;
+    divider.hidden = isHidden;
+    button.setAttribute("aria-pressed", String(!isHidden));
+    const width = isHidden ? "0px" : chosen ? `${Math.min(chosen, maxWidth())}px` : "";
     if (width) panes.style.setProperty(`--${side}`, width);
     else panes.style.removeProperty(`--${side}`);
-    panes.style.setProperty(`--${side}-divider`, isAway ? "0px" : "7px");
+    panes.style.setProperty(`--${side}-divider`, isHidden ? "0px" : "7px");
     divider.setAttribute("aria-valuemin", String(MIN_WIDTH_PX[side]));
     divider.setAttribute("aria-valuemax", String(maxWidth()));
     divider.setAttribute("aria-valuenow", String(pane.offsetWidth || MIN_WIDTH_PX[side]));
@@ -65,7 +65,7 @@ function mountSide(side, panes, widths) {
     event.preventDefault();
   });
   button.addEventListener("click", () => {
-    widths[away] = !widths[away];
+    widths[hiddenKey] = !widths[hiddenKey];
     savePreference("panes", widths);
     dispatchEvent(new Event("resize"));
   });

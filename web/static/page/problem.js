@@ -1,6 +1,6 @@
 // Shows an error of the service, with the choices it offers.
 
-import { problemOf } from "./api.js";
+import { post, problemOf } from "./api.js";
 import { el, show } from "./dom.js";
 
 /**
@@ -17,6 +17,20 @@ export async function attempt(buttons, box, request) {
     show(box, problemBox(error));
     for (const button of buttons) button.disabled = false;
   }
+}
+
+/**
+ * A button that posts a command of the API. `done` is called after the answer, whether it succeeded or not.
+ * @param {string} label @param {string} path @param {Element} box shows an error @param {(button: HTMLButtonElement) => void} done
+ * @param {Attributes} [attributes]
+ */
+export function commandButton(label, path, box, done, attributes = {}) {
+  const send = async () => {
+    await attempt([button], box, () => post(path));
+    done(button);
+  };
+  const button = el("button", { type: "button", ...attributes, onclick: send }, label);
+  return button;
 }
 
 /** @param {unknown} error */

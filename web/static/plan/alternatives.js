@@ -1,9 +1,9 @@
 // Alternative plans: have them searched for, compare them, view one.
 
-import { id, post } from "../page/api.js";
+import { id } from "../page/api.js";
 import { closest, el, svg } from "../page/dom.js";
 import { seconds } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { commandButton } from "../page/problem.js";
 import { byNumber, kind } from "./drawing.js";
 
 /**
@@ -15,12 +15,8 @@ export function alternatives(goal, plan, plans, { viewPlan, refresh }) {
   const search = goal.alternatives;
   const isSearching = search?.state === "seeking";
   const box = el("div", { role: "alert" });
-  const seek = async () => {
-    await attempt([button], box, () => post(`/v1/goals/${id(goal.id)}:alternatives`));
-    refresh();
-  };
   const label = isSearching ? "Looking for alternatives …" : "Find alternatives";
-  const button = el("button", { type: "button", disabled: isSearching, "data-testid": "seek-alternatives", onclick: seek }, label);
+  const button = commandButton(label, `/v1/goals/${id(goal.id)}:alternatives`, box, refresh, { disabled: isSearching, "data-testid": "seek-alternatives" });
   return el(
     "div",
     { class: "alternatives" },

@@ -1,9 +1,9 @@
 // The selected robot: its link, battery and packet, its range readings and its behaviour synthesis.
 
-import { id, post } from "../page/api.js";
+import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { commandButton } from "../page/problem.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @param {{refresh: () => void, workbench: Workbench}} actions */
 export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
@@ -60,13 +60,11 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
 
   /** @param {Robot} robot @param {string} verb @param {string} label */
   function declare(robot, verb, label) {
-    const send = async () => {
-      await attempt([button], parts.problem, () => post(`/v1/robots/${id(robot.name)}:${verb}`));
+    const done = () => {
       drawnHead = "";
       refresh();
     };
-    const button = el("button", { type: "button", class: "danger", "data-testid": `robot-${verb}`, onclick: send }, label);
-    return button;
+    return commandButton(label, `/v1/robots/${id(robot.name)}:${verb}`, parts.problem, done, { class: "danger", "data-testid": `robot-${verb}` });
   }
 
   store.subscribe((state) => {

@@ -24,7 +24,7 @@ export function stripChart(label, series, [from, till], [min, max], cursor = nul
   return svg(
     "svg",
     { viewBox: `0 0 100 ${HEIGHT}`, preserveAspectRatio: "none", class: "strip", role: "img", "aria-label": label },
-    min < 0 && max > 0 ? svg("path", { class: "nought", d: `M0,${y(0)} H100` }) : null,
+    min < 0 && max > 0 ? svg("path", { class: "zero-line", d: `M0,${y(0)} H100` }) : null,
     lines,
     cursor === null ? null : svg("path", { class: "cursor", d: `M${x(cursor)},0 V${HEIGHT}` }),
   );

@@ -69,7 +69,7 @@ export function mountDrive(root, store) {
       const answer = await post(`/v1/robots/${id(robot)}:teleoperate`, { session, speed_m_s: share("ahead") * limits.most_m_s, turn_rad_s: share("left") * limits.most_rad_s });
       if (drive?.session !== session) return;
       limits = answer;
-      if (answer.last_heard_s > SILENT_AFTER_S) showState(`No word from ${robot} for ${answer.last_heard_s.toFixed(1)} s: it stops by itself.`);
+      if (answer.last_heard_s > SILENT_AFTER_S) showState(`No message from ${robot} for ${answer.last_heard_s.toFixed(1)} s: it stops by itself.`);
       else showState(answer.driving ? `You drive ${robot}.` : `Waiting for ${robot}…`);
     } catch (error) {
       if (drive?.session === session) end(`Stopped: ${problemOf(error).message}.`);

@@ -143,10 +143,13 @@ export function mountUnknown(store) {
 
 /** @param {UnknownThing[]} things */
 function unknownList(things) {
-  const lines = things.map(({ name, reason, since_s: since, last_believed: last }) => {
+  const lines = things.map(({ name, reason, since_s: since, last_believed: last, earlier_believed: earlier = [] }) => {
     const when = typeof since === "number" ? `, since ${seconds(since)}` : "";
-    const believed = last ? `; last believed ${fact(last)}, ${last.source} at ${seconds(last.at_s)}` : "";
-    return [el("dt", {}, name), el("dd", {}, `${reason}${when}${believed}`)];
+    const [believed = "", ...before] = [...(last ? [last] : []), ...earlier].map(
+      (known) => `${fact(known)}, ${known.source} at ${seconds(known.at_s)}`,
+    );
+    const lately = believed && `; last believed ${believed}`;
+    return [el("dt", {}, name), el("dd", {}, [`${reason}${when}${lately}`, ...before].join("; before that "))];
   });
   return el("details", { open: true, "data-testid": "unknown" }, el("summary", {}, `Not known (${things.length})`), el("dl", {}, lines));
 }

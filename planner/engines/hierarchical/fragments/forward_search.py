@@ -10,25 +10,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import count
-from time import monotonic
 
 from planner.engines.hierarchical.fragments.action_elimination import is_intended, merged, needed
-from planner.engines.hierarchical.fragments.heuristic import UNREACHED, relaxed_plan
+from planner.engines.hierarchical.fragments.heuristic import UNREACHED, Relaxed
 from planner.engines.hierarchical.fragments.steps import Step, Task
-from planner.problem.interface import UNOBSERVED
 
 Obligations = frozenset[tuple[tuple[str, ...], int, int, int]]
 """Of each step not used yet: its agents and its intended, way-making and other effects, as masks."""
 POLISH = 12
 """After the first solution the search continues for this many expansions plus as many as it took."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
-    """A search's end: the cheapest solution seen, or None; `exhausted`: there is no solution in this world."""
-
-    steps: tuple[Step, ...] | None
-    exhausted: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,31 +36,23 @@ class _Node:
 
 
 def search(
-    task: Task,
-    *,
-    expansions: int,
-    deadline: float,
-    permissive: bool = False,
-    stop: Callable[[], bool] = UNOBSERVED.should_stop,
-) -> Found:
-    """A cheap solution in which every step is needed and intended.
+    task: Task, *, expansions: int, is_over: Callable[[], bool], permissive: bool = False
+) -> tuple[Step, ...] | None:
+    """A cheap solution in which every step is needed and intended; None if none was found.
 
+    :param is_over: asked now and then; True ends the search.
     :param permissive: include paths on which a step's other effect is used before an intended one, or on which an
-        agent makes way for itself; without them, exhausting the space proves nothing.
-    :param stop: asked now and then; True ends the search as the deadline does.
+        agent makes way for itself.
     """
-    return _Search(task, expansions, deadline, permissive, stop).run()
+    return _Search(task, expansions, is_over, permissive).run()
 
 
 class _Search:
-    def __init__(
-        self, task: Task, expansions: int, deadline: float, permissive: bool, stop: Callable[[], bool]
-    ) -> None:
+    def __init__(self, task: Task, expansions: int, is_over: Callable[[], bool], permissive: bool) -> None:
         self.task = task
         self.left = expansions
-        self.deadline = deadline
+        self.is_over = is_over
         self.permissive = permissive
-        self.stop = stop
         self.costs: dict[tuple[int, Obligations], float] = {}
         self.by_total: list[tuple[float, int, _Node]] = []
         self.by_rest: list[tuple[float, int, _Node]] = []
@@ -79,10 +61,10 @@ class _Search:
         self.expanded = 0
         self.ties = count()
 
-    def run(self) -> Found:
+    def run(self) -> tuple[Step, ...] | None:
         root = _Node(self.task.initial, frozenset(), 0.0)
         if root.state & self.task.goal == self.task.goal:
-            return Found(steps=(), exhausted=False)
+            return ()
         self.costs[root.state, root.obligations] = 0.0
         self._push(root, 0.0, 0.0)
         closed: set[_Key] = set()
@@ -91,13 +73,12 @@ class _Search:
             if self.costs[key] < node.cost or (*key, node.cost) in closed or node.cost >= self.best_cost:
                 continue
             closed.add((*key, node.cost))
-            if self.expanded % 16 == 15 and (monotonic() > self.deadline or self.stop()):
-                return Found(steps=self.best, exhausted=False)
+            if self.expanded % 16 == 15 and self.is_over():
+                break
             self.left -= 1
             self.expanded += 1
             self._expand(node)
-        proven = self.permissive and self.left > 0 and self.best is None
-        return Found(steps=self.best, exhausted=proven)
+        return self.best
 
     def _next(self) -> _Node | None:
         """The most promising node by total cost and, before the first solution, by what is left in turn."""
@@ -112,7 +93,7 @@ class _Search:
             heappush(self.by_rest, (rest, tie, node))
 
     def _expand(self, node: _Node) -> None:
-        relaxed = relaxed_plan(self.task, node.state)
+        relaxed = Relaxed(self.task, node.state).plan()
         if node.cost + relaxed.cost >= self.best_cost or relaxed.cost == UNREACHED:
             return
         ahead = self._ahead(node, relaxed.steps)

@@ -52,29 +52,21 @@ class ProblemFragments:
         self._learnt = fragments.known
         self._index = WorldIndex(fragments.knowledge_base, problem)
         self._actions: dict[tuple[str, tuple[str, ...]], GroundAction] = {}
-        self._proven: set[tuple[Fact, ...]] = set()
-
-    def is_unreachable(self, goals: tuple[Fact, ...]) -> bool:
-        """True if it was proven that nothing reaches these goals; else, with no alternatives, the search was
-        given up."""
-        return tuple(dict.fromkeys(goals)) in self._proven
 
     def alternatives(
         self,
         goals: tuple[Fact, ...],
         *,
         limit: int = 12,
-        deadline: float,
         levels: int = ALL_LEVELS,
-        stop: Callable[[], bool] = UNOBSERVED.should_stop,
+        is_over: Callable[[], bool] = UNOBSERVED.should_stop,
     ) -> tuple[Fragment, ...]:
         """Fragments for these goals together, the least sum of durations first; () if none was found.
 
         They differ in operators, in kinds of agents or in the places used, not in which agent of a kind.
 
-        :param deadline: by `time.monotonic`.
         :param levels: how wide a world is searched; 0: none, there is only what was learnt from any other goals.
-        :param stop: asked now and then; True ends the search as the deadline does.
+        :param is_over: asked now and then; True ends the search.
         """
         goals = tuple(dict.fromkeys(goals))
         if self.problem.facts.issuperset(goals):
@@ -83,11 +75,8 @@ class ProblemFragments:
         known = self._learnt.get(shape, ())
         bound = self._bound(known if levels else self._learnt_of(goals), goals)
         solutions: Sequence[tuple[Step, ...]] = ()
-        if not bound and levels and not stop():
-            found = discover(self._index, goals, deadline, levels, stop)
-            solutions = found.solutions
-            if found.is_proof:
-                self._proven.add(goals)
+        if not bound and levels and not is_over():
+            solutions = discover(self._index, goals, levels, is_over)
             fresh = tuple(lift(self._index, goals, steps) for steps in solutions)
             self._learnt[shape] = tuple(dict.fromkeys((*known, *fresh)))
             bound = self._bound(fresh, goals)

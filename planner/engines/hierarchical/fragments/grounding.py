@@ -1,7 +1,6 @@
 """Grounds the operators of a small world by a join over its static facts."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from time import monotonic
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from planner.engines.hierarchical.fragments.steps import Step, Task
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
@@ -22,24 +21,23 @@ def task_of(
     goals: Sequence[Fact],
     *,
     limit: int,
-    deadline: float,
-    many: frozenset[str] = frozenset(),
+    is_over: Callable[[], bool],
 ) -> Task | None:
     """The task of the goals in the world cut down to these objects.
 
-    :param limit: None is returned for a task of more steps, or one that is not ground by the deadline.
-    :param many: objects that stand for several, so that they may be bound twice where two must differ.
+    :param limit: None is returned for a task of more steps.
+    :param is_over: asked now and then; None is returned once it is True.
     """
     numbering = _Numbering(goals)
     steps: list[Step] = []
     for op in index.knowledge_base.operators:
-        blank = _Blank(op, index)
-        for args in bindings(index, op, objects, many):
+        template = _OperatorTemplate(op, index)
+        for args in bindings(index, op, objects):
             cost = index.seconds(op, args)
             if cost is None:
                 continue
-            steps.append(blank.step(args, max(cost, MIN_S), numbering))
-            if len(steps) > limit or (len(steps) % 1024 == 0 and monotonic() > deadline):
+            steps.append(template.step(args, max(cost, MIN_S), numbering))
+            if len(steps) > limit or (len(steps) % 1024 == 0 and is_over()):
                 return None
     return Task(
         steps=tuple(steps), initial=numbering.initial(index), goal=numbering.goal, width=numbering.width
@@ -88,7 +86,7 @@ class _Numbering:
         return bits
 
 
-class _Blank:
+class _OperatorTemplate:
     """An operator's fluent literals, ready to be filled with arguments."""
 
     def __init__(self, op: Operator, index: WorldIndex) -> None:
@@ -127,9 +125,7 @@ class _Blank:
         )
 
 
-def bindings(
-    index: WorldIndex, op: Operator, objects: frozenset[str], many: frozenset[str]
-) -> Iterator[tuple[str, ...]]:
+def bindings(index: WorldIndex, op: Operator, objects: frozenset[str]) -> Iterator[tuple[str, ...]]:
     """The arguments of an operator among these objects for which its static conditions hold."""
     names = tuple(op.parameters)
     statics = [literal for literal in op.preconditions if literal.predicate not in index.fluents]
@@ -155,7 +151,7 @@ def bindings(
             yield tuple(binding[name] for name in names)
             return
         name = order[position]
-        taken = {binding[other] for other in differ[position]} - many
+        taken = {binding[other] for other in differ[position]}
         for value in pools[name]:
             if value in taken:
                 continue

@@ -42,13 +42,8 @@ class RelaxedPlan:
     applicable: tuple[int, ...]
 
 
-def relaxed_plan(task: Task, state: int) -> RelaxedPlan:
-    """A short relaxed plan from the state to the goals."""
-    return _Relaxed(task, state).plan()
-
-
-class _Relaxed:
-    """Of each fact reached its relaxed plan: length, steps (a mask of their numbers), depth and duration."""
+class Relaxed:
+    """Of each fact reached from a state its relaxed plan: length, steps (a mask of their numbers), depth, duration."""
 
     def __init__(self, task: Task, state: int) -> None:
         self.task = task
@@ -117,6 +112,7 @@ class _Relaxed:
             spans[bit] = span
 
     def plan(self) -> RelaxedPlan:
+        """A short relaxed plan from the state to the goals."""
         now = tuple(number for number, length in self.begun.items() if length == 1)
         if self.missing:
             return RelaxedPlan(UNREACHED, (), now)

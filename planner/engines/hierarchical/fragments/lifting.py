@@ -1,6 +1,6 @@
 """Lifted fragments: what was found for one goal with its objects left open, so that it fits others."""
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -9,7 +9,7 @@ from planner.engines.hierarchical.fragments.steps import Step
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact
 from planner.knowledge import Operator
-from planner.knowledge.literal import Literal
+from planner.plan_nets.causality import FROM_START, causal_links
 
 
 def signature(index: WorldIndex, goals: Sequence[Fact]) -> Hashable:
@@ -131,38 +131,22 @@ def _needs_and_effects(
     index: WorldIndex, goals: Sequence[Fact], steps: Sequence[Step]
 ) -> tuple[list[Fact], list[list[Fact]]]:
     """What the steps take from the present facts, and what is taken from each step."""
-    producers: dict[Fact, int] = {}
-    gone: set[Fact] = set()
-    removed_before: list[set[Fact]] = []
+    functions = index.problem.functions
+    bound = ((step.op, dict(zip(step.op.parameters, step.args, strict=True))) for step in steps)
+    actions = [action for op, binding in bound if (action := op.ground(binding, functions)) is not None]
     needs: list[Fact] = []
-    used: list[dict[Fact, None]] = [{} for _ in steps]
-
-    def take(fact: Fact) -> None:
-        if fact in producers:
-            used[producers[fact]][fact] = None
+    used: list[dict[Fact, None]] = [{} for _ in actions]
+    for link in causal_links(actions, index.problem.facts, goals):
+        if link.producer == FROM_START:
+            needs.append(link.fact)
         else:
-            needs.append(fact)
-
-    for number, step in enumerate(steps):
-        binding = dict(zip(step.op.parameters, step.args, strict=True))
-        for fact in _ground(step.op.preconditions, binding):
-            take(fact)
-        for fact in _ground(step.op.deletes, binding):
-            producers.pop(fact, None)
-            gone.add(fact)
-        removed_before.append(set(gone))
-        for fact in _ground((*step.op.intended_effects, *step.op.other_effects), binding):
-            if fact in gone or fact not in index.problem.facts:
-                producers.setdefault(fact, number)
-    for goal in goals:
-        take(goal)
-    return needs, [
-        [] if removed_before[number] & facts.keys() else list(facts) for number, facts in enumerate(used)
-    ]
-
-
-def _ground(literals: Sequence[Literal], binding: Mapping[str, str]) -> list[Fact]:
-    return [literal.ground(binding) for literal in literals]
+            used[link.producer][link.fact] = None
+    gone: set[Fact] = set()
+    effects = []
+    for action, facts in zip(actions, used, strict=True):
+        gone.update(action.deletes)
+        effects.append([] if gone & facts.keys() else list(facts))
+    return needs, effects
 
 
 def _order(

@@ -44,16 +44,13 @@ class WorldIndex:
     def fluent_facts(self, name: str) -> list[Fact]:
         return self._fluent_facts.get(name, [])
 
-    def static_facts(self, name: str) -> list[Fact]:
-        return self._static_facts.get(name, [])
-
     def linked_by_fluents(self, name: str) -> tuple[str, ...]:
         """The objects that fluent facts tie this one to, each relation to few."""
         return self._tied(name, self.fluent_facts(name))
 
     def linked_by_static_facts(self, name: str) -> tuple[str, ...]:
         """The objects other than agents that static facts tie this one to, each relation to few."""
-        return tuple(o for o in self._tied(name, self.static_facts(name)) if o not in self.agents)
+        return tuple(o for o in self._tied(name, self._static_facts.get(name, ())) if o not in self.agents)
 
     def _tied(self, name: str, facts: Iterable[Fact]) -> tuple[str, ...]:
         ties: dict[tuple[str, int, str], dict[str, None]] = defaultdict(dict)
@@ -163,18 +160,18 @@ class WorldIndex:
                         " ".join(
                             (
                                 fact.predicate,
-                                *("?" if arg == group[0] else self._word(arg) for arg in fact.args),
+                                *(
+                                    "?" if arg == group[0] else self.objects.get(arg, arg)
+                                    for arg in fact.args
+                                ),
                             )
                         )
-                        for fact in self.static_facts(group[0])
+                        for fact in self._static_facts.get(group[0], ())
                     }
                 ),
             )
             for number, group in self.members.items()
         }
-
-    def _word(self, arg: str) -> str:
-        return self.objects.get(arg, arg)
 
     @cached_property
     def _graph(self) -> Mapping[Node, frozenset[Node]]:
@@ -196,7 +193,10 @@ class WorldIndex:
         # An agent's own places hang on its kind, whichever member it is.
         for name in self._classes.own:
             owner = {
-                self.node(arg) for fact in self.static_facts(name) for arg in fact.args if arg in self.agents
+                self.node(arg)
+                for fact in self._static_facts.get(name, ())
+                for arg in fact.args
+                if arg in self.agents
             }
             edges[name] |= owner
             for node in owner:

@@ -4,10 +4,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from planner.engines.hierarchical.legs.leg import FactClassifier
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.fact import Fact
 from planner.knowledge import GroundAction
-from planner.problem.interface import PlanningProblem
 
 Goals = tuple[Fact, ...]
 
@@ -31,25 +30,26 @@ class Groups:
     """A problem's goals, those on the same thing or on the same agents' configuration together (`wanted`), and the
     things beside (`idle`)."""
 
-    def __init__(self, problem: PlanningProblem, classifier: FactClassifier) -> None:
-        self._classifier = classifier
+    def __init__(self, classified: ClassifiedProblem) -> None:
+        self._classified = classified
+        problem = classified.problem
         self.wanted = tuple(self._grouped(problem.goals))
         busy = {thing for group in self.wanted for thing in group.things}
         self._about: dict[str, list[Fact]] = defaultdict(list)
         self._lying: dict[str, set[str]] = defaultdict(set)
-        for fact in filter(classifier.is_fluent, problem.facts):
-            things = classifier.things.intersection(fact.args)
+        for fact in filter(classified.is_fluent, problem.facts):
+            things = classified.things.intersection(fact.args)
             for thing in things:
                 self._about[thing].append(fact)
             for arg in problem.objects.keys() & set(fact.args) - things:
                 self._lying[arg] |= things
-        self.idle = tuple(Group(things=frozenset([thing])) for thing in sorted(classifier.things - busy))
+        self.idle = tuple(Group(things=frozenset([thing])) for thing in sorted(classified.things - busy))
 
     def _grouped(self, goals: Iterable[Fact]) -> Iterable[Group]:
         parts: list[tuple[frozenset[str], Group]] = []
         for goal in dict.fromkeys(goals):
-            things = self._classifier.things.intersection(goal.args)
-            about = self._classifier.agents_of(goal) if self._classifier.is_configuration(goal) else things
+            things = self._classified.things.intersection(goal.args)
+            about = self._classified.agents_of(goal) if self._classified.is_configuration(goal) else things
             same = [part for part in parts if not part[0].isdisjoint(about)]
             parts = [part for part in parts if part not in same]
             joined = Group.of([*(group for _, group in same), Group(things=things, goals=(goal,))])
@@ -58,7 +58,7 @@ class Groups:
 
     def is_final_configuration(self, group: Group) -> bool:
         """True if it is about where an agent ends."""
-        return any(self._classifier.is_configuration(goal) for goal in group.goals)
+        return any(self._classified.is_configuration(goal) for goal in group.goals)
 
     def is_open(self, group: Group, facts: frozenset[Fact]) -> bool:
         """True if the group needs work; agents that leave may have to come back, so their goals always do."""
@@ -70,13 +70,13 @@ class Groups:
             arg
             for action in actions
             for fact in (*action.deletes, *action.effects)
-            for arg in self._classifier.things.intersection(fact.args)
+            for arg in self._classified.things.intersection(fact.args)
         }
         return [group for group in groups if not touched.isdisjoint(group.things)]
 
     def linked_by_fluents(self, group: Group) -> frozenset[str]:
         """The things that lie at the group's goals: a fact names them with an object of its goals."""
-        named = {arg for goal in group.goals for arg in goal.args} - self._classifier.agents
+        named = {arg for goal in group.goals for arg in goal.args} - self._classified.agents
         return frozenset(
             thing for arg in named for thing in self._lying.get(arg, ()) if thing not in group.things
         )
@@ -84,7 +84,7 @@ class Groups:
     def place(self, group: Group) -> Goals:
         """The initial facts about the group's things; () if one of them names an agent."""
         facts = {fact for thing in group.things for fact in self._about.get(thing, ())}
-        return () if any(self._classifier.agents_of(fact) for fact in facts) else tuple(sorted(facts))
+        return () if any(self._classified.agents_of(fact) for fact in facts) else tuple(sorted(facts))
 
     def put_aside(self, actions: Sequence[GroundAction], group: Group) -> Goals:
         """Where the actions first release a group's things: facts about these and no agent; () if nowhere."""
@@ -93,6 +93,6 @@ class Groups:
             here = here - set(action.deletes) | {
                 fact for fact in action.effects if not group.things.isdisjoint(fact.args)
             }
-            if here != at_first and not any(self._classifier.agents_of(fact) for fact in here):
+            if here != at_first and not any(self._classified.agents_of(fact) for fact in here):
                 return tuple(sorted(here - at_first))
         return ()

@@ -14,23 +14,25 @@ from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.operator import TEAM_SEPARATOR
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
+from planner.problem.static_facts import StaticFacts
 
 Configuration = frozenset[Fact]
 
 
-class FactClassifier:
-    """Classifies a problem's facts (configurations of agents, other fluents) and objects (agents, things)."""
+class ClassifiedProblem:
+    """A problem with its agents' classes, its facts (configurations of agents, other fluents) and its objects (agents,
+    things) classified."""
 
-    def __init__(
-        self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses
-    ) -> None:
-        self.agents = frozenset(classes.agents)
-        self.own = classes.own
+    def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
+        self.knowledge_base = knowledge_base
+        self.problem = problem
+        self.classes = AgentClasses(knowledge_base, problem)
+        self.agents = frozenset(self.classes.agents)
         self.fluents = knowledge_base.fluents
-        placed = {arg for fact in problem.facts if fact.predicate not in self.fluents for arg in fact.args}
-        placed |= {arg for _, args in problem.functions for arg in args}
+        statics = StaticFacts(knowledge_base, problem)
+        self.statics = statics.facts
+        self.things = statics.things
         self._is_configuration: dict[Fact, bool] = {}
-        self.things = frozenset(problem.objects.keys() - placed - self.agents)
 
     def agents_of(self, fact: Fact) -> frozenset[str]:
         return self.agents.intersection(fact.args)
@@ -77,25 +79,25 @@ class Leg:
 
 
 def legs_of(
-    actions: Sequence[GroundAction], goals: Sequence[Fact], facts: frozenset[Fact], classifier: FactClassifier
+    actions: Sequence[GroundAction], goals: Sequence[Fact], classified: ClassifiedProblem
 ) -> tuple[Leg, ...]:
     """The legs of a fragment, in an order in which they can be carried out."""
-    groups = [part for group in _groups(actions) for part in _parts(group, classifier)]
-    cores = [_core(group, classifier) for group in groups]
+    groups = [part for group in _groups(actions) for part in _parts(group, classified)]
+    cores = [_core(group, classified) for group in groups]
     parts = [core for core in cores if core]
-    bound = _bound_agents(parts, goals, facts, classifier)
-    roles = _roles(parts, classifier)
+    bound = _bound_agents(parts, goals, classified)
+    roles = _roles(parts, classified)
     legs = [
         Leg(
             agents=core[0].agents,
-            needs=tuple(_need(agent, core, classifier) for agent in core[0].agents),
+            needs=tuple(_need(agent, core, classified) for agent in core[0].agents),
             core=tuple(core),
             roles=roles[number],
             bound=tuple(agent in bound for agent in core[0].agents),
         )
         for number, core in enumerate(parts)
     ]
-    return (*legs, *_postures(goals, legs, classifier))
+    return (*legs, *_postures(goals, legs, classified))
 
 
 def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
@@ -125,7 +127,7 @@ def _groups(actions: Sequence[GroundAction]) -> list[list[GroundAction]]:
     return _in_order(groups, before)
 
 
-def _parts(group: Sequence[GroundAction], classifier: FactClassifier) -> Iterator[Sequence[GroundAction]]:
+def _parts(group: Sequence[GroundAction], classified: ClassifiedProblem) -> Iterator[Sequence[GroundAction]]:
     """The group split where other agents may act in between: where its agents release what they held, and where
     they stop on their way (two actions of one kind)."""
     begun = 0
@@ -135,7 +137,7 @@ def _parts(group: Sequence[GroundAction], classifier: FactClassifier) -> Iterato
     for place in range(1, len(group)):
         before = group[place - 1]
         needed = needed[len(before.preconditions) :]
-        made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, classifier))
+        made = made - set(before.deletes) | set(before.effects).intersection(_loose(before, classified))
         last = held
         held = not made.isdisjoint(needed)
         if (last and not held) or (held and before.tag == group[place].tag):
@@ -154,56 +156,53 @@ def _in_order(groups: list[list[GroundAction]], before: list[set[int]]) -> list[
     return [groups[g] for g in ordered]
 
 
-def _core(group: Sequence[GroundAction], classifier: FactClassifier) -> Sequence[GroundAction]:
+def _core(group: Sequence[GroundAction], classified: ClassifiedProblem) -> Sequence[GroundAction]:
     """The group without the setup it begins with."""
-    first = next((n for n, action in enumerate(group) if not classifier.is_setup(action)), len(group))
+    first = next((n for n, action in enumerate(group) if not classified.is_setup(action)), len(group))
     return group[first:]
 
 
-def _need(agent: str, core: Sequence[GroundAction], classifier: FactClassifier) -> Configuration:
+def _need(agent: str, core: Sequence[GroundAction], classified: ClassifiedProblem) -> Configuration:
     needed: set[Fact] = set()
     made: set[Fact] = set()
     for action in core:
-        needed |= classifier.configuration(agent, action.preconditions) - made
-        made |= classifier.configuration(agent, action.effects)
+        needed |= classified.configuration(agent, action.preconditions) - made
+        made |= classified.configuration(agent, action.effects)
     return frozenset(needed)
 
 
-def _loose(action: GroundAction, classifier: FactClassifier) -> Iterator[Fact]:
+def _loose(action: GroundAction, classified: ClassifiedProblem) -> Iterator[Fact]:
     """The fluent facts of an action that name agents but are no configuration."""
     for fact in (*action.preconditions, *action.deletes, *action.effects):
         if (
-            classifier.is_fluent(fact)
-            and classifier.agents_of(fact)
-            and not classifier.is_configuration(fact)
+            classified.is_fluent(fact)
+            and classified.agents_of(fact)
+            and not classified.is_configuration(fact)
         ):
             yield fact
 
 
 def _bound_agents(
-    cores: Sequence[Sequence[GroundAction]],
-    goals: Sequence[Fact],
-    facts: frozenset[Fact],
-    classifier: FactClassifier,
+    cores: Sequence[Sequence[GroundAction]], goals: Sequence[Fact], classified: ClassifiedProblem
 ) -> frozenset[str]:
     """Agents that goals name, that hold something already, that a fact names together with another or that work at
     places of their own."""
-    bound = {agent for goal in goals for agent in classifier.agents_of(goal)}
+    bound = {agent for goal in goals for agent in classified.agents_of(goal)}
     for core in cores:
         for action in core:
-            if not classifier.own.isdisjoint(action.arguments.values()):
+            if not classified.classes.own.isdisjoint(action.arguments.values()):
                 bound |= set(action.agents)
-            for fact in _loose(action, classifier):
-                named = classifier.agents_of(fact)
-                if len(named) > 1 or fact in facts:
+            for fact in _loose(action, classified):
+                named = classified.agents_of(fact)
+                if len(named) > 1 or fact in classified.problem.facts:
                     bound |= named
     return frozenset(bound)
 
 
-def _roles(cores: Sequence[Sequence[GroundAction]], classifier: FactClassifier) -> list[tuple[int, ...]]:
+def _roles(cores: Sequence[Sequence[GroundAction]], classified: ClassifiedProblem) -> list[tuple[int, ...]]:
     """Legs of one agent share a role if one leg needs a loose fact that the other brings about."""
     numbers: dict[object, int] = {}
-    carried = _carried(cores, classifier)
+    carried = _carried(cores, classified)
     return [
         tuple(
             numbers.setdefault(agent if agent in carried else (agent, number), len(numbers))
@@ -213,22 +212,22 @@ def _roles(cores: Sequence[Sequence[GroundAction]], classifier: FactClassifier) 
     ]
 
 
-def _carried(cores: Sequence[Sequence[GroundAction]], classifier: FactClassifier) -> frozenset[str]:
+def _carried(cores: Sequence[Sequence[GroundAction]], classified: ClassifiedProblem) -> frozenset[str]:
     carried: set[str] = set()
     for core in cores:
         made: set[Fact] = set()
         for action in core:
-            needed = set(action.preconditions).intersection(_loose(action, classifier))
-            carried |= {agent for fact in needed - made for agent in classifier.agents_of(fact)}
+            needed = set(action.preconditions).intersection(_loose(action, classified))
+            carried |= {agent for fact in needed - made for agent in classified.agents_of(fact)}
             made |= set(action.effects)
     return frozenset(carried)
 
 
-def _postures(goals: Sequence[Fact], legs: Sequence[Leg], classifier: FactClassifier) -> Iterator[Leg]:
+def _postures(goals: Sequence[Fact], legs: Sequence[Leg], classified: ClassifiedProblem) -> Iterator[Leg]:
     """Goals that are configurations: legs without a core."""
     role = sum(len(leg.agents) for leg in legs)
-    for agent in sorted({agent for goal in goals for agent in classifier.agents_of(goal)}):
-        wanted = classifier.configuration(agent, goals)
+    for agent in sorted({agent for goal in goals for agent in classified.agents_of(goal)}):
+        wanted = classified.configuration(agent, goals)
         if wanted:
             yield Leg(agents=(agent,), needs=(wanted,), core=(), roles=(role,), bound=(True,))
             role += 1
@@ -240,7 +239,7 @@ def renamed(action: GroundAction, names: Mapping[str, str]) -> GroundAction:
         return action
 
     def of(facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
-        return tuple(Fact(f.predicate, tuple(names.get(arg, arg) for arg in f.args)) for f in facts)
+        return tuple(fact.renamed(names) for fact in facts)
 
     return replace(
         action,

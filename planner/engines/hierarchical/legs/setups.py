@@ -5,12 +5,12 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from planner.engines.hierarchical.legs.leg import Configuration, FactClassifier
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Configuration
 from planner.fact import Fact
-from planner.knowledge import GroundAction, KnowledgeBase, Operator
+from planner.knowledge import GroundAction, Operator
 from planner.knowledge.literal import Literal
+from planner.plan_nets.extraction import fault_of
 from planner.plan_nets.progression import progressed
-from planner.problem.interface import PlanningProblem
 
 SETUP_STEPS = 2000
 """Maximum number of configurations expanded in the search for one way."""
@@ -47,19 +47,13 @@ class Way:
 class Setups:
     """The ways of one agent as the representative of its class."""
 
-    def __init__(
-        self,
-        knowledge_base: KnowledgeBase,
-        problem: PlanningProblem,
-        classifier: FactClassifier,
-        statics: FactTable,
-        agent: str,
-    ) -> None:
-        self._problem = problem
-        self._classifier = classifier
+    def __init__(self, classified: ClassifiedProblem, statics: FactTable, agent: str) -> None:
+        """:param statics: the static facts that it may rely on."""
+        self._problem = classified.problem
+        self._classified = classified
         self.agent = agent
-        self._base = knowledge_base
-        kind = problem.objects[agent]
+        self._base = knowledge_base = classified.knowledge_base
+        kind = self._problem.objects[agent]
         self._operators = [
             op
             for op in knowledge_base.operators
@@ -68,7 +62,7 @@ class Setups:
             and all(op.agents[0] in literal.terms for literal in op.intended_effects)
             and not any(self._binds_only_things(parameter) for parameter in op.parameters.values())
         ]
-        fluents = classifier.fluents
+        fluents = classified.fluents
         self._static = {
             op.name: [(lit, statics) for lit in op.preconditions if lit.predicate not in fluents]
             for op in self._operators
@@ -106,7 +100,7 @@ class Setups:
     def _binds_only_things(self, kind: str) -> bool:
         """True if only things fit a parameter of this type; no setup has such a parameter."""
         known = {name for name, own in self._problem.objects.items() if self._base.file.is_a(own, kind)}
-        return bool(known) and known <= self._classifier.things
+        return bool(known) and known <= self._classified.things
 
     def _is_made(self, wanted: Fact) -> bool:
         """True if some setup may bring the fact about; otherwise a search is useless."""
@@ -165,11 +159,11 @@ class Setups:
         return None
 
     def _outcome(self, start: Configuration, action: GroundAction) -> Way | None:
-        classifier = self._classifier
-        if not classifier.things.isdisjoint(action.arguments.values()) or not classifier.is_setup(action):
+        classified = self._classified
+        if not classified.things.isdisjoint(action.arguments.values()) or not classified.is_setup(action):
             return None
-        gone = classifier.configuration(self.agent, action.deletes)
-        end = (start - gone) | classifier.configuration(self.agent, action.effects)
+        gone = classified.configuration(self.agent, action.deletes)
+        end = (start - gone) | classified.configuration(self.agent, action.effects)
         return Way(actions=(action,), end=end) if end != start else None
 
     def _actions(self, start: Configuration) -> Iterator[GroundAction]:
@@ -213,7 +207,7 @@ class Setups:
             yield binding
             return
         for name, kind in sorted(self._problem.objects.items()):
-            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._classifier.things:
+            if self._base.file.is_a(kind, op.parameters[free]) and name not in self._classified.things:
                 yield from self._completed(op, {**binding, free: name})
 
 
@@ -225,17 +219,38 @@ def _values(literal: Literal, binding: Mapping[str, str], op: Operator) -> list[
     return [binding.get(term) if term in op.parameters else term for term in literal.terms]
 
 
+class AllSetups:
+    """The setups of a problem's agents and classes, each made when it is first asked for."""
+
+    def __init__(self, classified: ClassifiedProblem) -> None:
+        self._classified = classified
+        self._everywhere = FactTable(classified.statics)
+        own = classified.classes.own
+        self._shared = FactTable(fact for fact in classified.statics if own.isdisjoint(fact.args))
+        self._made: dict[str | int, Setups] = {}
+
+    def of_agent(self, agent: str) -> Setups:
+        """Those of one agent, to its own objects too."""
+        if agent not in self._made:
+            self._made[agent] = Setups(self._classified, self._everywhere, agent)
+        return self._made[agent]
+
+    def of_class(self, number: int) -> Setups:
+        """Those that every member of the class has, said of the first."""
+        members = self._classified.classes.members[number]
+        if len(members) == 1:
+            return self.of_agent(members[0])
+        if number not in self._made:
+            self._made[number] = Setups(self._classified, self._shared, members[0])
+        return self._made[number]
+
+
 class ReturnHome:
     """Returns the agents of a problem to their initial configurations, so that later planning starts there."""
 
-    def __init__(
-        self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classifier: FactClassifier
-    ) -> None:
-        self._base = knowledge_base
-        self._problem = problem
-        self._classifier = classifier
-        self._statics = FactTable(fact for fact in problem.facts if not classifier.is_fluent(fact))
-        self._setups: dict[str, Setups] = {}
+    def __init__(self, classified: ClassifiedProblem) -> None:
+        self._classified = classified
+        self._setups = AllSetups(classified)
 
     def after(self, facts: frozenset[Fact], actions: Sequence[GroundAction]) -> frozenset[Fact]:
         """The facts after the actions and the ways back of those agents that find one."""
@@ -243,7 +258,7 @@ class ReturnHome:
         away = sorted({agent for action in actions for agent in action.agents})
         ways = [way for agent in away if (way := self._way(agent, state))]
         while ways:
-            clear = next((way for way in ways if _is_open(way, state)), None)
+            clear = next((way for way in ways if fault_of(way.actions, state, ()) is None), None)
             if clear is None:
                 break
             state = progressed(state, clear.actions)
@@ -251,16 +266,6 @@ class ReturnHome:
         return state
 
     def _way(self, agent: str, state: frozenset[Fact]) -> Way | None:
-        home = self._classifier.configuration(agent, self._problem.facts)
-        here = self._classifier.configuration(agent, state)
-        if agent not in self._setups:
-            self._setups[agent] = Setups(self._base, self._problem, self._classifier, self._statics, agent)
-        return self._setups[agent].way(here, home)
-
-
-def _is_open(way: Way, state: frozenset[Fact]) -> bool:
-    for action in way.actions:
-        if not state.issuperset(action.preconditions):
-            return False
-        state = progressed(state, (action,))
-    return True
+        home = self._classified.configuration(agent, self._classified.problem.facts)
+        here = self._classified.configuration(agent, state)
+        return self._setups.of_agent(agent).way(here, home)

@@ -8,13 +8,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, field
 
-from planner.engines.hierarchical.legs.leg import FactClassifier, renamed
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem, renamed
 from planner.fact import Fact
-from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge import GroundAction
 from planner.knowledge.base import binding_of
 from planner.plan_nets.progression import progressed
-from planner.problem.interface import PlanningProblem
-from planner.problem.robot_classes import AgentClasses
 
 MAX_MEMBERS = 4
 """Maximum size of a class whose members are varied: in larger ones another member is usually free."""
@@ -34,10 +32,7 @@ Sequenced = tuple[GroundAction, ...]
 class Stops:
     """Makes the variants of one problem."""
 
-    knowledge_base: KnowledgeBase
-    problem: PlanningProblem
-    classes: AgentClasses
-    classifier: FactClassifier
+    classified: ClassifiedProblem
     share: float = SHARE
     nearest: dict[tuple[str, str, int], list[str]] = field(default_factory=dict)
     """Cache: by tag, origin and class the places near the origin."""
@@ -45,16 +40,16 @@ class Stops:
     def variants(self, actions: Sequenced) -> Iterator[Sequenced]:
         """The fragment with one stop on one way, for each agent of the class that could make it."""
         for position, action in enumerate(actions):
-            if len(action.agents) != 1 or self.classifier.is_setup(action) or not self._left(action):
+            if len(action.agents) != 1 or self.classified.is_setup(action) or not self._left(action):
                 continue
             old = action.agents[0]
-            members = self.classes.members[self.classes.number(old)]
+            members = self.classified.classes.members[self.classified.classes.number(old)]
             for agent in members if len(members) <= MAX_MEMBERS else ():
                 names = {old: agent, agent: old}
                 played = tuple(
                     renamed(a, names) if old in a.agents or agent in a.agents else a for a in actions
                 )
-                for stop in self._refuges(agent):
+                for stop in self._initial_places(agent):
                     varied = self._with_stop(played, position, stop)
                     if varied is not None:
                         yield varied
@@ -64,7 +59,7 @@ class Stops:
         for position, action in enumerate(actions):
             if (
                 len(action.agents) == 1
-                and not self.classifier.is_setup(action)
+                and not self.classified.is_setup(action)
                 and self._left(action) in busy
             ):
                 for stop in self._near(action, busy):
@@ -79,15 +74,18 @@ class Stops:
     def _near(self, action: GroundAction, busy: Set[str]) -> Sequence[str]:
         """The places soonest reached by an action like this one, without busy ones and those of one agent only."""
         origin = str(self._left(action))
-        kind = action.tag, origin, self.classes.number(action.agents[0])
+        kind = action.tag, origin, self.classified.classes.number(action.agents[0])
         if kind not in self.nearest:
             ends = self._reached(action)
-            kinds = {self.problem.objects[end] for end in ends}
+            kinds = {self.classified.problem.objects[end] for end in ends}
             spans = []
             for name in sorted(
-                self.problem.objects.keys() - busy - self.classifier.own - self.classifier.things
+                self.classified.problem.objects.keys()
+                - busy
+                - self.classified.classes.own
+                - self.classified.things
             ):
-                if self.problem.objects[name] in kinds:
+                if self.classified.problem.objects[name] in kinds:
                     first = self._exchanged(action, dict.fromkeys(ends, name), None)
                     if first is not None:
                         spans.append((first.duration_s, name))
@@ -99,24 +97,26 @@ class Stops:
         cleared = {
             arg
             for fact in action.other_effects
-            if self.knowledge_base.predicates[fact.predicate].make_way
+            if self.classified.knowledge_base.predicates[fact.predicate].make_way
             for arg in fact.args
         }
         before = {
-            arg for fact in action.deletes if self.classifier.is_configuration(fact) for arg in fact.args
+            arg for fact in action.deletes if self.classified.is_configuration(fact) for arg in fact.args
         }
-        return min(cleared & before & self.problem.objects.keys(), default=None)
+        return min(cleared & before & self.classified.problem.objects.keys(), default=None)
 
     def _reached(self, action: GroundAction) -> set[str]:
         after = {
-            arg for fact in action.effects if self.classifier.is_configuration(fact) for arg in fact.args
+            arg for fact in action.effects if self.classified.is_configuration(fact) for arg in fact.args
         }
-        return after & self.problem.objects.keys() - set(action.agents)
+        return after & self.classified.problem.objects.keys() - set(action.agents)
 
-    def _refuges(self, agent: str) -> list[str]:
+    def _initial_places(self, agent: str) -> list[str]:
         """Where the agent stands at first."""
-        start = self.classifier.configuration(agent, self.problem.facts)
-        return sorted({arg for fact in start for arg in fact.args if arg in self.problem.objects} - {agent})
+        start = self.classified.configuration(agent, self.classified.problem.facts)
+        return sorted(
+            {arg for fact in start for arg in fact.args if arg in self.classified.problem.objects} - {agent}
+        )
 
     def _with_stop(self, actions: Sequenced, position: int, stop: str) -> Sequenced | None:
         action = actions[position]
@@ -127,7 +127,7 @@ class Stops:
         first = self._exchanged(action, dict.fromkeys(ends, stop), None)
         if first is None or first.duration_s > action.duration_s * self.share:
             return None
-        facts = progressed(self.problem.facts, actions[:position])
+        facts = progressed(self.classified.problem.facts, actions[:position])
         varied = list(actions[:position])
         for step, names in [(first, {}), *((a, {origin: stop}) for a in actions[position:])]:
             fitting = self._fitting(step, names, facts)
@@ -153,22 +153,24 @@ class Stops:
         self, action: GroundAction, names: dict[str, str], facts: frozenset[Fact] | None
     ) -> GroundAction | None:
         """An action of the same tag with arguments exchanged, that the facts about its agent allow (None: any)."""
+        base = self.classified.knowledge_base
+        problem = self.classified.problem
         wanted = {name: names.get(value, value) for name, value in action.arguments.items()}
-        for op in self.knowledge_base.operators:
+        for op in base.operators:
             if op.spec.name != action.tag:
                 continue
             binding = binding_of(op, {**wanted, **op.chosen} if facts is not None else wanted)
-            if binding is None or self.knowledge_base.misfit(op, binding, self.problem.objects) is not None:
+            if binding is None or base.misfit(op, binding, problem.objects) is not None:
                 continue
-            found = op.ground(binding, self.problem.functions)
+            found = op.ground(binding, problem.functions)
             if found is None:
                 continue
             agent = found.agents[0]
-            static = [fact for fact in found.preconditions if not self.classifier.is_fluent(fact)]
+            static = [fact for fact in found.preconditions if not self.classified.is_fluent(fact)]
             own = [
-                fact for fact in found.preconditions if self.classifier.is_fluent(fact) and agent in fact.args
+                fact for fact in found.preconditions if self.classified.is_fluent(fact) and agent in fact.args
             ]
-            if self.problem.facts.issuperset(static) and (facts is None or facts.issuperset(own)):
+            if problem.facts.issuperset(static) and (facts is None or facts.issuperset(own)):
                 return found
         return None
 

@@ -1,13 +1,12 @@
 """Numbers the configurations that agents can reach in any schedule, and the ways between them."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
-from planner.engines.hierarchical.legs.leg import Configuration, FactClassifier
-from planner.engines.hierarchical.legs.setups import Setups, Way
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Configuration
+from planner.engines.hierarchical.legs.setups import AllSetups, Way
 from planner.fact import Fact
 from planner.knowledge import GroundAction
-from planner.problem.robot_classes import AgentClasses, of_agent, of_class
 
 LEAVES = 4
 """Ways out of a configuration that are kept for making way: the quickest to places that nobody needs."""
@@ -21,21 +20,10 @@ ClassFacts = tuple[int, Configuration]
 class Travel:
     """Numbers configurations, needs, effects and ways; `close` computes all that are reachable."""
 
-    def __init__(
-        self,
-        classes: AgentClasses,
-        classifier: FactClassifier,
-        setups: Mapping[int, Setups],
-        own_setups: Callable[[str], Setups],
-    ) -> None:
-        """
-        :param setups: the ways of a class.
-        :param own_setups: the ways of an agent, those to its own objects too.
-        """
-        self._classes = classes
-        self._classifier = classifier
-        self._setups = setups
-        self._own_setups = own_setups
+    def __init__(self, classified: ClassifiedProblem) -> None:
+        self._classes = classified.classes
+        self._classified = classified
+        self._setups = AllSetups(classified)
         self.configurations: dict[ClassFacts, int] = {}
         self.needs: dict[ClassFacts, int] = {}
         self.effects: dict[tuple[int, Configuration, Configuration], int] = {}
@@ -45,37 +33,34 @@ class Travel:
         self.after: dict[tuple[int, int], int] = {}
         self.leaves: dict[str, list[tuple[int, int]]] = defaultdict(list)
         self.starts: dict[str, int] = {}
-        self._said_by: list[ClassFacts] = []
-        self._kind_of: list[int] = []
-        self._agents_setups: dict[str, Setups] = {}
+        self._class_facts: list[ClassFacts] = []
         self._retreats: set[tuple[str, int]] = set()
         self._left: set[tuple[str, int, Fact]] = set()
-        self._refuges: set[int] = set()
+        self._stops: set[int] = set()
         self._needs_of: dict[int, list[int]] = defaultdict(list)
         self._effects_after: dict[int, set[int]] = defaultdict(set)
-
-    def start(self, agent: str, facts: Configuration) -> None:
-        """The agent's configuration at first."""
-        self.starts[agent] = self._configuration(self._said(agent, facts))
+        for agent in self._classes.agents:
+            facts = classified.configuration(agent, classified.problem.facts)
+            self.starts[agent] = self._configuration(self._of_class(agent, facts))
 
     def need(self, agent: str, facts: Configuration) -> int:
-        said = self._said(agent, facts)
-        if said not in self.needs:
-            self.needs[said] = len(self.needs)
-            self._needs_of[said[0]].append(self.needs[said])
-        return self.needs[said]
+        of_class = self._of_class(agent, facts)
+        if of_class not in self.needs:
+            self.needs[of_class] = len(self.needs)
+            self._needs_of[of_class[0]].append(self.needs[of_class])
+        return self.needs[of_class]
 
     def effect(self, agent: str, core: Sequence[GroundAction], need: int) -> int:
         """The number of what the core does to a configuration that has the need."""
         removed: set[Fact] = set()
         added: set[Fact] = set()
         for action in core:
-            deletes = self._classifier.configuration(agent, action.deletes)
-            adds = self._classifier.configuration(agent, action.effects)
+            deletes = self._classified.configuration(agent, action.deletes)
+            adds = self._classified.configuration(agent, action.effects)
             removed = (removed | deletes) - adds
             added = (added - deletes) | adds
-        number, gone = self._said(agent, removed)
-        _, come = self._said(agent, added)
+        number, gone = self._of_class(agent, removed)
+        _, come = self._of_class(agent, added)
         effect = self.effects.setdefault((number, gone, come), len(self.effects))
         self._effects_after[need].add(effect)
         return effect
@@ -84,15 +69,15 @@ class Travel:
         """Follow every way and effect until no new configuration comes up."""
         needs = list(self.needs)
         effects = list(self.effects)
-        waiting = {*self.starts.values(), *self.after.values(), *self._refuges}
+        waiting = {*self.starts.values(), *self.after.values(), *self._stops}
         seen = set(waiting)
         while waiting:
             here = waiting.pop()
-            kind, facts = self._said_by[here]
+            kind, facts = self._class_facts[here]
             for need in self._needs_of[kind]:
                 if (here, need) in self.way:
                     continue
-                way = self._setups[kind].way(facts, needs[need][1])
+                way = self._setups.of_class(kind).way(facts, needs[need][1])
                 if way is None:
                     continue
                 there = self._configuration((kind, way.end))
@@ -109,13 +94,15 @@ class Travel:
         """Ways back to each agent's initial position, for making way: nobody else is there unless planned."""
         ends = defaultdict(set)
         for here in self.after.values():
-            ends[self._kind_of[here]].add(here)
+            ends[self._class_facts[here][0]].add(here)
         for agent, start in self.starts.items():
             for here in sorted(ends[self._classes.number(agent)]):
                 if (agent, here) in self._retreats or here == start:
                     continue
                 self._retreats.add((agent, here))
-                way = self._own(agent).way(self._of_agent(agent, here), self._of_agent(agent, start))
+                way = self._setups.of_agent(agent).way(
+                    self._of_agent(agent, here), self._of_agent(agent, start)
+                )
                 if way is not None and len(way.actions) == 1:
                     self.leaves[agent].append((here, self._add(way, start)))
 
@@ -125,13 +112,13 @@ class Travel:
             return False
         self._left.add((agent, configuration, fact))
         here = self._of_agent(agent, configuration)
-        found = [way for way in self._own(agent).steps(here) if fact in way.actions[0].effects]
+        found = [way for way in self._setups.of_agent(agent).steps(here) if fact in way.actions[0].effects]
         found.sort(
             key=lambda way: (not contended.isdisjoint(way.actions[0].deletes), way.actions[0].duration_s)
         )
         for way in found[:LEAVES]:
-            end = self._configuration(self._said(agent, way.end))
-            self._refuges.add(end)
+            end = self._configuration(self._of_class(agent, way.end))
+            self._stops.add(end)
             self.leaves[agent].append((configuration, self._add(way, end)))
         return bool(found)
 
@@ -140,7 +127,7 @@ class Travel:
         often = {here for here, count in Counter(self.after.values()).items() if count > 1}
         for here, ways in enumerate(self.nearest()):
             if here in often:
-                self._refuges |= {self.ends[way] for way in ways}
+                self._stops |= {self.ends[way] for way in ways}
 
     def nearest(self) -> list[list[int]]:
         """For each configuration the quickest single steps out of it, among the ways to legs."""
@@ -164,30 +151,24 @@ class Travel:
     def _span_s(self, way: int) -> float:
         return sum(action.duration_s for action in self.ways[way].actions)
 
-    def _own(self, agent: str) -> Setups:
-        if agent not in self._agents_setups:
-            self._agents_setups[agent] = self._own_setups(agent)
-        return self._agents_setups[agent]
-
     def _of_agent(self, agent: str, configuration: int) -> Configuration:
-        """The configuration said of one agent."""
-        kind, facts = self._said_by[configuration]
+        """The configuration, said of one agent."""
+        kind, facts = self._class_facts[configuration]
         first = self._classes.members[kind][0]
-        return frozenset(of_agent(of_class(fact, first), agent) for fact in facts)
+        return frozenset(fact.renamed({first: agent}) for fact in facts)
 
-    def _said(self, agent: str, facts: Iterable[Fact]) -> ClassFacts:
+    def _of_class(self, agent: str, facts: Iterable[Fact]) -> ClassFacts:
         number = self._classes.number(agent)
         first = self._classes.members[number][0]
         if agent == first:
             return number, frozenset(facts)
-        return number, frozenset(of_agent(of_class(fact, agent), first) for fact in facts)
+        return number, frozenset(fact.renamed({agent: first}) for fact in facts)
 
-    def _configuration(self, said: ClassFacts) -> int:
-        if said not in self.configurations:
-            self.configurations[said] = len(self.configurations)
-            self._said_by.append(said)
-            self._kind_of.append(said[0])
-        return self.configurations[said]
+    def _configuration(self, of_class: ClassFacts) -> int:
+        if of_class not in self.configurations:
+            self.configurations[of_class] = len(self.configurations)
+            self._class_facts.append(of_class)
+        return self.configurations[of_class]
 
     def _add(self, way: Way, end: int) -> int:
         self.ways.append(way)

@@ -104,7 +104,7 @@ def test_a_place_that_no_robot_can_carry_to_is_unreachable() -> None:
     assert (issue.code, issue.kind, issue.thing) == ("place-unreachable", "conflict", "bay_7")
 
 
-def test_a_broken_chain_of_robots_is_told_from_an_unreachable_place() -> None:
+def test_a_broken_chain_of_robots_is_distinguished_from_an_unreachable_place() -> None:
     facts = without("reaches", "yard_1", "interchange_2") & without("reaches", "yard_2", "interchange_2")
     issue = only("in(sample_1, bay_7)", facts=facts)
     assert (issue.code, issue.kind) == ("no-chain-of-robots", "conflict")
@@ -156,7 +156,7 @@ def test_a_goal_that_is_true_already_is_only_noted() -> None:
     assert blocking([issue]) == ()
 
 
-def test_every_goals_issues_are_told_at_once() -> None:
+def test_every_goals_issues_are_reported_at_once() -> None:
     codes = [issue.code for issue in issues("in(sample_9, bay_7)", "in(sample_1, bay_5)")]
     assert codes == ["unknown-sample", "place-occupied"]
 
@@ -183,7 +183,7 @@ def test_a_long_sample_takes_two_robots_and_the_lack_is_named() -> None:
     assert lab_issue(fred, weak).detail == issue.detail
 
 
-def test_two_robots_that_cannot_grip_it_one_after_the_other_are_told_what_they_lack() -> None:
+def test_two_robots_that_cannot_grip_it_one_after_the_other_are_reported_with_what_they_lack() -> None:
     plain = tuple(tag for tag in PACKET_TAGS if tag not in ("DOCK2", "RELEASE1"))
     robots = [robot.model_copy(update={"repertoire": plain}) for robot in Laboratory().world.robots]
     assert lab_issue(*robots).detail == (

@@ -102,7 +102,7 @@ def test_more_samples_than_berths_are_never_possible() -> None:
     assert "its 2 berths are occupied by sample_2 and are wanted for sample_1" in found[0].detail
 
 
-def test_of_a_location_without_room_unknown_samples_are_told_first() -> None:
+def test_of_a_location_without_room_unknown_samples_are_reported_first() -> None:
     assert [issue.code for issue in issues("in(sample_9, bay_7)", facts=FULL)] == ["unknown-sample"]
 
 

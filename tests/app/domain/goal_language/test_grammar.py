@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.goal_language.grammar import VERBS, Clarification, parse_goal
-from app.domain.goal_language.words import natural_key, words_of
+from app.domain.goal_language.words import name_in, natural_key, words_of
 from app.domain.world_model import revise_beliefs
 from tests.app.sample_store import Store, said
 
@@ -171,3 +171,27 @@ def test_numbers_in_names_are_ordered_as_numbers() -> None:
 
 def test_words_are_lower_case_without_articles_or_punctuation() -> None:
     assert words_of("Move THE Sample-1, to: bay 7!") == ("move", "sample_1", "to", "bay", "7")
+
+
+@pytest.mark.parametrize("name", ["sample_1０", "sample_1²", "sample_1\u20e3", "sаmple_1"])
+def test_no_character_of_a_name_is_passed_over(name: str) -> None:
+    """A full-width digit, a superscript, an enclosing mark, a Cyrillic letter: none of them is sample_1."""
+    question = asked(f"move {name} to bay_7")
+    assert (question.code, question.thing) == ("unknown-sample", name)
+    assert "sample_1" in question.choices
+
+
+def test_two_numbers_are_not_run_together_to_a_third() -> None:
+    names = ("sample_1", "sample_10", "bay_7_2")
+    assert name_in(("sample", "1", "0"), names) not in names
+    assert name_in(("sample", "10"), names) == "sample_10"
+    assert name_in(("bay7_2",), names) == "bay_7_2"
+
+
+def test_names_in_other_digits_are_put_in_order_too() -> None:
+    assert sorted(["²", "b" + "9" * 5000, "b10", "b2"], key=natural_key) == [
+        "b2",
+        "b10",
+        "b" + "9" * 5000,
+        "²",
+    ]

@@ -39,3 +39,4 @@ class PlainScript:
     control_number: int | None = None
     question: str | None = None
     clearance: str | None = None
+    doubt: str = ""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
@@ -20,6 +21,7 @@ class Goal:
     outcome: str | None = None
     plan_id: str | None = None
     mission_id: str | None = None
+    waits_for: dict[str, Any] | None = None
 
 
 class AnyOrderOfCommands(RuleBasedStateMachine):

@@ -109,7 +109,7 @@ def test_what_happens_during_a_pause_changes_the_state_to_resume_to() -> None:
 
 def test_an_overdue_mission_says_so_until_it_ends() -> None:
     mission = PlainMission(state=MissionState.RUNNING)
-    assess(mission, MissionState.RUNNING, reason="no word from fred", failure=None, is_overdue=True)
+    assess(mission, MissionState.RUNNING, reason="no message from fred", failure=None, is_overdue=True)
     judge(mission, MissionState.UNKNOWN, "no answer from fred")
     assert full_reason(mission) == "no answer from fred; its deadline has passed"
     finish(mission)

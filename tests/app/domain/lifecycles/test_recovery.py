@@ -1,7 +1,9 @@
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
+from app.domain.blockers import Blockers
 from app.domain.errors import IllegalTransition
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.recovery import AttemptOutcome, RecoveryStep
@@ -12,8 +14,8 @@ from tests.app.domain.lifecycles.records import PlainMission
 TROUBLE = Trouble(robot="fred", category=FailureCategory.ROBOT, detail="the gripper does not close")
 
 
-def begin(mission: PlainMission) -> None:
-    recovery.begin_attempt(mission, [TROUBLE], at_s=5.0, failure="robot", reason="fred failed")
+def begin(mission: PlainMission, *troubles: Trouble) -> None:
+    recovery.begin_attempt(mission, troubles or [TROUBLE], at_s=5.0, failure="robot", reason="fred failed")
 
 
 def propose(mission: PlainMission) -> None:
@@ -69,10 +71,39 @@ def test_a_mission_that_is_stuck_is_tried_again_with_all_its_tries() -> None:
     assert (mission.tries_left, recovery.why_no_plan(mission)) == (TRIES, "")
 
 
+def test_one_failure_counts_once_however_often_its_mission_is_tried_again() -> None:
+    failed = replace(TROUBLE, script="script-1")
+    mission = PlainMission()
+    begin(mission, failed)
+    recovery.wait_for(mission, Blockers(missions=("mission-2",)))
+    begin(mission, failed)
+    assert recovery.troubles_of(mission) == [failed]
+    recovery.find_no_plan(mission, "no robot is left")
+    recovery.get_stuck(mission)
+    recovery.try_again(mission)
+    begin(mission, failed, replace(failed, script="script-2"))
+    assert [one.script for one in recovery.troubles_of(mission)] == ["script-1", "script-2"]
+
+
+def test_an_operator_who_has_a_mission_tried_again_answers_its_troubles_but_finds_nobody() -> None:
+    lost = Trouble(
+        robot="ginger", category=FailureCategory.UNREACHABLE, detail="was declared lost", fit=False
+    )
+    mission = PlainMission()
+    begin(mission, TROUBLE, lost)
+    recovery.find_no_plan(mission, "no robot is left")
+    recovery.get_stuck(mission)
+    recovery.try_again(mission)
+    assert recovery.troubles_of(mission) == [replace(TROUBLE, answered=True), lost]
+    recovery.answer_troubles(mission, lambda trouble: trouble.robot == "ginger")
+    assert all(trouble.answered for trouble in recovery.troubles_of(mission))
+
+
 def test_a_plan_that_others_stand_in_the_way_of_is_sought_later() -> None:
     mission = PlainMission()
     begin(mission)
-    recovery.wait(mission, "waits for mission-2")
+    recovery.wait_for(mission, Blockers(missions=("mission-2",)))
+    assert recovery.why_no_plan(mission) == "waits for mission-2"
     assert stands(mission) == (RecoveryStep.WAITING, AttemptOutcome.NO_PLAN)
     begin(mission)
     assert mission.recovery_step == RecoveryStep.PLANNING

@@ -79,7 +79,7 @@ def test_a_script_ends_once(state: ScriptState) -> None:
             finish(ended, other)
 
 
-def test_nothing_is_asked_or_told_of_a_script_that_has_ended() -> None:
+def test_nothing_is_sent_about_a_script_that_has_ended() -> None:
     ended = script(question="q", clearance="clearance:1", heard_at_s=12.0)
     order(ended, PAUSE)
     finish(ended)

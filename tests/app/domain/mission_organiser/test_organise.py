@@ -128,7 +128,7 @@ def test_scripts_may_be_named_otherwise() -> None:
     assert [script.id for script in result.scripts] == ["script-of-store_2", "script-of-yard_1"]
 
 
-def test_releasing_to_another_robot_is_told_from_depositing() -> None:
+def test_releasing_to_another_robot_is_distinguished_from_depositing() -> None:
     both = (
         Fact("object_position", ("rock", "in", "fred")),
         Fact("object_position", ("rock", "in", "ginger")),

@@ -40,7 +40,7 @@ def test_each_awaits_what_the_other_brings_about() -> None:
     }
 
 
-def test_who_carries_together_with_another_is_told_who_the_other_is() -> None:
+def test_a_script_for_joint_carrying_names_the_partner() -> None:
     found = packets()
     for me, other in (("fred", "ginger"), ("ginger", "fred")):
         arguments = found[me, "TRANSPORT"].arguments

@@ -41,7 +41,7 @@ def only(facts: Facts, predicate: str, *start: str) -> list[Fact]:
 
 
 @given(st.lists(news, max_size=8))
-def test_revised_beliefs_are_consistent_whatever_is_told(told: list[Fact]) -> None:
+def test_revised_beliefs_are_consistent_whatever_is_reported(told: list[Fact]) -> None:
     facts = revise_beliefs(FACTS, told)
     in_places = [f for f in only(facts, "object_position") if f.args[2] not in ROBOTS]
     held = {f.args[2]: f.args[0] for f in only(facts, "object_position") if f.args[2] in ROBOTS}
@@ -58,7 +58,7 @@ def test_revised_beliefs_are_consistent_whatever_is_told(told: list[Fact]) -> No
 
 
 @given(st.lists(news, max_size=8))
-def test_what_was_told_last_holds(told: list[Fact]) -> None:
+def test_the_latest_report_holds(told: list[Fact]) -> None:
     assert all(fact in revise_beliefs(FACTS, told) for fact in told[-1:])
 
 
@@ -67,7 +67,7 @@ def test_a_revision_is_what_leads_to_the_revised_beliefs(told: list[Fact]) -> No
     assert belief_change(FACTS, told).apply(FACTS) == revise_beliefs(FACTS, told)
 
 
-def test_beliefs_that_nothing_is_told_of_stay_as_they_are() -> None:
+def test_beliefs_without_a_report_stay_as_they_are() -> None:
     assert revise_beliefs(FACTS, []) == FACTS
 
 

@@ -2,8 +2,9 @@
 
 import pytest
 
+from app.domain.errors import Invalid
 from app.domain.world_model import initial_facts, initial_spots
-from planner import Fact, KnowledgeBaseError
+from planner import Fact, KnowledgeBaseError, load_knowledge_base
 from robots.world import WorldFact, WorldFile
 from tests.app.sample_store import Store
 
@@ -82,3 +83,20 @@ def test_an_extra_fact_outside_the_vocabulary_is_an_error_that_names_it(store: S
     )
     with pytest.raises(KnowledgeBaseError, match="under"):
         initial_facts(world, store.base)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (("near", "yard_1", "door_1"), ("near", "yard_1", "door_2")),
+        (("in", "sample_1", "yard_1"), ("robot_attribute", "yard_1", "gripper", "empty")),
+    ],
+)
+def test_facts_of_a_file_that_contradict_each_other_are_refused_in_words(
+    store: Store, one: tuple[str, ...], other: tuple[str, ...]
+) -> None:
+    facts = [WorldFact(predicate=predicate, args=tuple(args)) for predicate, *args in (one, other)]
+    said = " and ".join(f"{predicate}({', '.join(args)})" for predicate, *args in (one, other))
+    with pytest.raises(Invalid) as refused:
+        initial_facts(store.world.model_copy(update={"facts": tuple(facts)}), load_knowledge_base())
+    assert refused.value.detail == f"{said} cannot both be true"

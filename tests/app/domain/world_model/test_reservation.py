@@ -10,7 +10,8 @@ from app.domain.world_model import (
     taken_by,
     union_of,
 )
-from planner import Fact, FastDownwardEngine, PlanningRequest
+from planner import Fact, PlanningRequest
+from planner.engines.fast_downward import FastDownwardEngine
 from tests.app.sample_store import Store
 
 STORE = Store()

@@ -66,7 +66,7 @@ def test_without_a_lost_robot_another_takes_over(
     assert [item["name"] for item in api.get(UNKNOWN).json()["items"]] == [yard]
 
 
-def test_a_lost_robot_is_told_to_stop_when_it_is_heard_again_and_counts_once_it_has(
+def test_a_lost_robot_is_stopped_when_it_is_heard_again_and_counts_once_it_has(
     api: TestClient, follow: Follow, team: FakeTeam, silent: tuple[str, str], service: Service
 ) -> None:
     mission, yard = silent
@@ -124,13 +124,12 @@ def test_a_lost_robot_that_had_delivered_after_all_has_the_mission_end_as_it_sta
     follow(mission, "unknown")
     api.post("/v1/robots/store_2:declare_lost")
     read_until(api, mission, lambda now: now["recovery"]["step"] in ("stuck", "deciding"))
-    now_s = team.clock.now_s()
-    for number, packet in enumerate(script.packets):
-        done = PacketReport(
-            script_id=script.id, packet_id=packet.id, state=PacketState.FINISHED, at_s=now_s + number
-        )
+    at_s = team.clock.now_s()
+    for packet in script.packets:
+        at_s += packet.expected_duration_s
+        done = PacketReport(script_id=script.id, packet_id=packet.id, state=PacketState.FINISHED, at_s=at_s)
         team.report("store_2", done)
-    team.report("store_2", ScriptReport(script_id=script.id, state=ScriptState.FINISHED, at_s=now_s + 9))
+    team.report("store_2", ScriptReport(script_id=script.id, state=ScriptState.FINISHED, at_s=at_s))
     ended = follow(mission, *ENDED)
     assert ended["state"] == "completed", ended["reason"]
     assert "in(sample_1, bay_7)" in held(api)

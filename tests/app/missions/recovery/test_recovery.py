@@ -117,7 +117,7 @@ def test_a_repair_that_is_rejected_ends_the_mission_truthfully(
     assert {script["state"] for script in ended["progress"]} <= {"failed", "cancelled"}
 
 
-def test_a_repair_that_the_world_overtakes_is_made_anew(
+def test_a_repair_that_the_world_overtakes_is_made_again(
     start: Start, api: TestClient, follow: Follow
 ) -> None:
     mission, _ = start("ask", fails="DOCK")

@@ -1,15 +1,16 @@
-"""A repair while it is planned: operators see its progress, as they do of a goal's first plan."""
+"""A repair under way: operators see its progress, as they do of a goal's first plan, and what it waits for."""
 
 from pathlib import Path
 
 from sqlalchemy import select
 
+from app.domain.blockers import Blockers
 from app.domain.lifecycles.recovery import RecoveryStep
 from app.planning.pool.process import Watch
-from app.planning.pool.work import Answer, Work, WorkResult
+from app.planning.pool.work import Answer, Solutions, Work, WorkResult
 from app.store import EventRow, GoalRow
 from app.store.migrate import migrate
-from planner import Progress
+from planner import PlanningStatus, Progress
 from robots.wire import (
     Acknowledgement,
     Body,
@@ -21,7 +22,7 @@ from robots.wire import (
     ScriptReport,
     ScriptState,
 )
-from tests.app.missions.mission_services import MissionServices, at_home, services
+from tests.app.missions.mission_services import WORLD, MissionServices, at_home, services
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
 from tests.app.stepped_clock import SteppedClock
@@ -99,4 +100,32 @@ def test_a_repair_tells_its_progress_while_it_is_planned(tmp_path: Path) -> None
     assert [event.data["lower_bound_s"] for event in told] == [10.0, 20.0]
     assert all(event.data["makespan_s"] == 60.0 for event in told)
     assert made.read(lambda session: session.get_one(GoalRow, "goal-1")).planning is None
+    made.close()
+
+
+def test_why_a_repair_waits_follows_the_battery_of_the_robot_that_it_waits_for(tmp_path: Path) -> None:
+    made = services(tmp_path, store=Store())
+    migrate(made.database)
+    made.start_world()
+    _, mission_id = made.plans.approve(made.plan(recovery="auto"), actor="operator")
+    made.life.monitor(mission_id)
+    fail(made, mission_id)
+    low = Blockers(missions=("mission m-2",), robots={"yard_2": "which charges, its battery at 10%"})
+    with made.database.write() as session:
+        mission = made.recovery.load(session, mission_id, lock=True)
+        task = made.recovery.begin(session, mission)
+        assert task is not None
+        waiting: WorkResult[Solutions] = WorkResult(status=PlanningStatus.UNSOLVABLE, waits_for=low)
+        made.recovery.conclude(session, mission, task, waiting)
+    made.life.monitor(mission_id)
+    assert made.mission(mission_id).reason.endswith(
+        "waits for mission m-2 and yard_2, which charges, its battery at 10%"
+    )
+    made.waiting.unavailability_changed(WORLD, "yard_2", "which charges, its battery at 30%")
+    made.waiting.unavailability_changed("another world", "yard_2", "which rests")
+    made.waiting.handle_availability(WORLD)
+    made.life.monitor(mission_id)
+    assert made.mission(mission_id).reason.endswith(
+        "waits for mission m-2 and yard_2, which charges, its battery at 30%"
+    )
     made.close()

@@ -57,8 +57,20 @@ def gone(pid: int) -> bool:
 def worker() -> Iterator[PlanningWorker]:
     worker = PlanningWorker(make_fake_engine, processes=2)
     worker.warm_up().result(timeout=PATIENCE_S)
+    start_second(worker)
     yield worker
     worker.close()
+
+
+def start_second(worker: PlanningWorker) -> None:
+    """Have work find no process free."""
+    watch = Watching()
+    with ThreadPoolExecutor(1) as thread:
+        planning = thread.submit(plan, worker, "improve", watch=watch)
+        until(lambda: bool(watch.seen))
+        assert plan(worker, "answer").answer
+        watch.stop.set()
+        planning.result(PATIENCE_S)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +79,18 @@ def threads() -> Iterator[ThreadPoolExecutor]:
         yield threads
 
 
-def test_progress_is_told_and_the_best_plan_taken_once_it_is_to_stop(
+def test_a_second_process_is_started_once_work_finds_none_free() -> None:
+    worker = PlanningWorker(make_fake_engine, processes=2)
+    worker.warm_up().result(timeout=PATIENCE_S)
+    for _ in range(2):
+        assert plan(worker, "answer").answer
+    assert len(worker.pids) == 1
+    start_second(worker)
+    assert len(worker.pids) == 2
+    worker.close()
+
+
+def test_progress_is_reported_and_a_stop_returns_the_best_plan(
     worker: PlanningWorker, threads: ThreadPoolExecutor
 ) -> None:
     watch = Watching()
@@ -81,7 +104,7 @@ def test_progress_is_told_and_the_best_plan_taken_once_it_is_to_stop(
     assert spans[0] - spans[-1] > len(spans)
 
 
-def test_a_stop_is_not_meant_for_the_next_problem(worker: PlanningWorker) -> None:
+def test_a_stop_does_not_end_the_next_problem(worker: PlanningWorker) -> None:
     class StopAtOnce(Watch):
         def should_stop(self) -> bool:
             return True

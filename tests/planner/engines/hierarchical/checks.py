@@ -1,13 +1,12 @@
 """What every fragment must be."""
 
-import time
 from collections.abc import Iterable
 
 from planner import Fact, KnowledgeBase, PlanningProblem
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments
-from planner.plan_nets.extraction import causal_links, fault_of, without_redundant
-
-PATIENCE_S = 60.0
+from planner.plan_nets.causality import causal_links
+from planner.plan_nets.extraction import fault_of
+from planner.plan_nets.redundancy import without_redundant
 
 
 def fragments_of(
@@ -15,7 +14,7 @@ def fragments_of(
 ) -> tuple[Fragment, ...]:
     """The alternatives, each checked from outside."""
     wanted = tuple(goals if goals is not None else problem.goals)
-    found = fragments.of(problem).alternatives(wanted, deadline=time.monotonic() + PATIENCE_S)
+    found = fragments.of(problem).alternatives(wanted)
     for fragment in found:
         assert faults(fragment, problem, fragments.knowledge_base) == []
     costs = [fragment.duration_s for fragment in found]

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem
+from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem, PlanningRequest
 from planner.engines.hierarchical.composition import Composition
 from planner.engines.hierarchical.fragments.fragment import Fragments
-from planner.engines.hierarchical.legs.leg import FactClassifier, Leg, legs_of
-from planner.engines.hierarchical.legs.setups import FactTable, Setups
+from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Leg, legs_of
+from planner.engines.hierarchical.legs.setups import AllSetups, Setups
 from planner.engines.hierarchical.legs.stops import Stops
 from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
-from planner.problem.robot_classes import AgentClasses
 from tests.planner.engines.hierarchical.checks import fragments_of
 
 MAKESPAN_ONLY = np.array((1.0, 0.0, 0.0, 0.0, 1e-4))
@@ -26,42 +25,32 @@ class ProblemSetup:
 
     base: KnowledgeBase
     problem: PlanningProblem
-    classes: AgentClasses
-    classifier: FactClassifier
+    classified: ClassifiedProblem
 
     @classmethod
     def of(cls, base: KnowledgeBase, problem: PlanningProblem) -> "ProblemSetup":
-        classes = AgentClasses(base, problem)
-        return cls(
-            base=base, problem=problem, classes=classes, classifier=FactClassifier(base, problem, classes)
-        )
+        return cls(base=base, problem=problem, classified=ClassifiedProblem(base, problem))
 
     def quickest(self, goal: Fact) -> Sequenced:
         return fragments_of(Fragments(self.base), self.problem, [goal])[0].actions
 
     def legs(self, *goals: Fact) -> tuple[Leg, ...]:
-        return legs_of(self.quickest(goals[0]), goals, self.problem.facts, self.classifier)
+        return legs_of(self.quickest(goals[0]), goals, self.classified)
 
     def setups(self, agent: str) -> Setups:
-        statics = FactTable(fact for fact in self.problem.facts if not self.classifier.is_fluent(fact))
-        return Setups(self.base, self.problem, self.classifier, statics, agent)
+        return AllSetups(self.classified).of_agent(agent)
 
     def stops(self) -> Stops:
-        return Stops(
-            knowledge_base=self.base, problem=self.problem, classes=self.classes, classifier=self.classifier
-        )
+        return Stops(classified=self.classified)
 
     def composition(self, fragments: Sequence[Sequence[Sequenced]], *, seed: int = 0) -> Composition:
         """Of tasks for the problem's goals, one each."""
         tasks = self._tasks(fragments)
-        return Composition(
-            self.base, self.problem, self.classes, self.classifier, tasks, MAKESPAN_ONLY, seed=seed
-        )
+        return Composition(self.classified, tasks, MAKESPAN_ONLY, PlanningRequest(seed=seed))
 
     def builder(self, fragments: Sequence[Sequence[Sequenced]]) -> SchedulingProblemBuilder:
         """The scheduling problem of the same tasks."""
-        tasks = self._tasks(fragments)
-        return SchedulingProblemBuilder(self.base, self.problem, self.classes, self.classifier, tasks)
+        return SchedulingProblemBuilder(self.classified, self._tasks(fragments))
 
     def _tasks(self, fragments: Sequence[Sequence[Sequenced]]) -> list[Task]:
         return [

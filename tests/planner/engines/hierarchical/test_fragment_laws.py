@@ -5,10 +5,9 @@ import random
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner import Fact, load_knowledge_base
-from planner.engines.hierarchical.fragments.discovery import is_out_of_reach
+from planner import load_knowledge_base
 from planner.engines.hierarchical.fragments.fragment import Fragments
-from planner.engines.hierarchical.fragments.world_index import WorldIndex
+from planner.relaxation import unreachable_goals
 from tests.planner.engines.hierarchical.checks import fragments_of, tags
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.large_store import LargeStore
@@ -39,7 +38,7 @@ def test_fragments_of_random_goals_are_valid(
     problem = world.problem([goal], samples)
     found = fragments_of(LEARNT, problem)
     assert found
-    assert not is_out_of_reach(WorldIndex(BASE, problem), [goal], float("inf"))
+    assert not unreachable_goals(BASE, problem)
 
 
 def test_every_goal_of_a_large_store_has_the_fragment_of_the_first() -> None:
@@ -48,15 +47,7 @@ def test_every_goal_of_a_large_store_has_the_fragment_of_the_first() -> None:
     fragments = Fragments(BASE)
     source = fragments.of(problem)
     for goal in problem.goals:
-        (fragment,) = source.alternatives((goal,), deadline=float("inf"))
+        (fragment,) = source.alternatives((goal,))
         assert len(tags(fragment)) == 8
         assert goal in fragment.actions[-1].intended_effects
     assert len(fragments.known) == 1
-
-
-def test_a_robots_goal_in_another_compartment_is_out_of_reach() -> None:
-    problem = Store(aisles=6, yard_robots=6).problem([], {})
-    index = WorldIndex(BASE, problem)
-    goal = Fact("robot_position", ("yard_0", "near", "bay_5_0"))
-    assert is_out_of_reach(index, [goal], float("inf"))
-    assert not is_out_of_reach(index, [Fact("robot_position", ("yard_0", "near", "door_1"))], float("inf"))

@@ -202,7 +202,7 @@ def test_without_robots_there_is_provably_no_plan(knowledge_base: KnowledgeBase,
     assert result.reason
 
 
-def test_a_skill_that_no_robot_has_is_told(knowledge_base: KnowledgeBase) -> None:
+def test_a_skill_that_no_robot_has_is_reported(knowledge_base: KnowledgeBase) -> None:
     problem = store_problem([inside("sample_1", "bay_7")])
     without = [f for f in problem.facts if f.predicate == "can" and f.args[1] == "DOCK"]
     result = HierarchicalEngine(knowledge_base).plan(changed(problem, without, []), REQUEST)
@@ -210,7 +210,7 @@ def test_a_skill_that_no_robot_has_is_told(knowledge_base: KnowledgeBase) -> Non
     assert "DOCK" in result.reason
 
 
-def test_an_unreachable_goal_beside_a_reachable_one_is_told(knowledge_base: KnowledgeBase) -> None:
+def test_an_unreachable_goal_beside_a_reachable_one_is_reported(knowledge_base: KnowledgeBase) -> None:
     problem = store_problem([inside("sample_1", "bay_7"), near("yard_1", "bay_1")])
     result = HierarchicalEngine(knowledge_base).plan(problem, REQUEST)
     assert result.status is PlanningStatus.UNSOLVABLE
@@ -235,7 +235,7 @@ def test_contradictory_goals_have_no_plan(knowledge_base: KnowledgeBase) -> None
         assert result.reason
 
 
-def test_an_unknown_predicate_or_object_is_told(knowledge_base: KnowledgeBase) -> None:
+def test_an_unknown_predicate_or_object_is_reported(knowledge_base: KnowledgeBase) -> None:
     for goal in (Fact("polished", ("sample_1",)), inside("sample_1", "bay_99")):
         result = HierarchicalEngine(knowledge_base).plan(store_problem([goal]), REQUEST)
         assert result.status is PlanningStatus.FAILED

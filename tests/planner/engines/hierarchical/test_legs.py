@@ -60,13 +60,13 @@ def test_a_goal_about_where_a_robot_ends_is_a_leg_without_work_of_just_that_robo
 
 
 def test_robots_that_differ_only_in_their_homes_are_alike(knowledge_base: KnowledgeBase) -> None:
-    classes = current(knowledge_base).classes
+    classes = current(knowledge_base).classified.classes
     assert set(classes.members.values()) == {("yard_0", "yard_1"), ("store_0_0",), ("store_1_0",)}
 
 
 def test_a_way_that_is_met_already_has_no_actions(knowledge_base: KnowledgeBase) -> None:
     world = current(knowledge_base)
-    here = world.classifier.configuration("yard_0", world.problem.facts)
+    here = world.classified.configuration("yard_0", world.problem.facts)
     way = world.setups("yard_0").way(here, frozenset({near("yard_0", "home_yard_0")}))
     assert way is not None
     assert (way.actions, way.end) == ((), here)
@@ -74,7 +74,7 @@ def test_a_way_that_is_met_already_has_no_actions(knowledge_base: KnowledgeBase)
 
 def test_a_way_changes_what_the_agent_must_be_and_nothing_else(knowledge_base: KnowledgeBase) -> None:
     world = current(knowledge_base)
-    here = world.classifier.configuration("yard_0", world.problem.facts)
+    here = world.classified.configuration("yard_0", world.problem.facts)
     way = world.setups("yard_0").way(here, frozenset({near("yard_0", "door_1")}))
     assert way is not None
     assert said(way.actions) == [("NAVIGATE", "yard_0", "home_yard_0", "door_1")]
@@ -83,13 +83,13 @@ def test_a_way_changes_what_the_agent_must_be_and_nothing_else(knowledge_base: K
 
 def test_there_is_no_way_to_where_the_agent_cannot_go(knowledge_base: KnowledgeBase) -> None:
     world = current(knowledge_base)
-    here = world.classifier.configuration("yard_0", world.problem.facts)
+    here = world.classified.configuration("yard_0", world.problem.facts)
     assert world.setups("yard_0").way(here, frozenset({near("yard_0", "bay_0_0")})) is None
 
 
 def test_single_steps_lead_to_every_place_in_reach(knowledge_base: KnowledgeBase) -> None:
     world = current(knowledge_base)
-    here = world.classifier.configuration("yard_0", world.problem.facts)
+    here = world.classified.configuration("yard_0", world.problem.facts)
     ends = {way.actions[0].arguments["ref2"] for way in world.setups("yard_0").steps(here)}
     assert ends == {"door_0", "door_1", "interchange_0_0", "interchange_1_0"}
 
@@ -99,7 +99,7 @@ def test_there_is_no_way_to_what_no_setup_brings_about(
 ) -> None:
     """Only docking fills a gripper, and it moves a sample: that is work, no setup."""
     world = current(knowledge_base)
-    here = world.classifier.configuration("yard_0", world.problem.facts)
+    here = world.classified.configuration("yard_0", world.problem.facts)
     full = Fact("robot_attribute", ("yard_0", "gripper", "full"))
     setups = world.setups("yard_0")
     assert setups.way(here, frozenset({near("yard_0", "door_1"), full})) is None

@@ -59,20 +59,18 @@ def test_two_strong_rovers_carry_the_box_together(fragments: Fragments) -> None:
     assert crew(best) == {"ann", "bob"}
 
 
-def test_one_strong_rover_is_not_enough_and_that_is_proven(fragments: Fragments) -> None:
+def test_one_strong_rover_is_not_enough(fragments: Fragments) -> None:
     goals = (Fact("stands", ("box", "fork")),)
     problem = survey(goals, rovers={"ann": "base", "bob": "base"}, strong=["ann"])
     source = fragments.of(problem)
-    assert source.alternatives(goals, deadline=float("inf")) == ()
-    assert source.is_unreachable(goals)
+    assert source.alternatives(goals) == ()
 
 
-def test_a_box_that_no_team_gets_through_the_gate_is_proven(fragments: Fragments) -> None:
+def test_a_box_that_no_team_gets_through_the_gate_is_not_found(fragments: Fragments) -> None:
     goals = (Fact("stands", ("box", "north")),)
     problem = survey(goals, rovers={"ann": "base", "bob": "base"}, strong=["ann", "bob"])
     source = fragments.of(problem)
-    assert source.alternatives(goals, deadline=float("inf")) == ()
-    assert source.is_unreachable(goals)
+    assert source.alternatives(goals) == ()
 
 
 def test_one_rover_may_open_for_another(fragments: Fragments) -> None:
@@ -95,8 +93,7 @@ def test_one_rover_may_open_for_another(fragments: Fragments) -> None:
 def test_goals_that_come_about_only_by_the_way_are_unreachable(fragments: Fragments) -> None:
     goals = (Fact("warm", ("camera",)),)
     source = fragments.of(survey(goals, rovers={"ann": "base"}))
-    assert source.alternatives(goals, deadline=float("inf")) == ()
-    assert source.is_unreachable(goals)
+    assert source.alternatives(goals) == ()
 
 
 def test_a_cluster_of_two_goals_is_reached_together(fragments: Fragments) -> None:

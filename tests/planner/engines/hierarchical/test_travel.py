@@ -3,7 +3,6 @@
 import pytest
 
 from planner import Fact, KnowledgeBase
-from planner.engines.hierarchical.legs.setups import FactTable, Setups
 from planner.engines.hierarchical.legs.travel import NEAREST, Travel
 from tests.planner.engines.hierarchical.composing import ProblemSetup
 from tests.planner.engines.hierarchical.worlds import Store
@@ -29,16 +28,7 @@ def world(knowledge_base: KnowledgeBase) -> ProblemSetup:
 
 @pytest.fixture
 def travel(world: ProblemSetup) -> Travel:
-    statics = [fact for fact in world.problem.facts if not world.classifier.is_fluent(fact)]
-    shared = FactTable(fact for fact in statics if world.classes.own.isdisjoint(fact.args))
-    ways = {
-        number: Setups(world.base, world.problem, world.classifier, shared, members[0])
-        for number, members in world.classes.members.items()
-    }
-    made = Travel(world.classes, world.classifier, ways, world.setups)
-    for agent in world.classes.agents:
-        made.start(agent, world.classifier.configuration(agent, world.problem.facts))
-    return made
+    return Travel(world.classified)
 
 
 def test_agents_of_a_class_share_needs(travel: Travel) -> None:

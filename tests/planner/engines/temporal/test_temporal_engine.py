@@ -40,7 +40,7 @@ def of(solver: Solver, knowledge_base: KnowledgeBase) -> TemporalEngine:
 
 
 @pytest.mark.parametrize("solver", [Lpg(), Aries()], ids=lambda solver: solver.name)
-def test_a_sample_is_stored_by_a_valid_plan_net_that_is_told_of(
+def test_a_sample_is_stored_by_a_valid_plan_net_that_is_reported(
     solver: Solver, knowledge_base: KnowledgeBase
 ) -> None:
     seen = Seen()

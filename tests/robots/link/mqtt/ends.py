@@ -1,6 +1,7 @@
 """Both ends of a world's link over a broker, and what passes between them."""
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -41,8 +42,10 @@ class Board:
 
 
 @contextmanager
-def a_fleet(broker: Broker, *, run: str = RUN, digest: str = "") -> Iterator[FleetLink]:
-    fleet = FleetLink(WORLD, ROBOTS, broker, run=run, digest=digest)
+def a_fleet(
+    broker: Broker, *, run: str = RUN, digest: str = "", epoch_s: Callable[[], float] = time.time
+) -> Iterator[FleetLink]:
+    fleet = FleetLink(WORLD, ROBOTS, broker, run=run, digest=digest, epoch_s=epoch_s)
     fleet.start()
     try:
         yield fleet

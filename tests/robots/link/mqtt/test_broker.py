@@ -6,6 +6,7 @@ import pytest
 from pydantic import SecretStr
 
 from robots.link.mqtt import Broker, BrokerError
+from tests.papers import make_papers
 
 
 def test_an_address_has_its_schemes_port_unless_told() -> None:
@@ -43,6 +44,25 @@ def test_a_password_without_a_name_and_certificates_without_tls_are_refused() ->
 def test_a_password_shows_nowhere() -> None:
     broker = Broker.at("mqtt://127.0.0.1", username="me", password=SecretStr("hush"))
     assert "hush" not in f"{broker} {broker!r}"
+
+
+def test_who_names_neither_a_user_nor_has_a_certificate_is_anonymous(tmp_path: Path) -> None:
+    papers = make_papers(tmp_path)
+    own = {"certificate": papers / "fleet.pem", "key": papers / "fleet.key"}
+    assert Broker.at("mqtt://b").is_anonymous
+    assert Broker.at("mqtts://b").is_anonymous
+    assert not Broker.at("mqtt://b", username="service").is_anonymous
+    assert not Broker.at("mqtts://b", **own).is_anonymous
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "[::1]"])
+def test_loopback_is_of_this_machine_alone(host: str) -> None:
+    assert Broker.at(f"mqtt://{host}").is_on_loopback
+
+
+@pytest.mark.parametrize("host", ["broker", "10.0.0.1", "0.0.0.0", "[fe80::1]"])
+def test_anything_else_is_not_loopback(host: str) -> None:
+    assert not Broker.at(f"mqtt://{host}").is_on_loopback
 
 
 def test_only_tls_and_loopback_are_private() -> None:

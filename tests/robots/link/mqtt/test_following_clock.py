@@ -31,7 +31,7 @@ def test_what_is_remembered_of_a_fleet_does_not_make_it_go() -> None:
     assert clock.now_s() == 10.0
 
 
-def test_without_a_word_it_stands_after_a_while() -> None:
+def test_without_a_message_it_stands_after_a_while() -> None:
     wall = Wall()
     clock = FollowingClock(wall)
     clock.set("r", 10.0, 2.0, running=True)

@@ -7,9 +7,9 @@ import pytest
 from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion
 
-from robots.link.mqtt import Broker, ConnectionState, FleetLink
+from robots.link.mqtt import Broker, ConnectionState, FleetLink, ServiceLink, WorldAnnouncement
 from robots.link.mqtt.session import MAX_PACKET_BYTES
-from robots.link.mqtt.topics import Channel, robot_topic
+from robots.link.mqtt.topics import Channel, robot_topic, world_topic
 from robots.wire import Message, SetPoint
 from tests.mosquitto import Mosquitto, needs_mosquitto
 from tests.robots.link.mqtt.ends import (
@@ -29,18 +29,20 @@ from tests.robots.link.mqtt.ends import (
 from tests.waiting import until
 
 pytestmark = needs_mosquitto
+AHEAD = 4_000_000_000.0
+"""The number of a fleet whose clock is set to the year 2096."""
 
 
 def at(broker: Mosquitto) -> Broker:
     return Broker.at(broker.url)
 
 
-def shout(broker: Mosquitto, topic: str, payload: bytes) -> None:
+def shout(broker: Mosquitto, topic: str, payload: bytes, *, retain: bool = False) -> None:
     """Anything at all, on any topic."""
     client = Client(CallbackAPIVersion.VERSION2)
     client.connect("127.0.0.1", broker.port)
     client.loop_start()
-    client.publish(topic, payload, qos=1).wait_for_publish(10)
+    client.publish(topic, payload, qos=1, retain=retain).wait_for_publish(10)
     client.disconnect()
     client.loop_stop()
 
@@ -79,17 +81,24 @@ def test_messages_pass_both_ways_unchanged(broker: Mosquitto) -> None:
         assert (said.sender, said.body.kind) == ("ginger", "packet_report")
 
 
+def set_point_is_taken(service: ServiceLink) -> bool:
+    """Send a set-point; the link drops it while other messages, such as receipts, wait to be written."""
+    before = service.dropped
+    service.send(to_robot("fred", SetPoint(driver="ada", number=1, valid_s=0.5)))
+    return service.dropped == before
+
+
 def test_a_set_point_does_not_wait_for_a_robot_that_is_away(broker: Mosquitto) -> None:
     """What was published at least once waits at the broker for a client that keeps its session."""
     with both(at(broker)) as (service, _):
         with Watching(broker, robot_topic(WORLD, "fred", Channel.INSTANT_ACTIONS)) as watching:
-            service.send(to_robot("fred", SetPoint(driver="ada", number=1, valid_s=0.5)))
+            until(lambda: set_point_is_taken(service), "the link has nothing else to write")
             service.send(to_robot("fred"))
             until(lambda: len(watching.qos) == 2, "both orders pass")
         assert watching.qos == [0, 1]
 
 
-def test_telemetry_and_connections_are_told_at_once(broker: Mosquitto) -> None:
+def test_telemetry_and_connections_are_reported_at_once(broker: Mosquitto) -> None:
     board = Board()
     with both(at(broker), board) as (_, fleet):
         until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
@@ -233,6 +242,48 @@ def test_a_second_fleet_of_a_world_supersedes_the_first_which_does_not_come_agai
             with a_service(at(broker), board) as service:
                 until(lambda: service.run == "run-2" and len(board.states) == 2)
             assert board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE)
+
+
+def announced(state: ConnectionState, number: float) -> bytes:
+    told = WorldAnnouncement(state=state, run="run-0", time_s=7.0, began_at=number)
+    return told.model_dump_json().encode()
+
+
+def settled(broker: Mosquitto, fleet: FleetLink, run: str) -> bool:
+    """True if the fleet drives the world and the broker remembers its announcement."""
+    with a_service(at(broker)) as service:
+        until(lambda: service.run is not None)
+        return fleet.connected and not fleet.superseded and service.run == run
+
+
+@pytest.mark.parametrize("state", ConnectionState)
+def test_a_fleet_whose_clock_was_ahead_does_not_bar_a_later_one(
+    broker: Mosquitto, state: ConnectionState
+) -> None:
+    shout(broker, world_topic(WORLD), announced(state, AHEAD), retain=True)
+    with a_fleet(at(broker)) as fleet:
+        until(lambda: fleet.connected and settled(broker, fleet, RUN))
+
+
+@pytest.mark.parametrize("clock_s", [0.0, AHEAD])
+def test_of_two_fleets_the_one_that_began_later_drives_whatever_their_clocks_say(
+    broker: Mosquitto, clock_s: float
+) -> None:
+    with a_fleet(at(broker), epoch_s=lambda: AHEAD) as first:
+        until(lambda: first.connected)
+        with a_fleet(at(broker), run="run-2", epoch_s=lambda: clock_s) as second:
+            until(lambda: first.superseded)
+            first.close()
+            until(lambda: settled(broker, second, "run-2"))
+
+
+def test_a_fleet_goes_on_after_one_that_came_in_between_and_left(broker: Mosquitto) -> None:
+    with a_fleet(at(broker)) as fleet:
+        until(lambda: fleet.connected)
+        shout(broker, world_topic(WORLD), announced(ConnectionState.OFFLINE, AHEAD), retain=True)
+        until(lambda: settled(broker, fleet, RUN))
+        shout(broker, world_topic(WORLD), announced(ConnectionState.ONLINE, 2 * AHEAD), retain=True)
+        until(lambda: fleet.superseded)
 
 
 def test_a_fleet_of_another_world_file_is_not_listened_to(broker: Mosquitto) -> None:

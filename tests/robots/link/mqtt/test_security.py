@@ -39,7 +39,7 @@ def guarded(tmp_path: Path, papers: Path) -> Iterator[Mosquitto]:
 @pytest.fixture
 def locked(tmp_path: Path) -> Iterator[Mosquitto]:
     """A broker that asks for a password."""
-    secrets = passwords(tmp_path / "passwords", "macta", PASSWORD)
+    secrets = passwords(tmp_path / "passwords", macta=PASSWORD)
     with mosquitto(tmp_path / "broker", "allow_anonymous false", f"password_file {secrets}") as broker:
         yield broker
 
@@ -70,7 +70,7 @@ def test_a_broker_that_our_authority_does_not_know_is_not_spoken_to(guarded: Mos
 
 def test_without_a_certificate_of_our_own_it_does_not_let_us_in(guarded: Mosquitto, papers: Path) -> None:
     with a_service(encrypted(guarded, papers, own=None)) as service:
-        until(lambda: "certificate of ours" in service.complaint)
+        until(lambda: "client certificate" in service.complaint)
         assert not service.connected
 
 

@@ -39,7 +39,11 @@ def test_a_goal_waits_for_a_robot_with_a_low_battery_until_it_has_charged(
     )
     team.tell("store_2", battery=0.5, charging=True)
     read_until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.5)
-    assert api.get(goal).json()["state"] == "waiting"
+    followed = read_until(api, goal, lambda now: "50%" in now["reason"])
+    assert (followed["state"], followed["reason"]) == (
+        "waiting",
+        "waits for store_2, which charges, its battery at 50%",
+    )
     team.tell("store_2", battery=0.9)
     assert in_state(api, goal, "planned", "unsolvable")["state"] == "planned"
 
@@ -52,7 +56,7 @@ def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient,
 
 
 @pytest.mark.parametrize(
-    ("told", "rests"),
+    ("told", "is_unavailable"),
     [
         ([said(0.2)], False),
         ([said(0.19)], True),
@@ -62,17 +66,39 @@ def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient,
         ([said(1.0, charging=True), said(1.0)], False),
     ],
 )
-def test_a_robot_at_the_mark_is_not_called_fit_and_unfit_by_turns(told: list[Telemetry], rests: bool) -> None:
+def test_a_robot_at_the_mark_is_not_called_fit_and_unfit_by_turns(
+    told: list[Telemetry], is_unavailable: bool
+) -> None:
     board = RobotBoard([("yard_1", "store")], clocks={"store": ManualClock()}, low_battery=0.2)
     for telemetry in told:
         board.heard("yard_1", telemetry)
-    assert bool(board.resting("store")) is rests
+    assert bool(board.unavailable("store")) is is_unavailable
 
 
-def test_the_world_of_a_robot_that_is_fit_again_is_told_once() -> None:
+def test_the_world_of_a_robot_that_is_fit_again_is_notified_once() -> None:
     board = RobotBoard([("yard_1", "store")], clocks={"store": ManualClock()})
     worlds = list[str]()
-    board.rested.append(worlds.append)
+    board.became_available.append(worlds.append)
     for battery in (0.9, 0.1, 0.1, 0.9, 0.9):
         board.heard("yard_1", said(battery))
     assert worlds == ["store"]
+
+
+def test_why_a_robot_rests_is_told_whenever_that_is_new() -> None:
+    board = RobotBoard([("yard_1", "store")], clocks={"store": ManualClock()})
+    told = list[tuple[str, str, str]]()
+    board.unavailability_changed.append(lambda *news: told.append(news))
+    for battery, charging in (
+        (0.9, False),
+        (0.1, False),
+        (0.102, False),
+        (0.104, True),
+        (0.11, True),
+        (0.9, False),
+    ):
+        board.heard("yard_1", said(battery, charging=charging))
+    assert told == [
+        ("store", "yard_1", "which rests, its battery at 10%"),
+        ("store", "yard_1", "which charges, its battery at 10%"),
+        ("store", "yard_1", "which charges, its battery at 11%"),
+    ]

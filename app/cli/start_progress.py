@@ -1,0 +1,37 @@
+"""What a start is doing, on standard error: a line that is redrawn in a terminal, else a line for each thing."""
+
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.markup import escape
+from rich.status import Status
+
+
+class StartProgress:
+    """Shown within a `with` block, or until `end`. Thread-safe."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._status = Status("starting …", console=console) if console.is_terminal else None
+
+    def tell(self, doing: str) -> None:
+        if self._status is None:
+            self._console.print(f"Starting: {escape(doing)}.", soft_wrap=True, highlight=False)
+        else:
+            self._status.update(f"starting: {escape(doing)} …")
+
+    def end(self) -> None:
+        """Remove the line; safe to call again."""
+        if self._status is not None:
+            self._status.stop()
+
+    def __enter__(self) -> Self:
+        if self._status is not None:
+            self._status.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end()

@@ -1,0 +1,44 @@
+"""What a goal or a mission's repair waits for: running missions, and robots that are not recruited now."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blockers:
+    """The missions and robots that may stand in the way of a plan; false if there are none.
+
+    :param missions: in words.
+    :param robots: by name, why each is not recruited, in words.
+    """
+
+    missions: tuple[str, ...] = ()
+    robots: Mapping[str, str] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.missions or self.robots)
+
+    def __str__(self) -> str:
+        robots = [f"{robot}, {why}" for robot, why in sorted(self.robots.items())]
+        return " and ".join((*self.missions, *robots))
+
+    @property
+    def reason(self) -> str:
+        return f"waits for {self}"
+
+    def updated(self, unavailable: Mapping[str, str]) -> Self:
+        """The same with what is said of the robots now.
+
+        :param unavailable: by name, why a robot is not recruited now; of others that stays which was said.
+        """
+        return replace(
+            self, robots={robot: unavailable.get(robot, why) for robot, why in self.robots.items()}
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        return {"missions": list(self.missions), "robots": dict(self.robots)}
+
+    @classmethod
+    def from_json(cls, known: Mapping[str, Any]) -> Self:
+        return cls(missions=tuple(known["missions"]), robots=dict(known["robots"]))

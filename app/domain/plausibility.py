@@ -1,0 +1,138 @@
+"""Whether what a robot claims can be so: in time, in order and in place. Pure.
+
+A claim that cannot be so yet is not believed and not receipted, so an honest robot repeats it. Time passing and the
+robot's next telemetry only ever make an honest claim more plausible: it may be believed late, but not never.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import dist
+
+from robots.wire import PacketState, Telemetry
+
+LEAST_SHARE = 0.25
+"""Of its expected duration a packet takes at least this much (our choice)."""
+ROUNDING_S = 1e-6
+"""Sums of times differ by less, whatever order they are added in."""
+AHEAD_S = 5.0
+"""World seconds by which a report may be ahead of the world's clock as it is known here (our choice)."""
+OUT_OF_ORDER_S = 60.0
+"""World seconds by which a robot's reports may contradict their order: one that goes on from its snapshot does some of
+its work again (our choice)."""
+PLACE_M = 2.5
+"""How far from a place a robot at or near it may believe itself to be (our choice)."""
+SIGHT_M = 4.0
+"""How far from a place a robot may believe itself to be that sees what lies in it: it trusts its sight for 3 m."""
+SPEED_FACTOR = 1.5
+"""A robot may be faster than it is said to be (our choice)."""
+
+Point = tuple[float, float]
+Packets = Mapping[str, Mapping[str, object]]
+"""By packet id what is known of it: its state, `at_s` and `finished_at_s`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Presence:
+    """Where a robot says that it is.
+
+    :param speed_m_s: its greatest.
+    """
+
+    telemetry: Telemetry
+    speed_m_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """A script, as far as is known here.
+
+    :param ids: of its packets, in order.
+    :param tags: of these packets.
+    :param expected_s: their expected durations.
+    :param known: what was reported of them and believed.
+    :param given_at_s: when it was given to the robot (world's clock), None if that is not known.
+    """
+
+    script_id: str
+    ids: Sequence[str]
+    tags: Sequence[str]
+    expected_s: Sequence[float]
+    known: Packets
+    given_at_s: float | None
+
+
+def doubt_of_time(at_s: float, *, now_s: float, lag_s: float) -> str:
+    """Why a report cannot have been made when it says so; empty if it can.
+
+    :param lag_s: by how much the world's clock may be ahead of `now_s`.
+    """
+    ahead_s = at_s - now_s
+    if ahead_s <= AHEAD_S * (1.0 + lag_s):
+        return ""
+    return f"reports what is to happen in {ahead_s:.0f} s"
+
+
+def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s: float) -> str:
+    """Why a packet, and with it those before it, cannot have finished; empty if they can.
+
+    :param at_s: when it finished, as the robot says.
+    """
+    index = work.ids.index(packet)
+    what = f"reports that {work.tags[index]} has finished"
+    for other, name in enumerate(work.ids):
+        said_s = _number(work.known, name, "at_s")
+        if said_s is None:
+            continue
+        is_out_of_order = said_s > at_s + OUT_OF_ORDER_S if other < index else said_s < at_s - OUT_OF_ORDER_S
+        if other != index and is_out_of_order:
+            order = "before" if other < index else "after"
+            return f"{what} at {at_s:.0f} s, and of {work.tags[other]} {order} it at {said_s:.0f} s"
+        if other < index and work.known[name].get("state") == PacketState.FAILED:
+            return f"{what}, but {work.tags[other]} before it has failed"
+    # What comes before a packet that has finished has finished, too, though its own report may be lost.
+    done = next((i for i in range(index, -1, -1) if _finished(work.known, work.ids[i])), -1)
+    ended_s = _number(work.known, work.ids[done], "finished_at_s") if done >= 0 else None
+    since_s = max((one for one in (work.given_at_s, ended_s) if one is not None), default=None)
+    if since_s is None:
+        return ""
+    least_s = LEAST_SHARE * sum(work.expected_s[done + 1 : index + 1])
+    took_s = min(max(now_s, at_s), now_s + lag_s) - since_s
+    if took_s >= least_s - ROUNDING_S:
+        return ""
+    return f"{what} after {max(took_s, 0.0):.1f} s, which takes {least_s:.1f} s at least"
+
+
+def doubt_of_progress(work: Work, packet: str, at_s: float, telemetry: Telemetry) -> str:
+    """Why a packet cannot have finished by what the robot says of itself later; empty if it can."""
+    is_later = telemetry.at_s > at_s and telemetry.script_id == work.script_id
+    if not is_later or telemetry.packet_id not in work.ids:
+        return ""
+    index = work.ids.index(packet)
+    under_way = work.ids.index(telemetry.packet_id)
+    if under_way > index or telemetry.packet_state is PacketState.FINISHED:
+        return ""
+    return (
+        f"reports that {work.tags[index]} has finished, but its telemetry still shows {work.tags[under_way]}"
+    )
+
+
+def doubt_of_place(place: str, point: Point, at_s: float, presence: Presence, *, within_m: float) -> str:
+    """Why the robot cannot have been at or near a place; empty if it can.
+
+    :param within_m: how far from it the robot may have been.
+    """
+    here = presence.telemetry
+    away_m = dist(point, (here.x_m, here.y_m))
+    reach_m = within_m + SPEED_FACTOR * presence.speed_m_s * abs(here.at_s - at_s)
+    if away_m <= reach_m:
+        return ""
+    return f"reports to be at {place}, but its telemetry shows it {away_m:.1f} m away"
+
+
+def _finished(known: Packets, name: str) -> bool:
+    return known.get(name, {}).get("state") == PacketState.FINISHED
+
+
+def _number(known: Packets, name: str, key: str) -> float | None:
+    value = known.get(name, {}).get(key)
+    return float(value) if isinstance(value, int | float) else None

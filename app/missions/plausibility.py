@@ -1,0 +1,175 @@
+"""What robots claim, held against what is known of their world: its clock, its places and their telemetry."""
+
+from collections.abc import Callable, Iterable, Mapping
+
+from sqlalchemy.orm import Session
+
+from app.agents import RobotBoard
+from app.core import Core
+from app.domain.lifecycles.script import has_terminated
+from app.domain.plausibility import (
+    PLACE_M,
+    SIGHT_M,
+    Presence,
+    Work,
+    doubt_of_finish,
+    doubt_of_place,
+    doubt_of_progress,
+    doubt_of_time,
+)
+from app.domain.world_model.beliefs import ROBOT_POSITION
+from app.store import ScriptRow
+from robots.clock import Clock
+from robots.wire import (
+    Message,
+    PacketReport,
+    PacketState,
+    ScriptReport,
+    ScriptState,
+    StatusReport,
+    SymbolicFact,
+    UpkeepReport,
+)
+from robots.world import WorldFile
+
+Report = PacketReport | ScriptReport | StatusReport | UpkeepReport
+
+
+class Plausibility:
+    """Judges reports before they are recorded."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+        lags_s: Mapping[str, Callable[[], float]],
+        board: RobotBoard,
+    ) -> None:
+        """
+        :param clocks: by world.
+        :param lags_s: likewise, by how much its clock may be behind the world's.
+        """
+        self._plan_nets = core.plan_nets
+        self._clocks = clocks
+        self._lags_s = lags_s
+        self._board = board
+        self._points = {
+            name: {place.name: place.at for place in (*world.locations, *world.places)}
+            for name, world in worlds.items()
+        }
+        self._speeds_m_s = {robot.name: robot.speed_m_s for w in worlds.values() for robot in w.robots}
+        self._lengths_m = {sample.name: sample.length_m for w in worlds.values() for sample in w.samples}
+
+    def doubt(self, session: Session, message: Message, world: str, script: ScriptRow | None) -> str:
+        """Why what a robot reports cannot be so, or not yet; empty if it can.
+
+        :param script: what it reports on, locked; None for its upkeep.
+        """
+        report = message.body
+        if not isinstance(report, Report):
+            return ""
+        now_s = self._clocks[world].now_s()
+        lag_s = self._lags_s[world]()
+        early = doubt_of_time(report.at_s, now_s=now_s, lag_s=lag_s)
+        if early or isinstance(report, StatusReport) or _changes_nothing(report, script):
+            return early
+        if script is not None and (packet := _finished(report, script)) is not None:
+            return self._doubt_of_finish(
+                session, script, packet, world=world, at_s=report.at_s, now_s=now_s, lag_s=lag_s
+            )
+        if isinstance(report, PacketReport):  # what it perceives is not believed, for its script goes on
+            return ""
+        return self._doubt_of_percepts(message.sender, report.perceived, report.at_s, world=world)
+
+    def _doubt_of_finish(
+        self,
+        session: Session,
+        script: ScriptRow,
+        packet: str,
+        *,
+        world: str,
+        at_s: float,
+        now_s: float,
+        lag_s: float,
+    ) -> str:
+        work = _work(script)
+        presence = self._presence(script.robot)
+        doubt = doubt_of_finish(work, packet, at_s, now_s=now_s, lag_s=lag_s)
+        if doubt or presence is None:
+            return doubt
+        action = self._plan_nets.of(session, script.plan_id).action(packet)
+        ends = (
+            f.args[2] for f in action.effects if f.args[0] == script.robot and f.predicate == ROBOT_POSITION
+        )
+        return doubt_of_progress(work, packet, at_s, presence.telemetry) or self._doubt_of_places(
+            ends, presence, at_s, world=world, within_m=PLACE_M + self._longest_m(action.arguments.values())
+        )
+
+    def _doubt_of_percepts(
+        self, robot: str, perceived: Iterable[SymbolicFact], at_s: float, *, world: str
+    ) -> str:
+        presence = self._presence(robot)
+        if presence is None:
+            return ""
+        for fact in perceived:
+            within_m = (SIGHT_M if fact.predicate == "in" else PLACE_M) + self._longest_m(self._lengths_m)
+            places = fact.args[1:] if fact.predicate in ("in", "at", "near") else ()
+            if doubt := self._doubt_of_places(places, presence, at_s, world=world, within_m=within_m):
+                return doubt
+        return ""
+
+    def _doubt_of_places(
+        self, places: Iterable[str], presence: Presence, at_s: float, *, world: str, within_m: float
+    ) -> str:
+        points = self._points[world]
+        doubts = (
+            doubt_of_place(place, points[place], at_s, presence, within_m=within_m)
+            for place in places
+            if place in points
+        )
+        return next(filter(None, doubts), "")
+
+    def _presence(self, robot: str) -> Presence | None:
+        telemetry = self._board.view(robot).telemetry
+        if telemetry is None:
+            return None
+        return Presence(telemetry=telemetry, speed_m_s=self._speeds_m_s[robot])
+
+    def _longest_m(self, things: Iterable[str]) -> float:
+        """A robot at a handle of a long object is off the place where the object lies."""
+        return max((self._lengths_m.get(thing, 0.0) for thing in things), default=0.0)
+
+
+def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:
+    """True if the script, or the packet, has ended already."""
+    match report:
+        case ScriptReport() if script is not None:
+            return has_terminated(script)
+        case PacketReport(packet_id=packet) if script is not None:
+            return script.packets.get(packet, {}).get("state") in (PacketState.FINISHED, PacketState.FAILED)
+    return False
+
+
+def _finished(report: Report, script: ScriptRow) -> str | None:
+    """The packet up to which the robot claims to have finished its script."""
+    packets = script.body["packets"]
+    match report:
+        case PacketReport(state=PacketState.FINISHED, packet_id=packet):
+            return packet if any(one["id"] == packet for one in packets) else None
+        case ScriptReport(state=ScriptState.FINISHED):
+            return str(packets[-1]["id"])
+    return None
+
+
+def _work(script: ScriptRow) -> Work:
+    packets = script.body["packets"]
+    return Work(
+        script_id=script.id,
+        ids=[packet["id"] for packet in packets],
+        tags=[packet["tag"] for packet in packets],
+        expected_s=[packet["expected_duration_s"] for packet in packets],
+        known=script.packets,
+        given_at_s=script.given_at_s,
+    )

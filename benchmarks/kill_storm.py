@@ -1,0 +1,102 @@
+"""A storm of kills: `macta serve` and everything that it started is ended by SIGKILL, again and again, at any instant.
+
+    uv run python -m benchmarks.kill_storm --kills 40 --seed 1
+
+Each life of the service is given one more goal, under an idempotency key, and every goal that it has been given
+before once more. Of the kills one in four comes while the service starts. The last life is left alone until every
+goal has ended; then record and simulated world must agree, and no packet may have been carried out twice.
+"""
+
+import argparse
+import random
+import tempfile
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import httpx2
+
+from app.trials.service_process import Installation
+from tests.scenarios.judge import judge
+from tests.scenarios.witness import WORLD, Witness
+
+LATEST_S = 6.0
+"""At most so long after the service answers it is killed."""
+BAYS = {
+    "sample_1": ["bay_1", "bay_4", "bay_9"],
+    "sample_2": ["bay_2", "bay_6", "bay_10"],
+    "sample_3": ["bay_5", "bay_3", "bay_7"],
+    "sample_4": ["bay_11", "bay_8", "bay_12"],
+}
+"""Each sample is moved among bays of its own, so that every goal can come true; it lies in the first, or at a door."""
+GIVE_UP_S = 1200.0
+
+
+def storm(folder: Path, *, kills: int, seed: int, speed: float) -> Witness:
+    """
+    :raises AssertionError: if something was lost, done twice, or is not as recorded.
+    """
+    chance = random.Random(seed)
+    given: dict[str, str] = {}
+    last = {sample: bays[0] for sample, bays in BAYS.items()}
+    seen = Witness(given)
+    installation = Installation(
+        data=folder / "data", world=WORLD, token="a-token-for-the-storm", speed=speed, environment={}
+    )
+    for number in range(kills):
+        sample = chance.choice(sorted(BAYS))
+        last[sample] = chance.choice([bay for bay in BAYS[sample] if bay != last[sample]])
+        given[f"goal-{number}"] = f"move {sample} to {last[sample]}"
+        with installation.running(number) as service:
+            if chance.random() < 0.25:
+                time.sleep(chance.uniform(0.3, 4.0))
+                when = "while it starts"
+            else:
+                service.address()
+                killer = threading.Timer(chance.uniform(0.3, LATEST_S), service.kill)
+                killer.start()
+                with suppress(httpx2.TransportError), service.api() as api:  # it is cut off
+                    state_and_look(seen, api)
+                killer.join()
+                when = "when it runs"
+        print(f"kill {number + 1:3}, {when}: {len(seen.accepted)} goals, {ended(seen)} ended", flush=True)
+    with installation.running(kills) as service, service.api() as api:
+        seen.state_goals(api)
+        give_up_s = time.monotonic() + GIVE_UP_S
+        while not seen.over:
+            assert time.monotonic() < give_up_s, seen.final
+            seen.look(api)
+            time.sleep(0.1)
+        service.end()
+    newest = {text.split()[1]: seen.accepted[key] for key, text in given.items()}
+    judge(seen, data=installation.data, database_url=installation.database_url, lasting=newest.values())
+    return seen
+
+
+def state_and_look(seen: Witness, api: httpx2.Client) -> None:
+    seen.state_goals(api)
+    while True:
+        seen.look(api)
+        time.sleep(0.1)
+
+
+def ended(seen: Witness) -> int:
+    return sum(goal["state"] == "finished" for goal in seen.final)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("--kills", type=int, default=40)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--speed", type=float, default=12.0, help="world seconds per wall-clock second")
+    wanted = options.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        seen = storm(Path(folder), kills=wanted.kills, seed=wanted.seed, speed=wanted.speed)
+    outcomes = [goal["outcome"] for goal in seen.final]
+    counts = ", ".join(f"{outcomes.count(one)} {one}" for one in sorted(set(outcomes)))
+    print(f"{wanted.kills} kills, {len(seen.goals)} goals: {counts}; 0 lost, 0 done twice, record true")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""What each entry point loads: only its own part, counted in modules."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+PHYSICS = {"pybullet"}
+COMPILER = {"numba", "scipy"}
+PLANNER = {"unified_planning", "planner.engines.registry"}
+DATABASE = {"sqlalchemy", "dbos", "alembic"}
+SERVER = {"fastapi", "starlette", "uvicorn"}
+HELP = "from app.cli.main import app; app(['--help'], standalone_mode=False)"
+VALIDATE = "from app.cli.main import app; app(['world', 'validate', 'sample_store'], standalone_mode=False)"
+PLANNING = "import app.cli, app.planning.pool.process, planner.engines.registry"
+WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.world.agents"
+
+
+@pytest.mark.parametrize(
+    ("statement", "forbidden", "budget"),
+    [
+        pytest.param(
+            HELP, PHYSICS | COMPILER | DATABASE | SERVER | {"planner", "robots.repertoire"}, 400, id="help"
+        ),
+        pytest.param(VALIDATE, PHYSICS | COMPILER | PLANNER | DATABASE | SERVER, 580, id="world validate"),
+        pytest.param(
+            "import app.cli.main, app.cli.alive",
+            PHYSICS | COMPILER | DATABASE | SERVER | {"planner"},
+            660,
+            id="alive",
+        ),
+        pytest.param(
+            "import app.cli.main, app.cli.serve",
+            PHYSICS | COMPILER | PLANNER | {"fastapi", "dbos", "alembic"},
+            1000,
+            id="serve, before it listens",
+        ),
+        pytest.param(
+            "import app.cli.main, app.cli.serve, app.composition",
+            PHYSICS | COMPILER | PLANNER,
+            1680,
+            id="service",
+        ),
+        pytest.param(PLANNING, PHYSICS | DATABASE | SERVER | {"sim"}, 770, id="planning process"),
+        pytest.param(WORLD, DATABASE | SERVER | {"planner", "unified_planning"}, 550, id="world's process"),
+    ],
+)
+def test_an_entry_point_loads_its_own_part_only(statement: str, forbidden: set[str], budget: int) -> None:
+    script = f"import json, sys\n{statement}\nprint(json.dumps(sorted(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    loaded = json.loads(done.stdout.splitlines()[-1])
+    assert forbidden.isdisjoint(loaded), sorted(forbidden.intersection(loaded))
+    assert len(loaded) <= budget
