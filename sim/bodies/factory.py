@@ -21,7 +21,7 @@ from sim.physics.scene import Scene
 class SharedScene:
     """The shared environment of solid robots and avatars, as one of them sees it.
 
-    Implements `robots.sensing.sonar.Workbench` by the scene's own poses (our choice: without delay and noise).
+    Implements `robots.physical.sonar.Workbench` by the scene's own poses (our choice: without delay and noise).
     """
 
     def __init__(self, scene: Scene, robot: str, avatars: Sequence[str]) -> None:
