@@ -1,4 +1,4 @@
-"""Upgrades the tables with Alembic, from the migrations in this package."""
+"""Makes the tables, or upgrades them with Alembic from the migrations in this package."""
 
 import re
 from pathlib import Path
@@ -11,6 +11,7 @@ from sqlalchemy import Connection, inspect
 
 from app.domain.errors import Invalid
 from app.store.engine import Database
+from app.store.tables import Base
 
 REVISION = re.compile("[0-9]{4}")
 """The form of our migrations' names; they are numbered in order."""
@@ -20,23 +21,28 @@ FOREIGN = "the database is another program's, name one for Macta alone (MACTA_DA
 
 
 def migrate(database: Database) -> None:
-    """Apply the missing migrations in one transaction; if several processes start at once, one of them does.
+    """Bring the tables up to date in one transaction; if several processes start at once, one of them does.
+
+    An empty database gets the tables as the code declares them, any other the migrations that it lacks.
 
     :raises Invalid: if the database is of a newer version or of another program; it is left as it is.
     """
     with database.write() as session:
         database.lock(session, "migrations")
-        config = migration_config(session.connection())
-        _refuse_others(session.connection(), config)
-        command.upgrade(config, "head")
-
-
-def _refuse_others(connection: Connection, config: Config) -> None:
-    revision = MigrationContext.configure(connection).get_current_revision()
-    if revision is None:
-        if tables := inspect(connection).get_table_names():
+        connection = session.connection()
+        config = migration_config(connection)
+        revision = MigrationContext.configure(connection).get_current_revision()
+        if revision is not None:
+            _refuse_others(revision, config)
+            command.upgrade(config, "head")
+        elif tables := inspect(connection).get_table_names():
             raise Invalid(f"{FOREIGN}: it holds {', '.join(sorted(tables)[:3])}", code="foreign-database")
-        return
+        else:
+            Base.metadata.create_all(connection)
+            command.stamp(config, "head")
+
+
+def _refuse_others(revision: str, config: Config) -> None:
     newest = ScriptDirectory.from_config(config).get_current_head() or ""
     if REVISION.fullmatch(revision) is None:
         raise Invalid(f"{FOREIGN}: its migration is {revision!r}", code="foreign-database")

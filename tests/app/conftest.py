@@ -14,6 +14,7 @@ from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from app.store import Database
 from app.store.migrate import migrate
+from app.workflows import Workflows
 from robots.world import WorldFile, load_world
 from tests.app.declared import declared_errors
 from tests.app.fake_robots import FakeTeam
@@ -26,10 +27,15 @@ PATIENCE_S = 0.6
 
 @pytest.fixture(scope="session")
 def migrated_record(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An SQLite file with all tables and no rows, to be copied: most tests are not about migrations."""
+    """An SQLite file with all tables and no goals, to be copied: most tests are not about migrations."""
     file = tmp_path_factory.mktemp("record") / "macta.sqlite"
     database = Database(f"sqlite:///{file}")
     migrate(database)
+    workflows = Workflows(f"sqlite:///{file}")
+    workflows.launch()  # makes the tables of DBOS
+    workflows.close()
+    with database.engine.connect() as connection:
+        connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
     database.close()
     return file
 

@@ -1,12 +1,13 @@
 """Migrations: an old record comes up to date with its rows, and the tables are what the code says."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import inspect, text
 
 from app.domain.errors import Invalid
@@ -24,11 +25,23 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
         yield url
 
 
-def test_migrations_make_the_tables_that_the_code_declares(database_url: str) -> None:
-    record = Database(database_url)
-    migrate(record)
+def by_migrations(record: Database) -> None:
     with record.engine.connect() as connection:
-        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+        command.upgrade(migration_config(connection), "head")
+        connection.commit()
+
+
+@pytest.mark.parametrize("make", [by_migrations, migrate])
+def test_the_tables_are_those_that_the_code_declares(
+    database_url: str, make: Callable[[Database], None]
+) -> None:
+    record = Database(database_url)
+    make(record)
+    with record.engine.connect() as connection:
+        context = MigrationContext.configure(connection)
+        assert compare_metadata(context, Base.metadata) == []
+        newest = ScriptDirectory.from_config(migration_config(connection)).get_current_head()
+        assert context.get_current_revision() == newest
     record.close()
 
 
