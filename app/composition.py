@@ -316,14 +316,14 @@ class Service:
         return "" if self.planner_ready.done() else f"the planner is starting: {self._worker.doing}"
 
     def start(self) -> None:
-        """Begin or go on with the worlds, start the workflows, and connect to the robots.
+        """Start or resume the worlds, start the workflows, and connect to the robots.
 
-        The planner warms up meanwhile and beyond: missions go on without it, and goals wait for it.
+        The planner warms up in the background: missions do not need it, and goals wait for it.
         """
         self.planner_ready = self._worker.warm_up()
         simulated = [name for name, world in self._worlds.items() if world.run is not None]
         self.executors.register(simulated if self._drives_robots else ())
-        # Also worlds that another process drives: it may die before it has recorded anything of them.
+        # Also worlds that another process drives: it may end before it has recorded them.
         driven = list(self._worlds.values()) if self._drives_robots else []
         with self.database.write() as session:
             for world in driven:

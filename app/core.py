@@ -13,6 +13,8 @@ from planner import KnowledgeBase
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Core:
+    """Created by the composition root, passed to services."""
+
     database: Database
     events: EventLog
     facts: FactStore

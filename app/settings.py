@@ -110,7 +110,7 @@ class Settings(BaseSettings):
     @field_validator("database_url")
     @classmethod
     def _usable_database(cls, url: str | None) -> str | None:
-        """:raises ValueError: without the address, which holds a password."""
+        """:raises ValueError: if it is not supported; the message omits the URL, which may contain a password."""
         if not url:
             return None
         from sqlalchemy import make_url  # here: most commands need no database
@@ -134,7 +134,7 @@ class Settings(BaseSettings):
         """
         if self.broker_url is None:
             return None
-        # Imported here, for an embedded service does not need it.
+        # Imported here: an embedded service does not need it.
         from robots.link.mqtt import Broker, BrokerError
 
         try:
@@ -171,7 +171,7 @@ class Settings(BaseSettings):
             return self.token
         if self.database_is_shared:
             raise Invalid(
-                "set MACTA_TOKEN: other processes on MACTA_DATABASE_URL would not know a token generated here",
+                "set MACTA_TOKEN: other processes on MACTA_DATABASE_URL would not have a token generated here",
                 code="token-needed",
             )
         path = self.data / "token"
@@ -179,7 +179,7 @@ class Settings(BaseSettings):
 
 
 def _read_token(path: Path) -> str:
-    """:raises Invalid: if the file holds no token, as one that was written to a full disk."""
+    """:raises Invalid: if the file holds no token, for example because the disk was full when it was written."""
     try:
         token = path.read_text(errors="replace").strip()
     except OSError as error:
@@ -194,7 +194,7 @@ def _read_token(path: Path) -> str:
 
 
 def _write_token(path: Path) -> str:
-    """Make a token; its file is whole or not there.
+    """Generate a token and write its file atomically.
 
     :raises Unavailable: if it cannot be written.
     """
@@ -218,9 +218,9 @@ def _write_token(path: Path) -> str:
 
 
 def make_folder(data: Path) -> None:
-    """Make the data folder, and close it to other users if it was there: it holds the record and the token.
+    """Create the data folder, or close an existing one to other users: it holds the record and the token.
 
-    A folder of another owner, or one for everyone like `/tmp`, is left as it is, with a warning.
+    A folder of another owner, or a shared one like `/tmp`, is not changed, with a warning.
     """
     data.mkdir(parents=True, exist_ok=True, mode=0o700)
     status = data.stat()
@@ -230,7 +230,7 @@ def make_folder(data: Path) -> None:
         data.chmod(0o700)
     else:
         logging.getLogger(__name__).warning(
-            "other users may reach into the data folder %s: choose one of your own with --data", data
+            "other users may have access to the data folder %s: choose a private one with --data", data
         )
 
 

@@ -1,4 +1,4 @@
-"""Figures of how well Macta does; nothing here is asserted."""
+"""Measures how well Macta performs; asserts nothing."""
 
 from robots.kernels import install
 

@@ -1,4 +1,4 @@
-"""MOVE_TO across cluttered rooms, by every way of avoiding obstacles: how surely, how fast, how far round.
+"""MOVE_TO across cluttered rooms, by each method of obstacle avoidance: arrivals, contacts, time, distance.
 
 uv run python -m benchmarks.avoidance [SEEDS] [BOXES]
 """
@@ -18,12 +18,12 @@ from robots.wire import ScriptState
 METHODS = ("patterns", "vfh_plus", "dynamic_window")
 SIZE_M, START, GOAL = (8.0, 6.0), (0.9, 3.0, 0.0), (7.1, 3.0)
 PASSAGE_M = 0.9
-"""At least as wide is every passage between boxes; the rover is 0.44 m wide."""
+"""Least width of a passage between boxes; the rover is 0.44 m wide."""
 LIMIT_S = 90.0
 
 
 def clutter(seed: int, count: int) -> list[Box]:
-    """Boxes drawn one after the other; one that leaves too narrow a passage is drawn again, in the end left out."""
+    """Random boxes; one that leaves too narrow a passage is drawn again, a limited number of times."""
     rng = np.random.default_rng(seed)
     boxes: list[Box] = []
     for _ in range(50 * count):
@@ -50,7 +50,7 @@ def gap_m(one: Box, other: Box) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """One way across one room."""
+    """One drive across one room."""
 
     arrived: bool
     touched: bool

@@ -30,7 +30,7 @@ KINDS: dict[str, tuple[Any, ...]] = {
 
 
 def embodied(world: WorldFile, *bodies: Any) -> WorldFile:
-    """The world with these bodies, by the order of its robots; the last one is also for those that are left."""
+    """The world with these bodies, in the order of its robots; all further robots get the last one."""
     file = world.model_dump()
     for number, robot in enumerate(file["robots"]):
         robot["body"] = bodies[min(number, len(bodies) - 1)]
@@ -79,7 +79,7 @@ class Circling:
 
 
 def tick_us(kind: str, *, world_s: float = 5.0) -> float:
-    """Microseconds of the processor for a tick of a store of 16 robots that drive in circles, with all its sensing."""
+    """Processor microseconds for a tick of a store of 16 robots that drive in circles, sensing included."""
     world = embodied(generate_world(store_shape(samples=64), seed=1), *KINDS[kind])
     simulation = Simulation(world, make_agent=Circling, seed=1)
     ticks = round(world_s * 60)

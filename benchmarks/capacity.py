@@ -1,8 +1,7 @@
-"""What missions that wait cost in memory: `python -m benchmarks.capacity [MISSIONS]`.
+"""Memory that waiting missions use: `python -m benchmarks.capacity [MISSIONS]`.
 
-One plan is made, and its goal, plan and mission are written into the record so many times, no matter whose robots they
-are: their robots never answer, so every mission's workflow waits. Prints the memory of the service's process before and
-after.
+One plan is made; its goal, plan and mission are copied in the record MISSIONS times, although they share robots. The
+robots never answer, so every mission's workflow waits. Prints the memory of the service's process before and after.
 """
 
 import os
@@ -31,19 +30,19 @@ SETTLE_S, GIVE_UP_S = 20.0, 900.0
 
 
 def memory_mb(process: Running) -> float:
-    """After a while, for threads that have just begun."""
+    """The process's memory, once newly started threads have settled."""
     time.sleep(SETTLE_S)
     return process.memory_mb
 
 
 def copied(row: Any, **changes: Any) -> Any:
-    """The same row with another id, and what else is to differ."""
+    """A copy of the row with these changes."""
     values = {column.key: getattr(row, column.key) for column in inspect(type(row)).column_attrs}
     return type(row)(**{**values, **changes})
 
 
 def begin(service: Service, goal_id: str, missions: int) -> None:
-    """So many missions, each with a goal and a plan of its own."""
+    """Start missions, each with a goal and a plan of its own."""
     with service.database.write() as session:
         goal = session.get_one(GoalRow, goal_id)
         plan = session.get_one(PlanRow, goal.plan_id)
@@ -70,7 +69,7 @@ def begin(service: Service, goal_id: str, missions: int) -> None:
 
 
 def wait_for_scripts(service: Service, missions: int) -> None:
-    """Until every mission has been organised and waits for its robots."""
+    """Wait until every mission is organised and waits for its robots."""
     give_up = time.monotonic() + GIVE_UP_S
     while True:
         with service.database.read() as session:
@@ -89,7 +88,7 @@ def main(missions: int = 1000) -> None:
     running = RunningWorld(
         file=world, link=InMemoryLink.pair()[0], clock=ManualClock(), rate=1.0, run="benchmark"
     )
-    # Of so many workflows some are still at their last write when the service has ended.
+    # Some workflows may still be writing when the service has ended.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         settings = Settings(data=Path(folder), token="a-token-of-the-benchmark", database_url=None)
         with Service(settings, [running], worker=worker) as service:

@@ -1,4 +1,4 @@
-"""How many transactions that leave an event commit a second: on PostgreSQL one after the other, whoever writes.
+"""How many transactions that append an event commit a second; on PostgreSQL they commit one after the other.
 
     uv run python -m benchmarks.commits [SECONDS] [SERVER]
 
@@ -23,7 +23,7 @@ PROCESSES = (1, 2, 4)
 
 
 def commits_a_second(url: str, processes: int, seconds: float) -> float:
-    """By all processes together."""
+    """Commits a second of all processes together."""
     database = Database(url)
     migrate(database)
     database.close()
@@ -45,7 +45,7 @@ def commits_a_second(url: str, processes: int, seconds: float) -> float:
 
 
 def write(url: str, seconds: float) -> None:
-    """Be a process that writes."""
+    """Run as a writing process."""
     database = Database(url)
     log = EventLog(database)
     log.last()

@@ -11,7 +11,7 @@ SERVER = "postgresql://postgres@127.0.0.1:5432"
 
 @contextmanager
 def database_on(server: str) -> Iterator[str]:
-    """The address of a database for the length of the block."""
+    """The address of a database that exists during the block."""
     name = f"macta_run_{uuid.uuid4().hex[:12]}"
     with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
         connection.execute(f"CREATE DATABASE {name}")

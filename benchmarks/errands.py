@@ -58,7 +58,7 @@ def script(leg: Leg, sample: str, *, handed_over: bool) -> BehaviourScript:
 
 
 def tour(robot: str, places: Sequence[str]) -> BehaviourScript:
-    """Drive from place to place, from home on."""
+    """Drive from home to these places in turn."""
     stops = [f"home_{robot}", *places]
     legs = enumerate(itertools.pairwise(stops))
     packets = [
@@ -181,7 +181,7 @@ def _planned_m(step: BehaviourPacket, world: WorldFile) -> float:
 
 
 def carry_out(world: WorldFile, *errands: Errand, seed: int, jitter_m: float = 0.4) -> Result:
-    """Run errands side by side to their end and look whether the goals became true in the world itself."""
+    """Run errands in parallel to their end and check the goals in the world itself."""
     with ScriptRunner(world, seed=seed, jitter_m=jitter_m) as runner:
         all_ended = runner.run([each for errand in errands for each in errand.scripts()])
         truth = runner.simulation.truth()

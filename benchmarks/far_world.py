@@ -20,7 +20,7 @@ NAP_S = 0.002
 
 
 class FarWorld:
-    """Runs for the length of a `with` block; `running` is what a service is given of it.
+    """Runs during a `with` block; `running` is the service's access to it.
 
     :param meanwhile: called at 20 Hz, between two ticks, in the world's thread.
     """
@@ -45,7 +45,7 @@ class FarWorld:
         self._pacer, self._stop = Pacer(WallClock(), rate), threading.Event()
         self._thread = threading.Thread(target=self._run, name="far world", daemon=True)
         self.error: BaseException | None = None
-        """What ended the world before its time."""
+        """The exception that ended the world early."""
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -60,7 +60,7 @@ class FarWorld:
         try:
             while not self._stop.is_set():
                 self._advance()
-        except Exception as error:  # told by whoever waits for the mission
+        except Exception as error:  # raised where the mission is awaited
             self.error = error
 
     def _advance(self) -> None:

@@ -1,4 +1,4 @@
-"""What idle sockets without a token do to a service beside a running mission: /healthz, and the size of its log.
+"""Effect of idle sockets without a token on a service with a running mission: /healthz, and the size of its log.
 
 uv run python -m benchmarks.idle_sockets [SOCKETS] [SECONDS] [OPEN_FILES]
 

@@ -1,10 +1,10 @@
-"""A storm of kills: `macta serve` and everything that it started is ended by SIGKILL, again and again, at any instant.
+"""Kills `macta serve` and all processes that it started by SIGKILL, again and again, at random instants.
 
     uv run python -m benchmarks.kill_storm --kills 40 --seed 1
 
-Each life of the service is given one more goal, under an idempotency key, and every goal that it has been given
-before once more. Of the kills one in four comes while the service starts. The last life is left alone until every
-goal has ended; then record and simulated world must agree, and no packet may have been carried out twice.
+After each start one more goal is submitted, under an idempotency key, and every earlier goal once more. One kill in
+four comes while the service starts. After the last start it runs until every goal has ended; then record and simulated
+world must agree, and no packet may have been carried out twice.
 """
 
 import argparse
@@ -22,14 +22,14 @@ from tests.scenarios.judge import judge
 from tests.scenarios.witness import WORLD, Witness
 
 LATEST_S = 6.0
-"""At most so long after the service answers it is killed."""
+"""The service is killed at most this long after it answers."""
 BAYS = {
     "sample_1": ["bay_1", "bay_4", "bay_9"],
     "sample_2": ["bay_2", "bay_6", "bay_10"],
     "sample_3": ["bay_5", "bay_3", "bay_7"],
     "sample_4": ["bay_11", "bay_8", "bay_12"],
 }
-"""Each sample is moved among bays of its own, so that every goal can come true; it lies in the first, or at a door."""
+"""Each sample is moved among bays of its own, so that every goal is possible; it starts in the first, or at a door."""
 GIVE_UP_S = 1200.0
 
 

@@ -1,4 +1,4 @@
-"""What an operator waits for, over HTTP on loopback: goal to proposed plan, approval to the first robot moving.
+"""An operator's waiting times, over HTTP on loopback: goal to proposed plan, approval to the first robot moving.
 
 uv run python -m benchmarks.latency [RUNS] [SPEED]
 """
@@ -21,7 +21,7 @@ LIMIT_S = 60.0
 
 
 def until(look: Callable[[], bool]) -> float:
-    """Seconds until `look` answers True, looking every 5 ms.
+    """Seconds until `look` returns True, polled every 5 ms.
 
     :raises TimeoutError: after a minute.
     """

@@ -1,4 +1,4 @@
-"""A goal that is stated to a service and has its plan."""
+"""States a goal to a service and waits for its plan."""
 
 import time
 

@@ -1,7 +1,7 @@
-"""What becomes of a mission under a poor radio: `python -m benchmarks.radio [--seeds N] [--world W --goal G] [NAME …]`.
+"""Missions under poor radios: `python -m benchmarks.radio [--seeds N] [--world W --goal G] [NAME …]`.
 
 The whole service and the simulated robots, in one process; a row a condition: missions that came true, what they took,
-how often they were `unknown` meanwhile, and how many letters (telemetry apart) went each way.
+how often they were `unknown` meanwhile, and how many letters (messages but telemetry) went each way.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from sim.world.radio import Direction, Radio
 GOAL = "move sample_1 to bay_7"
 LIMIT_S = 1500.0
 OUT_S = 20.0
-"""So long the radio is out from the worst instant on."""
+"""Duration of a radio outage from the worst instant on."""
 
 IsWorst = Callable[[Message], bool]
 Meanwhile = Callable[[Service, str], None]
@@ -59,7 +59,7 @@ class Watched(Radio):
 
 @dataclass
 class Tally:
-    """What was sent: letters by way, and the ids of the reports that a packet has finished."""
+    """What was sent: letters by direction, and the ids of the reports that a packet has finished."""
 
     letters: Counter[Direction] = field(default_factory=Counter)
     finished: dict[tuple[str, str], set[str]] = field(default_factory=dict)
@@ -109,8 +109,8 @@ def carry_out(
     """State the goal, approve the plan, and wait for the mission's end.
 
     :param out_s: how long a radio is out from its `worst` message on.
-    :param patience_s: wall-clock seconds that a robot may take to answer, its radio's time apart.
-    :param meanwhile: called again and again while the mission is under way.
+    :param patience_s: wall-clock seconds that a robot may take to answer beyond its radio's delay.
+    :param meanwhile: called repeatedly while the mission is under way.
     """
     settings = Settings(
         data=folder, token="a-token-of-the-benchmark", database_url=None, answer_patience_s=patience_s
@@ -151,7 +151,7 @@ def carry_out(
 def _followed(
     service: Service, mission_id: str, late: Callable[[], bool], meanwhile: Meanwhile
 ) -> Sequence[str]:
-    """The states that a mission is in, one after the other, till its end or till it is too late."""
+    """The successive states of a mission until it ends or it is `late`."""
     seen: list[str] = []
     while True:
         mission, _ = service.missions.get(mission_id)
@@ -202,7 +202,7 @@ CONDITIONS: Mapping[str, tuple[Mapping[str, object], IsWorst | None]] = {
 
 
 def with_link(link: Mapping[str, object], name: str = "sample_store") -> WorldFile:
-    """A world that ships with us, with another radio."""
+    """A shipped world with another radio."""
     return WorldFile.model_validate({**load_world(name).model_dump(), "link": link})
 
 
@@ -220,7 +220,7 @@ def told(name: str, ended: Sequence[Ended]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", help=f"of {', '.join(CONDITIONS)}; all unless told")
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(CONDITIONS)}; default: all")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--world", default="sample_store")
     parser.add_argument("--goal", default=GOAL)

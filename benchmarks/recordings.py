@@ -1,8 +1,8 @@
-"""What recordings cost: `python -m benchmarks.recordings [4 64 …]`, numbers of robots in the world.
+"""Costs of recordings: `python -m benchmarks.recordings [4 64 …]`, numbers of robots in the world.
 
-The telemetry of robots that are all busy, taken from a simulation beforehand, is given to as many missions as there are
-fours of robots, each with four of its own, as the recorder gives it. Bytes a mission's minute as they lie on the disk;
-CPU seconds the recorder needs for a minute of the world, of one mission and of all of them.
+Telemetry of busy robots, simulated beforehand, is recorded as the recorder does it: of one mission with four robots,
+and of as many as there are robots for. Prints the size of a mission's minute on the disk, and the CPU seconds for a
+minute of the world, of one mission and of all.
 """
 
 import argparse
@@ -32,7 +32,7 @@ Said = Sequence[tuple[str, Telemetry]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """A minute's."""
+    """The costs of a minute of the world."""
 
     robots: int
     missions: int
@@ -45,7 +45,7 @@ class Cost:
 
 
 def heard(world: WorldFile, seconds: int) -> list[Said]:
-    """What the robots of a world tell in so many seconds, a tenth of a second after the other."""
+    """The telemetry of a world's robots, by tenths of a second."""
     simulation = Whole(world).simulation
     ticks = []
     for _ in range(10 * seconds):

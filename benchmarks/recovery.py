@@ -1,9 +1,9 @@
-"""How long a dead process' work lies still: kill -9 of an executor until another goes on with its workflow.
+"""Takeover time: from kill -9 of an executor until another one continues its workflow.
 
 uv run python -m benchmarks.recovery [RUNS] [TURNS] [SERVER]
 
-TURNS: how often the workflow had done a step and waited for a message before its process was killed; as often as a
-mission's does at most, unless told.
+TURNS: how often the workflow had done a step and waited for a message before its process was killed (default: a
+mission's maximum).
 """
 
 import itertools
@@ -66,7 +66,7 @@ def _executor(url: str, name: str, turns: int) -> Iterator[subprocess.Popen[str]
 
 
 def _ticks_of(names: Collection[str], log: EventLog, *, after: int) -> str:
-    """In which of these processes the workflow ticks."""
+    """The process of these in which the workflow runs."""
     give_up = time.monotonic() + GIVE_UP_S
     while time.monotonic() < give_up:
         if ticking := [event.subject for event in log.since(after) if event.subject in names]:
@@ -76,7 +76,7 @@ def _ticks_of(names: Collection[str], log: EventLog, *, after: int) -> str:
 
 
 def execute(url: str, name: str, turns: int) -> None:
-    """Be an executor until killed; the one named so begins a workflow that never ends, so many turns in haste."""
+    """Run as an executor until killed; `BEGINS` starts an endless workflow, whose first `turns` do not pause."""
     database = Database(url)
     log = EventLog(database)
     workflows = Workflows(url)

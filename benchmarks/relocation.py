@@ -1,7 +1,7 @@
-"""How surely and how gently Fred and Ginger relocate the rock sample: `python -m benchmarks.relocation --seeds 20`.
+"""How reliably and gently Fred and Ginger relocate the rock sample: `python -m benchmarks.relocation --seeds 20`.
 
 The scripts are written by hand, as the mission organiser would. Each seed draws start poses, where the rocks on the way
-stand, and all noise. Prints for each seed whether the sample came to lie at the lander, how long it took, the largest
+stand, and all noise. Prints for each seed whether the sample ended at the lander, how long it took, the largest
 deflection of a capture head (its travel is 0.06 m) and how often a handle slipped out of one.
 """
 
@@ -64,7 +64,7 @@ def scripts(first: str = "fred", second: str = "ginger") -> tuple[BehaviourScrip
 
 
 def relocate(seed: int) -> Relocation:
-    """Run it to its end and look at the world itself, at the capture heads twenty times a second."""
+    """Run one seed to its end; read the true state at the end, and the capture heads' deflections at 20 Hz."""
     world = load_world("relocation_lab")
     deflections_m = [0.0]
     with ScriptRunner(world, seed=seed) as runner:

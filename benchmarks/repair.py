@@ -1,4 +1,4 @@
-"""Repair against planning again: `python -m benchmarks.repair [--sizes 2 8 32] [--seeds 3]`.
+"""Repair compared with replanning: `python -m benchmarks.repair [--sizes 2 8 32] [--seeds 3]`.
 
 Plans of the store family, carried out for a third of their time as scheduled; then something happens. Both get the
 facts as they are then, and both keep what is under way. For each mishap and size, medians over the seeds in which it
@@ -109,7 +109,7 @@ MISHAPS: Mapping[str, Callable[[Case, PlanNet, random.Random], Case | None]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """What one way comes to: medians over the seeds it solved."""
+    """One way's figures: medians over the seeds it solved."""
 
     mishap: str
     samples: int

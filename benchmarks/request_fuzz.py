@@ -1,10 +1,9 @@
-"""Requests made from the API's own reference, right ones and wrong ones: how many are answered with 500.
+"""Requests generated from the API's schema, valid and invalid: how many are answered with 500.
 
     uv run python -m benchmarks.request_fuzz [REQUESTS] [SERVER]
 
 On SQLite and on a database of the server, with robots that take no time. Prints the count of answers by status, and
-what schemathesis finds: answers that the reference does not declare, wrong requests that are taken, right ones that
-are not.
+what schemathesis finds: undeclared answers, accepted invalid requests, rejected valid ones.
 """
 
 import sys
@@ -33,7 +32,7 @@ TOKEN = "a-token-of-the-benchmark"
 EXAMPLES = 40
 """Requests of each operation and phase in a round."""
 ACCEPTED = ["2xx", "404", "409", "412", "422", "429", "503", "504"]
-"""Answers to a request that fits the schema: what names no place or contradicts the world fits it, too."""
+"""Allowed answers to a request that fits the schema, which may still name no place or contradict the world."""
 
 
 @dataclass(slots=True, kw_only=True)

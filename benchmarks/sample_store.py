@@ -1,8 +1,7 @@
-"""How surely and how fast the rovers do errands in the sample store: `python -m benchmarks.sample_store`.
+"""How reliably and fast the rovers do errands in the sample store: `python -m benchmarks.sample_store`.
 
-Prints the success of the main job over seeds, of storing to and retrieving from every bay, of tours in
-company, and what each packet takes: for those that drive, seconds = a + b * metres from place to place (least
-squares).
+Prints the success of the main job over seeds, of storing to and retrieving from every bay, of joint tours,
+and what each packet takes: for those that drive, seconds = a + b * metres from place to place (least squares).
 """
 
 import argparse
@@ -65,13 +64,13 @@ def run(trial: Trial) -> tuple[Trial, Result]:
 
 
 def all_tour(seed: int) -> Result:
-    """All four robots drive through their places in random order, two to one place never."""
+    """All four robots visit their places in random order, never two the same place."""
     world = load_world("sample_store")
     rng = random.Random(seed)
     scripts = [
         tour(
             "yard_1", rng.sample(["door_2", "interchange_2"], 2)
-        ),  # each crosses the yard, in the other's way
+        ),  # both cross the yard, in each other's way
         tour("yard_2", rng.sample(["door_1", "interchange_1"], 2)),
     ]
     for aisle, bays in ((1, BAYS[:6]), (2, BAYS[6:])):

@@ -1,7 +1,7 @@
-"""What a snapshot of a world costs: `python -m benchmarks.snapshots 4 64`.
+"""Costs of a world's snapshot: `python -m benchmarks.snapshots 4 64`.
 
-Busy robots, each with a script; `full`: each remembers as many answers as it ever does. CPU milliseconds to gather what
-there is and to make JSON of it, wall-clock milliseconds to write it without and with fsync; medians.
+Busy robots, each with a script; `full`: each remembers the maximum of answers. CPU milliseconds to gather the state and
+to make JSON of it, wall-clock milliseconds to write it without and with fsync; medians.
 """
 
 import argparse
@@ -76,7 +76,7 @@ def _question(robot: str, number: int) -> Message:
 
 
 def _write(path: Path, snapshot: WorldSnapshot) -> None:
-    """Beside and renamed, but not brought to the disk at once."""
+    """Write to a new file and rename it, without fsync."""
     new = path.with_suffix(".new")
     new.write_bytes(snapshot.model_dump_json().encode())
     new.replace(path)

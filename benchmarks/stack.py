@@ -3,7 +3,7 @@
 Whole: physics, sensing, synthesis and executive of robots that are all busy, three of four on tours, the others
 fetching a sample. Bare: the same scene, every rover given its recorded velocity and every pose read at each tick; no
 sensing, no agents. Rays: likewise, with the whiskers' rays in one batch of the physics engine at 20 Hz. The loops take
-turns, a second of the world each, so that all meet the same machine; figures are medians, CPU seconds a world second.
+turns, a second of the world each, so that all run under the same load; figures are medians, CPU seconds a world second.
 """
 
 import argparse
@@ -31,14 +31,14 @@ from sim.world.simulation import Simulation
 
 SETTLE_S, TICKS_A_S = 2, 60
 MEASURED_S, MANY_MEASURED_S, MANY = 5, 2, 100
-"""Seconds of the world that are measured; of so many robots fewer, that the run ends within a minute or two."""
+"""Seconds of the world that are measured; fewer with `MANY` robots, so that a run takes a minute or two."""
 STOPS = 8
 Velocities = list[list[tuple[float, float]]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Figures:
-    """CPU seconds a world second; `busy`: how many robots said that they carry out a script."""
+    """CPU seconds a world second; `busy`: how many robots reported a running script."""
 
     robots: int
     busy: int
@@ -83,7 +83,7 @@ class Stopwatch:
 
 
 class Whole:
-    """The simulation with its agents, timed by parts; keeps what each rover drove at."""
+    """The simulation with its agents, timed by parts; keeps each rover's velocities."""
 
     def __init__(self, world: WorldFile) -> None:
         self.simulation = Simulation(world, make_agent=behavioural_agent, seed=0)
@@ -133,7 +133,7 @@ class Bare:
     """The same bodies in the same places, in a loop of nothing but PyBullet."""
 
     def __init__(self, world: WorldFile, *, rays: bool) -> None:
-        self._scene = Simulation(world, make_agent=lambda _: Idle(), seed=0).scene  # dropped, it would end
+        self._scene = Simulation(world, make_agent=lambda _: Idle(), seed=0).scene  # ends if dropped
         self._client = self._scene.client
         self._rovers = list(self._scene._rovers.values())
         self._samples = list(self._scene._samples.values())

@@ -2,7 +2,7 @@
 
     uv run python -m benchmarks.telemetry [ROBOTS [HZ [SECONDS]]]
 
-Another process publishes in the robots' names, each at its own instant of the period, the instant of publishing within.
+Another process publishes in the robots' names, each at its own instant of the period, which the message holds.
 The service's process is pinned to one core and has the link and the board as `macta serve` has them, and a reader that
 looks at all views five times a second, as the operator's page does. The delay is from publishing to the board.
 """
@@ -29,7 +29,7 @@ from robots.wire import Telemetry
 
 WORLD = "plain"
 CLIENTS = 20
-"""The robots' words come over so many connections; how many there are is the broker's business, not the service's."""
+"""Connections that publish for all robots; their number affects the broker, not the service."""
 SETTLE_S = 2.0
 
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 class TimedBoard:
-    """A board that notes how old each word is when it is on it. `at_s` is the publisher's monotonic clock, shared."""
+    """A board that records each message's age on arrival. `at_s` is the publisher's monotonic clock, shared."""
 
     def __init__(self, board: "RobotBoard") -> None:
         self._board = board
@@ -98,7 +98,9 @@ def _tell(delays_ms: "np.typing.NDArray[np.float64]", sent: int, cpu_s: float, w
     print(f"{sent} sent in {wall_s:.1f} s, {sent / wall_s:.0f} a second; {len(delays_ms)} on the board")
     print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms, p99.9 {p999:.1f} ms, most {delays_ms.max():.1f} ms")
     each_us = cpu_s / max(len(delays_ms), 1) * 1e6
-    print(f"{each_us:.0f} µs of CPU time a word, {each_us * sent / wall_s / 1e6:.0%} of a core at that pace")
+    print(
+        f"{each_us:.0f} µs of CPU time a message, {each_us * sent / wall_s / 1e6:.0%} of a core at that pace"
+    )
     print(f"load of the machine {os.getloadavg()[0]:.1f}: its processes share the core with the service")
 
 
@@ -108,7 +110,7 @@ def _read(board: "RobotBoard", done: threading.Event) -> None:
 
 
 def _publish(names: list[str], hz: int, seconds: int, port: int, sent: Any) -> None:
-    """Each robot's word in turn, evenly over the period."""
+    """Publish for each robot in turn, evenly over the period."""
     os.sched_setaffinity(0, set(range(1, os.cpu_count() or 2)) or {0})
     broker = Broker.at(f"mqtt://127.0.0.1:{port}")
     sessions = [Session(broker, f"publisher-{number}") for number in range(CLIENTS)]
@@ -129,7 +131,7 @@ def _publish(names: list[str], hz: int, seconds: int, port: int, sent: Any) -> N
         )
         session = sessions[number % CLIENTS]
         while not session.publish(publication):
-            time.sleep(0.0005)  # what waits is not sent yet; a robot would drop it
+            time.sleep(0.0005)  # the last message is still queued; a robot would drop this one
         sent.value += 1
     reactor.close()
 

@@ -32,7 +32,7 @@ LOOK_S = 0.01
 
 
 class Instant:
-    """Robots that have done every script as soon as they have it."""
+    """Robots that finish every script at once."""
 
     def __init__(self, link: Link) -> None:
         self._link, self._ending = link, threading.Event()
@@ -75,7 +75,7 @@ class Instant:
 def through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> float:
     """Goals a second, until they have a plan or until they are finished.
 
-    :raises TimeoutError: if a round takes ever so long.
+    :raises TimeoutError: if a round takes too long.
     """
     began = time.perf_counter()
     for number in rounds:

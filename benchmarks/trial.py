@@ -1,4 +1,4 @@
-"""A room in PyBullet, one robot in it that is given packets, and what truly became of it: for benchmarks and tests."""
+"""Runs packets on one robot in a PyBullet room and keeps what truly happened: for benchmarks and tests."""
 
 import itertools
 from collections.abc import Callable, Iterable
@@ -72,7 +72,7 @@ class Refused(Exception):
 
 
 class Driven:
-    """An agent that drives as a function of time tells: a thing that moves."""
+    """An agent whose velocity is a function of time: a moving obstacle."""
 
     def __init__(self, setup: AgentSetup, velocity: Callable[[float], tuple[float, float]]) -> None:
         self._fitting, self._velocity = setup, velocity
@@ -133,9 +133,9 @@ class Trial:
         return sum(dist(one, other) for one, other in itertools.pairwise(points))
 
     def run(self, *, limit_s: float = 120.0, each: Callable[[], None] = lambda: None) -> "Trial":
-        """Until the script has ended; `each` is called at 20 Hz.
+        """Run until the script has ended; `each` is called at 20 Hz.
 
-        :raises Refused: if the robot does not take it.
+        :raises Refused: if the robot refuses it.
         :raises TimeoutError: if it does not end.
         """
 
@@ -149,7 +149,7 @@ class Trial:
         return self
 
     def run_for(self, seconds: float) -> None:
-        """Let the world go on."""
+        """Run the world for a time."""
         self.simulation.run_until(lambda: False, timeout_s=seconds)
 
     def _listen(self) -> None:

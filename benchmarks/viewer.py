@@ -1,11 +1,11 @@
-"""The view of a world in three dimensions: what it sends to its browsers, and what that costs it.
+"""The three-dimensional view of a world: what it sends to its browsers, and its costs.
 
     uv run python -m benchmarks.viewer [ROBOTS [BROWSERS [SECONDS]]]
 
-A process serves a world of robots that all drive, telling of themselves ten times a second as the service does; the
-view runs in a process of its own, as beside `macta serve`. The browsers are sockets that take what they are sent and
-unpack it; nothing is drawn. Printed: updates of all robots that each browser gets a second, the longest gap between
-two, what they weigh, and the share of a core that the view takes.
+A process serves a world of driving robots with telemetry ten times a second, as the service does; the view runs in a
+process of its own, as beside `macta serve`. The browsers are sockets that receive and unpack messages, and draw
+nothing. Prints the updates of all robots that each browser gets a second, the longest gap between two, their size, and
+the share of a core that the view takes.
 """
 
 import asyncio
@@ -79,7 +79,7 @@ def main() -> None:
 
 
 class Browser:
-    """Takes what the view sends, and counts the updates of the robots' places."""
+    """Receives what the view sends, and counts the updates of the robots' places."""
 
     def __init__(self, port: int) -> None:
         self._updates: list[float] = []
@@ -87,7 +87,7 @@ class Browser:
         threading.Thread(target=self._take, args=(port,), daemon=True).start()
 
     def wait(self) -> None:
-        """Until the first update has come."""
+        """Wait for the first update."""
         while not self._updates:
             time.sleep(0.1)
 
@@ -139,7 +139,7 @@ def _open(port: int, protocol: Subprotocol) -> Any:
 
 
 def _serve(port: int, robots: int) -> None:
-    """What the view asks of a service, about one world."""
+    """Serve what the view requests of a service, for one world."""
     app, side = FastAPI(), math.ceil(math.sqrt(robots))
     names = [f"robot_{number}" for number in range(robots)]
     homes = {name: (APART_M * (i % side), APART_M * (i // side)) for i, name in enumerate(names)}

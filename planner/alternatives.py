@@ -29,7 +29,7 @@ Activities = tuple[tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]], ...
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alternative:
-    """A plan, what it is best at, and in words what it costs and saves against the shortest."""
+    """A plan, the criteria by which it is best, and what it costs and saves against the shortest, in words."""
 
     label: str
     words: str
@@ -73,7 +73,7 @@ def alternatives(
 
 
 def activities(plan_net: PlanNet) -> Activities:
-    """What is done by whom, whenever: equal for plans that do the same."""
+    """What is done by whom, regardless of time: equal for plans that do the same."""
     return tuple(sorted((a.tag, a.agents, tuple(sorted(a.arguments.items()))) for a in plan_net.actions))
 
 
@@ -131,7 +131,7 @@ class _Pool:
 
 
 def _spare_robots(pool: _Pool, statics: StaticFacts, *, most: int) -> None:
-    """Solve without each robot of the shortest plan, which a plan found so may turn out not to be any longer."""
+    """Solve without each robot of the shortest plan. A plan found so may become the shortest itself."""
     spared: list[str] = []
     while len(spared) < most:
         robots = (robot for robot in robots_by_work(pool.best(_time)) if robot not in spared)
@@ -142,7 +142,7 @@ def _spare_robots(pool: _Pool, statics: StaticFacts, *, most: int) -> None:
 
 
 def _claims(pool: _Pool, shortest: PlanNet) -> Iterator[tuple[str, PlanNet]]:
-    """Which plan is best at what; only where the plans differ in it at all."""
+    """Each criterion in which the plans differ, with the plan that is best by it."""
     plan_nets = pool.plan_nets()
     yield SHORTEST, shortest
     if _differ(len(net.robots) for net in plan_nets):

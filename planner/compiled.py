@@ -8,12 +8,12 @@ from typing import Any
 import numba
 
 _LEAN: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}
-"""Without numba's runtime for reference-counted objects. Private: `tests/planner/test_compiled.py` says
-what breaks."""
+"""Without numba's runtime for reference-counted objects. Private: `tests/planner/test_compiled.py` is
+its contract test."""
 
 kernel = numba.njit(cache=True)
 """Compiles a function on its first call and keeps its machine code."""
 lean = numba.njit(cache=True, **_LEAN)
-"""Likewise, of functions that make no arrays: three times as quick, as none need be counted for its release."""
+"""Likewise, for functions that create no arrays: three times as fast without reference counting."""
 inlined = numba.njit(cache=True, inline="always", **_LEAN)
-"""Likewise, as part of the caller: handing on the model would cost more than most of them do."""
+"""Likewise, inlined into the caller: passing the model would cost more than most of these functions do."""

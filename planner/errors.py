@@ -10,7 +10,7 @@ class KnowledgeBaseError(PlannerError, ValueError):
 
 
 class Unsupported(PlannerError, ValueError):
-    """Raised when a problem from elsewhere has a feature that plan-net actions lack; names it and the way out."""
+    """Raised when a problem from elsewhere has a feature that plan-net actions lack; names it and a workaround."""
 
 
 class InvalidPlan(PlannerError):
@@ -30,4 +30,4 @@ class UnknownEngine(PlannerError, ValueError):
 
 
 class UnknownAction(PlannerError, ValueError):
-    """Raised when a mission's progress speaks of an action that its plan-net lacks; names those it has."""
+    """Raised when a mission's progress names an action that its plan-net lacks; names those it has."""

@@ -16,12 +16,12 @@ from pathlib import Path
 from planner.problem.timer import Clock, Timer
 
 POLL_S = 0.1
-"""How often a running process is looked at."""
+"""Interval at which a running process is polled."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessEnd:
-    """How a process ended; `code` is None if we ended it, at the deadline or because it was asked for."""
+    """How a process ended; `code` is None if we ended it, at the deadline or once `is_enough()`."""
 
     code: int | None
     output: str
@@ -48,10 +48,10 @@ def run(
     environment: Mapping[str, str] | None = None,
     is_enough: Callable[[], bool] = never,
 ) -> ProcessEnd:
-    """Run a command in a folder until it ends, its time is over, or it is enough.
+    """Run a command in a folder until it ends, its time is over, or `is_enough()`.
 
     :param environment: beside our own environment.
-    :param is_enough: asked several times a second.
+    :param is_enough: called several times a second.
     """
     with open(stdin or os.devnull, "rb") as source:
         process = subprocess.Popen(

@@ -1,10 +1,10 @@
-"""The seam through which everything that measures time reads it."""
+"""The clock protocol, from which all code that measures time reads it."""
 
 from typing import Protocol
 
 
 class Clock(Protocol):
-    """A source of time. A world's clock may run faster than real time, stand still, or run flat out."""
+    """A source of time. A world's clock may run faster than real time, or stand still."""
 
     def now_s(self) -> float:
         """Seconds since the clock's own start."""
@@ -12,7 +12,7 @@ class Clock(Protocol):
 
 
 class ManualClock:
-    """A clock that moves only when told to: for tests and for the simulation's own tick."""
+    """A clock that moves only by `advance`."""
 
     def __init__(self, start_s: float = 0.0) -> None:
         self._now_s = start_s

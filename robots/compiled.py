@@ -1,7 +1,7 @@
 """Decorators of functions that numba compiles at their first call.
 
-numba takes half a second and 50 MB to import, and most processes only read what stands beside such functions: so it is
-imported when the first of them is called. The machine code is cached as `robots.kernels` says.
+numba takes half a second and 50 MB to import, and most processes that import these modules call no such function: so it
+is imported at the first call of one. The machine code is cached as `robots.kernels` describes.
 """
 
 from collections.abc import Callable
@@ -47,7 +47,7 @@ def part(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _introduce() -> None:
-    """Make what is known here known to numba."""
+    """Register the parts, and the type of kernels, with numba."""
     from numba import types
     from numba.extending import register_jitable, typeof_impl
 

@@ -1,4 +1,4 @@
-"""Checked data: what YAML holds, and the base of everything that is read from it."""
+"""Reads YAML; base classes of checked data."""
 
 import re
 from collections.abc import Mapping
@@ -66,7 +66,7 @@ class Checked(BaseModel):
 
 
 class Memory(Checked):
-    """Base of state that outlives a power failure: changed in place by what keeps it, and saved as a copy."""
+    """Base of state that outlives a power failure: its owner changes it in place and saves a copy."""
 
     model_config = ConfigDict(frozen=False)
 
@@ -78,7 +78,7 @@ def read_yaml(text: str) -> Any:
     """The document that the text holds.
 
     :raises yaml.YAMLError: if it is not YAML. Raised by yaml's own loader, whose message shows the line.
-    :raises ValueError: if it holds too much, or a number or date that cannot be.
+    :raises ValueError: if it is too large or too deep, or holds an impossible number or date.
     """
     try:
         check_extent(text)

@@ -14,4 +14,4 @@ class SensorFault(RobotError):
 
 
 class SensorOff(RobotError):
-    """Raised when a percept is asked for whose sensor does not run: a word that does not declare what it needs."""
+    """Raised when a percept is read whose sensor is off: a condition or stimulus does not declare that it needs it."""

@@ -61,12 +61,12 @@ def install(packages: Sequence[Path] = PACKAGES) -> Path:
 
 @contextmanager
 def compiled_once(group: str, tell: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call for the first time what is compiled of a group.
+    """The block in which the compiled functions of a group are called for the first time.
 
-    If its machine code is not cached yet, the first process compiles and the others wait for it; then they load it.
+    If their machine code is not cached yet, the first process compiles and the others wait for it; then they load it.
 
-    :param group: what is compiled, in words.
-    :param tell: told what is being done where it takes time.
+    :param group: the functions' name for messages and files.
+    :param tell: called with what is being done, if that takes time.
     """
     folder = Path(os.environ.get(VARIABLE, ""))
     done = folder / f"{group}.compiled"

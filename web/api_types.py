@@ -1,4 +1,4 @@
-"""The bodies of the service's API, as far as the view reads them.
+"""The parts of the API's bodies that the view reads.
 
 World frame: x to the east, y to the north, metres; headings in radians, counter-clockwise from east.
 """
@@ -50,7 +50,7 @@ class Location(ApiModel):
 
 
 class Rack(Location):
-    """A location with room for several samples; its berths are locations of their own."""
+    """A location with room for several samples; its berths are separate locations."""
 
     berths: tuple[str, ...] = ()
 

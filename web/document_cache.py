@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 class DocumentCache(Generic[T]):
-    """Documents by name, requested in a background thread and, after an error, again when asked for."""
+    """Documents by name, requested in a background thread; after an error, the next `get` requests again."""
 
     def __init__(self, fetch: Callable[[str], T], *, retry_s: float = 2.0) -> None:
         self._fetch = fetch
@@ -43,5 +43,5 @@ class DocumentCache(Generic[T]):
         try:
             return self._fetch(name)
         except Exception:
-            self._stopped.wait(self._retry_s)  # the next request follows only then
+            self._stopped.wait(self._retry_s)  # delays the next request
             raise

@@ -11,11 +11,11 @@ from web.world_feed import WorldFeed, WorldSnapshot
 TRAIL_STEP_M = 0.1
 MAX_TRAIL_POINTS = 150
 MAX_TOTAL_POINTS = 4000
-"""Of all trails of a world together: a trail is sent whole whenever it grows."""
+"""Of all trails of a world together: the whole trail is sent whenever it grows."""
 TRAILS_EVERY_S = 0.5
 MAX_INTERPOLATION_S = 0.3
 MAX_INTERPOLATION_M = 2.0
-"""A robot that moved farther between two messages was placed there."""
+"""A robot that moved farther between two messages is drawn at its new pose at once."""
 
 Robots = Mapping[str, RobotTelemetry]
 
@@ -24,7 +24,7 @@ class LiveWorld:
     """Follows a world until `stop`.
 
     Telemetry arrives ten times a second and is drawn twice as often: poses are interpolated between the last two
-    messages over the time between them, so they are drawn that much late.
+    messages, so they are drawn late by the interval between the two.
     """
 
     def __init__(self, feed: WorldFeed, clock: Callable[[], float] = time.monotonic) -> None:

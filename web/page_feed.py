@@ -43,7 +43,7 @@ class PageFeed:
         return dict(self._states)
 
     def send_pick(self, page: str, kind: str, name: str) -> None:
-        """Send a pick to the page; it is lost while the service is away."""
+        """Send a pick to the page; it is lost while the service is unavailable."""
         if self._socket is None:
             return
         try:

@@ -11,7 +11,7 @@ from web.api_types import ApiModel, Fact, Layout, Point, RobotTelemetry
 from web.scene import Frame
 
 EARLY_S = 0.5
-"""A robot is drawn so long before its first row, for rows are not simultaneous."""
+"""A robot is drawn this long before its first row, because the robots' rows are not simultaneous."""
 TRAIL_S = 40.0
 
 
@@ -27,7 +27,7 @@ class Row(NamedTuple):
 
 
 def _known(row: Any) -> Any:
-    """The row's known columns; later ones are ignored as unknown keys are."""
+    """The row's known columns; further ones are ignored like unknown keys."""
     return row[: len(Row._fields)] if isinstance(row, list | tuple) else row
 
 
@@ -77,7 +77,7 @@ T = TypeVar("T", RecordedPlaces, RecordedTelemetry)
 
 
 def _latest(records: Sequence[T], time_s: float) -> T | None:
-    """The last record until then, or the first."""
+    """The last record until `time_s`; before the first, the first."""
     known = bisect_right(records, time_s, key=lambda one: one.at_s)
     return records[max(0, known - 1)] if records else None
 

@@ -1,8 +1,8 @@
 """The view of the worlds in three dimensions, a process of its own.
 
-`python -m web.viewer --api URL --port P`. A client of the public API like any other, with the token from
-MACTA_TOKEN; it listens on loopback only, and answers only who shows the secret from MACTA_VIEWER_SECRET. Every page has
-its own world, selection and camera.
+`python -m web.viewer --api URL --port P`. It is a client of the public API, with the token from MACTA_TOKEN; it listens
+on loopback only, and answers only clients with the secret from MACTA_VIEWER_SECRET. Every page has its own world,
+selection and camera.
 """
 
 import argparse
@@ -97,7 +97,7 @@ class Viewer:
         states = self._visible_states(clients)
         self._follow_worlds({self._world_of(state) for state in states.values()})
         for id_, state in states.items():
-            with suppress(RuntimeError):  # the browser has left meanwhile
+            with suppress(RuntimeError):  # the browser has disconnected
                 self._draw_for(id_, clients[id_], state)
         self.updates += 1
         self._plans.keep({state.plan_id for state in states.values() if state.plan_id})
@@ -186,12 +186,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m web.viewer", description="Macta's view of its worlds")
     parser.add_argument("--api", required=True, help="address of the service, e.g. http://127.0.0.1:8000")
     parser.add_argument("--port", required=True, type=int, help="loopback port to serve the view on")
-    # An option, for the parent may have ended before this process could ask for its id.
+    # An option, because the parent may end before this process can query its id.
     parser.add_argument("--parent", type=int, default=os.getppid(), help="process to end with")
     options = parser.parse_args(arguments)
     secret = os.environ.get("MACTA_VIEWER_SECRET")
     if not secret:
-        parser.error("set MACTA_VIEWER_SECRET: what the service shows as its password")
+        parser.error("set MACTA_VIEWER_SECRET: the password that the service sends")
     stopped = threading.Event()
     # Health checks connect without a request, which websockets logs with a traceback.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)

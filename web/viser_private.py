@@ -1,4 +1,4 @@
-"""What we use of viser that is not part of its public interface. Each name has a contract test of this module."""
+"""Our uses of viser's private names. Each name has a contract test of this module."""
 
 import hmac
 import warnings
@@ -14,10 +14,10 @@ from websockets.http11 import Request, Response
 
 
 def guarded_server(*, port: int, secret: str) -> viser.ViserServer:
-    """A viser server on loopback that answers only who has the secret as its password, and no other site's page.
+    """A viser server on loopback that answers only clients with the secret as password, and no other site's page.
 
-    viser listens without any check and knows a request by which anyone connected to it opens a public tunnel. Needs
-    that viser calls `websockets.asyncio.server.serve` by that name with `process_request`, and
+    viser itself checks no client, and any client can make it open a public tunnel. Needs that viser calls
+    `websockets.asyncio.server.serve` by that name with `process_request`, and
     `ViserServer._websock_server.unregister_handler` with `viser._messages.ShareUrlRequest` and `ShareUrlDisconnect`.
     """
     serve = websockets.asyncio.server.serve
@@ -47,7 +47,7 @@ def guarded_server(*, port: int, secret: str) -> viser.ViserServer:
 
 
 def request_path(server: viser.ViserServer, client_id: int) -> str:
-    """The path at which a browser opened its socket, empty once it has left.
+    """The path at which a browser opened its socket; empty once it has disconnected.
 
     Needs `ViserServer._websock_server._live_connections`: viser has no public way to ask for it. Without it no browser
     could be assigned to the page that embeds it, and every page would show the first world with nothing selected.
@@ -57,7 +57,7 @@ def request_path(server: viser.ViserServer, client_id: int) -> str:
 
 
 def ignore_closed_connections() -> None:
-    """Do not warn of browsers that leave while they are drawn for.
+    """Suppress viser's warnings of browsers that disconnect during drawing.
 
     Needs the text of viser's warning. Without it the log fills with warnings, and nothing else changes.
     """

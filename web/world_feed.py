@@ -1,4 +1,4 @@
-"""Follows one world through the service's public API, and continues after the service was away.
+"""Follows one world through the service's public API, and reconnects after the service was unavailable.
 
 One thread reads the telemetry stream, another polls the facts.
 """
@@ -69,7 +69,7 @@ class WorldFeed:
         with self._lock:
             self._running -= 1
             is_last = self._running == 0
-        if is_last:  # closed earlier, a connection that the other thread is opening would stay open
+        if is_last:  # closing it before would leak a connection that the other thread opens
             self._client.close()
 
     def _follow_telemetry(self) -> None:

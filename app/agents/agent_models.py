@@ -46,14 +46,14 @@ logger = logging.getLogger(__name__)
 
 
 class Reception(Enum):
-    """What became of a report."""
+    """How a report was handled."""
 
     RECORDED = auto()
     """It is recorded, with its consequences."""
     IGNORED = auto()
-    """It is known already, or concerns no known script."""
+    """It is a duplicate, or concerns no known script."""
     HELD_BACK = auto()
-    """It cannot be so yet: the robot gets no receipt, and repeats it."""
+    """It is implausible so far: no receipt is sent, so the robot repeats it."""
 
 
 class ReportRecorder(Protocol):
@@ -88,9 +88,9 @@ class AgentModels:
         """
         :param robots: each with its radio.
         :param clock: the world's.
-        :param readmit: takes back robots that were declared lost as silent and are heard again.
+        :param readmit: restores robots that were declared lost as silent and are heard again.
         :param has_lease: True while this process, of those that share the database, delivers and records. Otherwise it
-            only keeps the robots' current state, and asks what its own clients ask.
+            only keeps the robots' current state and passes on the questions of its own clients.
         :param each_turn: called in each turn of the loop, before messages are received.
         """
         self._robots = frozenset(robots)
@@ -167,7 +167,7 @@ class AgentModels:
             self._communications.send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
 
     def _ask(self) -> None:
-        """Pass on questions and set-points of clients, once: they do not wait long."""
+        """Send clients' questions and set-points, without repetition: they expire soon."""
         for question in self._questions.to_send(self._robots):
             self._communications.send(
                 question.robot, Performative.QUERY, question.body, message_id=question.id
@@ -176,7 +176,7 @@ class AgentModels:
             self._communications.send(robot, Performative.REQUEST, set_point)
 
     def _deliver(self) -> None:
-        """Send what is not answered yet according to the database, as far as it is due."""
+        """Send each message that the database records as unanswered, if it is due."""
         send = self._communications.send_if_due
         for row in self._tunings.pending(self._world):
             retune = Retune(version=row.version, tuning=row.tuning)

@@ -1,4 +1,4 @@
-"""Communications with one world's robots (MACTA §4, fig. 4): messages out, and again until they are answered."""
+"""Communications with one world's robots (MACTA §4, fig. 4): sends messages, and repeats them until answered."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ MAX_SILENT_RESEND_S = 16.0
 
 
 class Communications:
-    """Sends messages to robots. One that wants an answer is sent again until `keep_unanswered` drops it.
+    """Sends messages to robots. One that needs an answer is repeated until `keep_unanswered` drops it.
 
-    It keeps its id however often it is sent, so a robot acts on it once.
+    All repetitions have the same id, so a robot acts on it once.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Communications:
         )
 
     def send_if_due(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
-        """Send a message that is not answered yet, unless it was sent only just now."""
+        """Send an unanswered message if its resend schedule says so."""
         self._unanswered.add(message_id)
         if self._schedule.is_due(robot, message_id):
             self.send(robot, performative, body, message_id=message_id)
@@ -95,8 +95,8 @@ class _Sent:
 class ResendSchedule:
     """When each unanswered message was last sent, and when it is due again.
 
-    A robot that has been heard since, and could have answered by now, is sent the message again at once: message or
-    answer was lost. To a silent robot it is sent with doubling pauses, until the robot is heard.
+    If the robot was heard since and could have answered by now, the message is resent at once: message or answer was
+    lost. To a silent robot it is resent with doubling pauses until the robot is heard.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class ResendSchedule:
             self._sent[message_id] = _Sent(at_s=now_s, wall_s=wall_s, pause_s=min_pause_s)
             return True
         waited_s = now_s - sent.at_s
-        # A world's clock that went back is another run's.
+        # The world's clock goes back when a new run begins.
         if wall_s - sent.wall_s < MIN_RESEND_S or 0 <= waited_s < min_pause_s:
             return False
         heard_s = self._heard_s(robot)

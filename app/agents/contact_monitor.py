@@ -1,7 +1,7 @@
 """Whether a robot's silence is longer than its radio explains.
 
-Only time in which it could have been heard counts: of a link with windows of contact those alone, for they are known
-beforehand; outages are not.
+Only time in which it could have been heard counts: the windows of contact of its link, which are known beforehand.
+Outages are not known, so they count as silence.
 """
 
 from collections.abc import Mapping
@@ -13,11 +13,11 @@ from robots.world import WorldFile
 from robots.world.radio import QUIET_S
 
 MIN_LEFT_S = 1.0
-"""World seconds that are left to a robot that was heard recently by the wall clock."""
+"""World seconds that a robot at least has left before it is silent, if it was heard recently by the wall clock."""
 
 
 class ContactMonitor:
-    """Of the robots of all worlds. Thread-safe, for it only reads the board."""
+    """Measures the silence of the robots of all worlds. Thread-safe: it only reads the board."""
 
     def __init__(
         self,
@@ -36,10 +36,10 @@ class ContactMonitor:
         self._began_monotonic_s = wall.monotonic_s()
 
     def silent_in_s(self, robot: str) -> float:
-        """World seconds at least until its silence is longer than its radio explains; 0 once it is.
+        """Least world seconds until its silence is longer than its radio explains; 0 once it is.
 
-        NOTE: a world that runs fast says little in its own time, so the wall clock counts, too; and where the link
-        reports that the robot is gone, it alone counts, for the world's clock may stand.
+        NOTE: in a world that runs fast, messages are far apart by the world's clock, so the wall clock counts, too. If
+        the link reports that the robot is gone, only the wall clock counts: the world's clock may stand still.
         """
         view = self._board.view(robot)
         link = self._links[robot]
@@ -51,7 +51,7 @@ class ContactMonitor:
         unheard_s = self._wall.monotonic_s() - heard_monotonic_s
         if view.is_gone and unheard_s >= QUIET_S:
             return 0.0
-        # A clock that went back is another run's.
+        # The world's clock goes back when a new run begins.
         left_s = link.quiet_s - link.hearing_s(heard_s if heard_s <= now_s else 0.0, now_s)
         return max(left_s, MIN_LEFT_S if unheard_s < SILENT_AFTER_S else 0.0)
 

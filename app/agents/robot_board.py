@@ -13,7 +13,7 @@ from robots.wire import Telemetry
 from robots.world import WorldFile
 
 SILENT_AFTER_S = 5.0
-"""Seconds (wall clock) without a word after which a robot counts as offline."""
+"""Seconds (wall clock) without a message after which a robot counts as offline."""
 LOW_BATTERY = 0.2
 BATTERY_HYSTERESIS = 0.05
 """How far above `low_battery` a battery must be before its robot is recruited again (our choice)."""
@@ -25,8 +25,8 @@ class RobotView:
 
     :param heard_s: by the world's clock; None before anything was heard.
     :param heard_monotonic_s: likewise by the monotonic clock of this process.
-    :param broken: the link that it is reached over is gone for good.
-    :param gone: the state of its connection as last reported, unless online.
+    :param broken: its link is closed for good.
+    :param gone: the last reported state of its connection; None if online.
     :param unavailable: why the robot is not recruited now, in words; empty if it may be.
     """
 
@@ -41,7 +41,7 @@ class RobotView:
 
     @property
     def is_gone(self) -> bool:
-        """True if it is known not to be connected, whatever its radio explains."""
+        """True if it is known not to be connected."""
         return self.broken or self.gone is not None
 
     def connection(self, monotonic_s: float) -> Connection:
@@ -104,7 +104,7 @@ class RobotBoard:
             return self._views[robot]
 
     def points(self, world: str) -> Mapping[str, tuple[float, float]]:
-        """Where the robots of the world last said they are, (x, y) in metres."""
+        """The last reported positions of the world's robots, (x, y) in metres."""
         heard = {name: view.telemetry for name, view in self.views(world).items()}
         return {name: (said.x_m, said.y_m) for name, said in heard.items() if said is not None}
 
@@ -149,7 +149,7 @@ class RobotBoard:
         return f"which rests, {level}" if telemetry.battery < min(enough, 1.0) else ""
 
     def link_closed(self, world: str) -> None:
-        """The link to the world's robots is gone."""
+        """The link to the world's robots is closed."""
         with self._changed:
             for name, view in self._views.items():
                 if view.world == world:
@@ -164,7 +164,7 @@ class RobotBoard:
             if view is None:
                 return
             is_online = state is ConnectionState.ONLINE
-            # NOTE: the broker's report does not come by the robot's radio: `heard_s` is about the radio.
+            # NOTE: `heard_s` is for messages by the robot's radio; this report comes from the broker.
             heard_monotonic_s = self._wall.monotonic_s() if is_online and now else view.heard_monotonic_s
             gone = None if is_online else Connection(state.value)
             self._views[robot] = replace(view, gone=gone, heard_monotonic_s=heard_monotonic_s)
@@ -172,13 +172,13 @@ class RobotBoard:
             self._changed.notify_all()
 
     def wake(self) -> None:
-        """End all `wait` calls, though nothing was heard."""
+        """End all `wait` calls without a message."""
         with self._changed:
             self._generation += 1
             self._changed.notify_all()
 
     def wait(self, generation: int, timeout_s: float) -> int:
-        """Block until something was heard after `generation`; returns the generation then."""
+        """Block until the board has changed since `generation`; returns the new generation."""
         with self._changed:
             self._changed.wait_for(lambda: self._generation != generation, timeout_s)
             return self._generation

@@ -1,4 +1,4 @@
-"""A world and the way to its robots, as the composition root is given them."""
+"""A world and the link to its robots, as passed to the composition root."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from robots.link.mqtt.fleet import ANNOUNCE_INTERVAL_S
 from robots.world import WorldFile
 
 FLAT_OUT = 200.0
-"""World seconds a wall-clock second of a world that runs as fast as possible, at most (our choice)."""
+"""Assumed maximum rate of a world that runs as fast as possible, world seconds per wall-clock second (our choice)."""
 
 
 def _nothing() -> None: ...
@@ -23,9 +23,9 @@ class RunningWorld:
 
     :param rate: world seconds per wall-clock second; None: as fast as possible.
     :param run: the id of the world's run, kept when it is resumed; None if `fleet` reports it.
-    :param fleet: the robots' own process, if it comes and goes by itself; `link` and `clock` are its then.
+    :param fleet: the link to the process that drives the world, if that starts and ends by itself.
     :param new_run_reason: why a new run was started, if an earlier one might have been resumed.
-    :param resume: called once the service receives: a world that stands still until then misses no deadline.
+    :param resume: called once the service receives messages; a simulated world is paused until then.
     """
 
     file: WorldFile
@@ -38,7 +38,7 @@ class RunningWorld:
     fleet: ServiceLink | None = None
 
     def lag_s(self) -> float:
-        """World seconds by which `clock` may be behind the world's."""
+        """World seconds by which `clock` may be behind the world's own clock."""
         if self.fleet is None:
             return 0.0
         pace = self.pace()
@@ -49,7 +49,7 @@ class RunningWorld:
         return self.rate if self.fleet is None else self.fleet.clock.rate
 
     def listen(self, board: RobotBoard) -> None:
-        """Begin to receive from the fleet, if there is one; its telemetry goes to the board."""
+        """Start to receive from the fleet, if there is one; contact and telemetry go to the board."""
         if self.fleet is not None:
             self.fleet.listen(board)
             self.fleet.start()

@@ -1,8 +1,7 @@
 """Teleoperation: which operator drives a robot, and the newest set-point on its way to it.
 
-Kept in memory, for a set-point is worth nothing a second later. The robot itself decides who drives it
-(`robots.executive.teleoperation`) and reports when a drive began and ended; what can be refused here beforehand spares
-the operator a wait.
+Kept in memory: a set-point expires within seconds. The robot itself decides who drives it
+(`robots.executive.teleoperation`) and reports when a drive began and ended; checks here only refuse sooner.
 """
 
 import threading
@@ -17,8 +16,8 @@ from robots.wire import VALID_AT_MOST_S, Message, SetPoint, SetPointRefusal
 from robots.wire.operator import MAX_SPEED_M_S, MAX_TURN_RAD_S, RELEASE_FACTOR
 
 VALID_S = 0.5
-"""How long a set-point is valid, in wall-clock seconds, for an operator's hand sends the next one; in world seconds at
-least as long."""
+"""How long a set-point is valid, in wall-clock seconds, because operators send them in real time; at least as long in
+world seconds."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -27,7 +26,7 @@ class _Hold:
 
     :param heard_s: when the driver was last heard, monotonic.
     :param unsent: the set-point to be sent next.
-    :param refusal: why the robot does not accept the driver, as it said.
+    :param refusal: the reason that the robot gave for refusing the driver.
     """
 
     driver: str
@@ -73,7 +72,7 @@ class Drive:
 
 
 class Teleoperation:
-    """Takes set-points from clients and hands them to the agent models. Thread-safe."""
+    """Takes set-points from clients and passes them to the agent models. Thread-safe."""
 
     def __init__(
         self,
@@ -131,7 +130,7 @@ class Teleoperation:
             return unsent
 
     def refused(self, message: Message) -> bool:
-        """True if the message is a robot's refusal of a set-point; its driver learns that with the next one."""
+        """True if the message is a robot's refusal of a set-point; the driver's next set-point is refused with it."""
         body = message.body
         if not isinstance(body, SetPointRefusal):
             return False
@@ -142,8 +141,9 @@ class Teleoperation:
         return True
 
     def _next_number(self) -> int:
-        """Greater than those before, though the wall clock is set back. It begins with the wall clock's microseconds,
-        so it grows over restarts and across processes, too.
+        """A number greater than all before, also if the wall clock is set back.
+
+        It starts at the wall clock's microseconds, so that it grows across restarts and processes, too.
         """
         self._number = max(self._number + 1, int(self._wall.epoch_s() * 1e6))
         return self._number
@@ -162,7 +162,7 @@ class Teleoperation:
         return _Hold(driver=driver, heard_s=now_s)
 
     def _refuse(self, report: RobotReport, driver: str, hold: _Hold) -> None:
-        """:raises Conflict: if the robot is not to be driven now, saying why."""
+        """:raises Conflict: if the robot cannot be driven now; the message says why."""
         name = report.view.name
         telemetry = report.view.telemetry
         if report.lost is not None:
@@ -175,7 +175,7 @@ class Teleoperation:
             raise Conflict(f"{name} has sent no telemetry yet", code="robot-out-of-contact")
         if hold.refusal:
             raise Conflict(hold.refusal, code="robot-refuses")
-        # NOTE: a robot that was released here is not known to be free before its next telemetry.
+        # NOTE: until its next telemetry, a robot that was released here still shows its former driver.
         if telemetry.driven_by not in (None, driver, self._released.get(name)):
             raise Conflict(f"{telemetry.driven_by} drives {name}", code="driven-by-another")
 

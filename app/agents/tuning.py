@@ -28,7 +28,7 @@ class TunedRobot:
     """A robot's tuning.
 
     :param tuning: the operators' overrides.
-    :param set_out: the overrides that the world file sets, which `tuning` is applied after.
+    :param set_out: the world file's overrides; `tuning` is applied after them.
     :param packets: the resulting value of every parameter of the packets in the robot's repertoire.
     :param delivery: untouched, pending, acknowledged or refused by the robot.
     :param detail: why the robot refused.
@@ -48,7 +48,7 @@ class TunedRobot:
 
 
 class TuningService:
-    """Reads and sets tunings. The agent models deliver what is pending and hand back what the robots answer."""
+    """Reads and sets tunings. The agent models deliver the pending ones and pass the robots' answers to it."""
 
     def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile]) -> None:
         self._database = core.database

@@ -62,7 +62,7 @@ class WorldService:
         self._clocks = clocks
 
     def reports(self) -> list[WorldReport]:
-        """Every world, in the order given at the start; a page shows the first one."""
+        """Every world, in the order given at the start; the page shows the first one by default."""
         with self._database.read() as session:
             rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)))
             known = {row.id: self._report(row) for row in rows}
@@ -107,7 +107,7 @@ class WorldService:
         return self._knowledge_base.to_relation(fact)
 
     def durations(self, world: str) -> Durations:
-        """What was learned of how long actions take in the world."""
+        """The learned durations of actions in the world."""
         self.world(world)
         with self._database.read() as session:
             return learned_durations(session, world)
@@ -121,7 +121,7 @@ class WorldService:
         comment: str,
         expected_version: int | None,
     ) -> tuple[SymbolicFact, ...]:
-        """Make facts true or false on an operator's word; returns the facts dropped because they contradict them.
+        """Make facts true or false as an operator states; returns the facts dropped because they contradict them.
 
         `vacant` and `clear` are derived from the other facts and do not count as dropped.
 
@@ -132,7 +132,7 @@ class WorldService:
         """
         self.world(world)
         with self._database.write() as session:
-            missions = lock_running_missions(session, world)  # before the world, as everywhere
+            missions = lock_running_missions(session, world)  # lock order: missions before the world
             self._facts.lock(session, world)
             _refuse_outdated(world, self._facts.version(session, world), expected_version)
             facts = self._facts.facts(session, world)

@@ -1,1 +1,1 @@
-"""The HTTP API: routes, bodies, problems, streams. Routes call desks and hold no rules of their own."""
+"""The HTTP API: routes, bodies, problems, streams. Routes call services and contain no rules."""

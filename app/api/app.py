@@ -57,7 +57,7 @@ class Services:
 
     :param token: the administrator's token.
     :param stopping: set when the process is about to end; open streams then end.
-    :param waits_for: what keeps the service from planning as yet; empty once it can.
+    :param waits_for: why the service cannot plan yet; empty once it can.
     """
 
     token: str
@@ -87,7 +87,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     check = TokenCheck(service.token)
     api = Api(
         title="Macta",
-        description="Plans goals for teams of robots, has them approved, and sees them carried out.",
+        description="Plans goals for teams of robots, has plans approved, and monitors their execution.",
         version="0.1.0",
         docs_url=None,
         redoc_url=None,
@@ -130,7 +130,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
 
 
 def _add_health(api: FastAPI, service: Services) -> None:
-    # Not in a thread: all of them may wait for the database.
+    # Async, not in a worker thread: all of those may be waiting for the database.
     @api.get("/healthz", tags=["health"])
     async def healthz() -> dict[str, str]:
         """The process is alive."""
@@ -138,7 +138,7 @@ def _add_health(api: FastAPI, service: Services) -> None:
 
     @api.get("/readyz", tags=["health"], responses=problems.declared(503))
     def readyz() -> JSONResponse:
-        """The database answers, every world's robots can be reached, and goals are planned."""
+        """The database answers, every world's robots can be reached, and the planner has started."""
         try:
             plans = any(PLANNING.name in one.serves for one in service.executors.executors() if one.alive)
         except Exception:
@@ -150,7 +150,7 @@ def _add_health(api: FastAPI, service: Services) -> None:
         if doing := service.waits_for():
             return problems.problem(503, "starting", doing)
         if not plans:
-            # Goals are accepted, and planned once a process plans.
+            # Goals are accepted, and planned once a planning process runs.
             return JSONResponse({"status": "ready", "detail": "no process plans: start `macta worker`"})
         return JSONResponse({"status": "ready"})
 
@@ -160,7 +160,7 @@ def _is_unreachable(service: Services, world: str) -> bool:
 
 
 def _snapshot(service: Services) -> list[tuple[str, str, dict[str, Any]]]:
-    """The newest hundred goals, open plans and missions, oldest first, for a client that begins."""
+    """The newest hundred goals, open plans and missions, oldest first, for a client that does not resume."""
     goals, _ = service.goals.newest(limit=100)
     plans, _ = service.plans.newest(limit=100, state="proposed")
     missions, _ = service.missions.newest(limit=100)

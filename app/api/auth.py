@@ -124,7 +124,7 @@ class TokenMiddleware:
 
 
 def cookie_name(connection: HTTPConnection) -> str:
-    """Named by the port that the browser sees: a host's cookies go to all its ports, also to another service's."""
+    """The session cookie's name, with the port, because browsers send a host's cookies to all its ports."""
     port = re.search(r":([0-9]{1,5})$", connection.headers.get("host", ""))
     return f"macta_session_{port[1] if port else 443 if _is_encrypted(connection) else 80}"
 
@@ -134,7 +134,7 @@ def _is_encrypted(connection: HTTPConnection) -> bool:
 
 
 def own_origin(connection: HTTPConnection) -> bool:
-    """True if the request is safe or of our own origin: the cookie must not let another site act for the operator."""
+    """True if the request is safe or of our own origin, so that another site cannot use the operator's cookie."""
     if connection.scope["type"] == "http" and connection.scope["method"] in SAFE_METHODS:
         return True
     origin = connection.headers.get("origin")

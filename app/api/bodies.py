@@ -69,7 +69,7 @@ class Decision(Request):
 
 
 class FactChange(StatedFact):
-    """A fact that is true or (`value` false) not."""
+    """A fact that is true or, with `value` false, not true."""
 
     value: bool = True
 
@@ -134,7 +134,7 @@ class GoalBody(BaseModel):
 
 
 class CheckedIssue(BaseModel):
-    """What is missing, not understood or impossible; as the problem that submitting the goal would be answered with."""
+    """What is missing, not understood or impossible in a goal, as in the problem that submitting it would return."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -260,8 +260,8 @@ class DurationBody(BaseModel):
     """How long an action takes in a world, as a factor of what the knowledge base expects."""
 
     action: str
-    robots: int = Field(description="how many do it together")
-    samples: int = Field(description="finished packets it was learned from; old ones fade")
+    robots: int = Field(description="size of the team that does it together")
+    samples: int = Field(description="finished packets it was learned from; old ones lose weight")
     mean: float = Field(description="of actual to expected duration")
     spread: float = Field(description="standard deviation of the same, few samples drawn towards the prior")
     factor: float = Field(description="what plans multiply the duration by: few samples drawn towards 1")

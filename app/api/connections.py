@@ -1,8 +1,8 @@
-"""Limits on the connections that the API holds: they count before any token is shown.
+"""Limits on the API's open connections, applied before authentication.
 
-asyncio accepts a whole backlog at once and writes a traceback for each connection that it has no descriptor for, so the
-listening socket itself counts. Where there is no place left, a connection that has waited for its request for `GRACE_S`
-gives way to a new one; connections with a request under way never do.
+asyncio accepts a whole backlog at once and logs a traceback for each connection that it has no descriptor for, so the
+listening socket itself counts connections. At a limit, a connection that has sent no request for `GRACE_S` is closed in
+favour of a new one; connections with a request under way are not closed.
 """
 
 import errno
@@ -22,7 +22,7 @@ from app.domain.errors import Invalid
 from app.settings import Settings
 
 RESERVED_DESCRIPTORS = 192
-"""For the database's connections, recordings, child processes and the robots' link."""
+"""File descriptors for the database's connections, recordings, child processes and the robots' link."""
 FEWEST = 16
 LOG_EVERY_S = 60.0
 GRACE_S = 0.1
@@ -39,7 +39,8 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConnectionLimits:
-    """
+    """Limits on open connections and on the time that a request may take to arrive.
+
     :param total: connections at a time.
     :param per_address: likewise, from one address.
     :param header_timeout_s: from the first to the last byte of a request's header; also until the first request.
@@ -57,7 +58,7 @@ class ConnectionLimits:
 
         Each connection may need a second descriptor, to the 3D view.
 
-        :raises Invalid: if hardly any connection is left.
+        :raises Invalid: if fewer than `FEWEST` connections are left.
         """
         needed = RESERVED_DESCRIPTORS + settings.connections + settings.open_streams
         descriptors = _descriptors(needed)
@@ -85,7 +86,7 @@ class ConnectionLimits:
 
 
 def _descriptors(needed: int) -> int:
-    """Raise this process's limit of open files to what is needed, as far as it may; the limit."""
+    """Raise this process's limit of open files towards `needed`; returns the limit, or `needed` if it is higher."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft == resource.RLIM_INFINITY or soft >= needed:
         return needed
@@ -107,7 +108,7 @@ class Connections:
         self.count = 0
 
     def admit(self, accepted: "AcceptedSocket", peer: Peer) -> bool:
-        """Count a new connection; False if there is no place for it and none can be made."""
+        """Count a new connection; False if it exceeds a limit and no waiting connection can be closed for it."""
         address = str(peer[0])
         if len(self._open.get(address, ())) >= self.limits.per_address:
             log.warning(
@@ -153,13 +154,13 @@ class Connections:
             return False
         accepted = self._open[address][peer]
         end()
-        # At once: the event loop would give the descriptor back only after it has accepted the whole backlog.
+        # At once: the event loop would free the descriptor only after it has accepted the whole backlog.
         accepted.close()
         return True
 
 
 def _discard(by_address: dict[str, dict[Peer, Any]], peer: Peer) -> bool:
-    """True if it was there."""
+    """Remove the peer; True if it was there."""
     address = str(peer[0])
     peers = by_address.get(address, {})
     was_there = peers.pop(peer, None) is not None
@@ -169,7 +170,7 @@ def _discard(by_address: dict[str, dict[Peer, Any]], peer: Peer) -> bool:
 
 
 class AcceptedSocket(socket.socket):
-    """A connection that gives its place back when it is closed."""
+    """A connection that is no longer counted once it is closed."""
 
     def __init__(self, accepted: socket.socket, release: Callable[[], None]) -> None:
         super().__init__(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
@@ -187,22 +188,22 @@ def _do_nothing() -> None:
 
 
 class BoundedListener(socket.socket):
-    """A TCP socket that accepts connections only as far as there is a place for them."""
+    """A TCP socket that accepts connections within the limits."""
 
     def __init__(self, family: socket.AddressFamily, connections: Connections) -> None:
         super().__init__(family)
         self.connections = connections
         self._spare = os.open(os.devnull, os.O_RDONLY)
         self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        # Both are handed on to accepted sockets. asyncio sets the first only on sockets that it makes; without it a
-        # response body waits 40 ms for an acknowledgement.
+        # Accepted sockets inherit both. asyncio sets the first only on sockets that it creates; without it a response
+        # body waits 40 ms for an acknowledgement.
         self.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, SEND_TIMEOUT_S * 1000)
 
     def accept(self) -> tuple[socket.socket, Peer]:
-        """The next connection that there is a place for; others are told to come later.
+        """The next connection within the limits; others are refused with 503.
 
-        :raises BlockingIOError: if none is left.
+        :raises BlockingIOError: if the backlog is empty.
         """
         while True:
             try:
@@ -222,9 +223,9 @@ class BoundedListener(socket.socket):
         self._close_spare()
 
     def _refuse_one(self) -> None:
-        """Take one connection off the backlog with the spare descriptor: it would stay on top of it otherwise.
+        """Accept one connection with the spare descriptor and refuse it; it would otherwise block the backlog.
 
-        :raises BlockingIOError: if none waits, or another thread has taken the descriptor.
+        :raises BlockingIOError: if the backlog is empty, or another thread has taken the descriptor.
         """
         log.warning("connection refused: no file descriptor is left; raise the limit, `ulimit -n`")
         self._close_spare()
@@ -245,19 +246,19 @@ class BoundedListener(socket.socket):
 
 def _refuse(connection: socket.socket) -> None:
     connection.setblocking(False)
-    with suppress(OSError):  # it may have left already
+    with suppress(OSError):  # the peer may have closed it
         connection.send(REFUSAL)
     connection.close()
 
 
 class Throttle(logging.Filter):
-    """Passes each warning of a logger once in `LOG_EVERY_S`, with the count of those that it kept back."""
+    """Passes each warning of a logger once in `LOG_EVERY_S`, with the number of those suppressed in between."""
 
     def __init__(self, clock: WallClock = SYSTEM_CLOCK) -> None:
         super().__init__()
         self._clock = clock
         self._passed: dict[str, tuple[float, int]] = {}
-        """By the message without its values: when one passed, and how many were kept back since."""
+        """By the message without its values: when one passed, and how many were suppressed since."""
 
     def filter(self, record: logging.LogRecord) -> bool:
         if record.levelno != logging.WARNING:
@@ -274,6 +275,6 @@ class Throttle(logging.Filter):
 
 
 def throttle_warnings() -> None:
-    """Keep strangers from filling the log: warnings of connections and of requests that uvicorn cannot read."""
+    """Throttle the warnings that clients without a token can cause: about connections and unreadable requests."""
     for name in (__name__, "uvicorn.error"):
         logging.getLogger(name).addFilter(Throttle())

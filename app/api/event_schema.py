@@ -22,7 +22,7 @@ RESET = "stream.reset"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventReference:
-    """What the reference says of a class of events.
+    """The documentation of a class of events.
 
     :param data: the JSON schema of the event's data.
     :param definitions: the schemas that `data` refers to, by name.
@@ -46,7 +46,7 @@ class EventReference:
                 "seq": {"type": "integer", "description": "resume after it by `Last-Event-ID`"},
                 "time": {
                     "type": ["string", "null"],
-                    "description": "ISO 8601; null in the state at the beginning",
+                    "description": "ISO 8601; null in the initial state",
                 },
                 "type": {"type": "string", "enum": list(self.types)},
                 "subject": {"type": "string"},
@@ -56,7 +56,7 @@ class EventReference:
 
 
 def references() -> list[EventReference]:
-    """Every event of the log, then those that only the stream has."""
+    """Every event of the log, then those that exist only in the stream."""
     return [*_logged(), *_of_the_stream()]
 
 

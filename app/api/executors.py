@@ -27,7 +27,7 @@ def executors_router(registry: ExecutorRegistry) -> APIRouter:
 
     @router.get("/executors")
     def list_executors() -> Page[ExecutorBody]:
-        """The service's processes on this database, the oldest first; dead ones are listed for a minute."""
+        """The service's processes on this database, the oldest first; ended ones are listed for a minute."""
         items = [ExecutorBody.model_validate(one, from_attributes=True) for one in registry.executors()]
         return Page(items=items)
 

@@ -1,4 +1,4 @@
-"""Missions as the API shows them: state and why, recovery, each robot's progress."""
+"""Missions as the API shows them: state and reason, recovery, each robot's progress."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
@@ -24,7 +24,7 @@ class PacketProgress(BaseModel):
     finished_at_s: float | None = None
     detail: str = ""
     waits_for: list[str] = Field(
-        default=[], description="actions, with their robots, that it is not cleared of yet"
+        default=[], description="actions, with their robots, for which it still needs clearance"
     )
 
 
@@ -33,7 +33,7 @@ class ScriptProgress(BaseModel):
     script_id: str
     delivery: Literal["pending", "acknowledged", "refused", "withdrawn"]
     state: str | None
-    order: str | None = Field(default=None, description="what the robot was told and has not answered yet")
+    order: str | None = Field(default=None, description="the order that the robot has not answered yet")
     lost: bool = Field(
         default=False, description="the robot was declared lost before it had ended the script"
     )
@@ -87,11 +87,12 @@ class TroubleBody(BaseModel):
     fit: bool = Field(description="the robot may be planned with again")
     waited: bool = Field(
         default=False,
-        description="it waited in vain for another robot, and has not failed at anything itself",
+        description="it timed out waiting for another robot, and did not fail itself",
     )
     answered: bool = Field(
         default=False,
-        description="corrected, found or resumed after by an operator: it speaks against the robot no more",
+        description="an operator has since corrected facts, declared the robot found or resumed the mission: it no "
+        "longer counts against the robot",
     )
 
 
@@ -106,21 +107,21 @@ class AttemptBody(BaseModel):
     measure: Measure | None = Field(
         description="retry: the rest of the same plan; repair: another plan; replan: one without some robots"
     )
-    without: list[str] = Field(description="robots, and packets of robots, that were not planned with")
+    without: list[str] = Field(description="robots, and packets of robots, excluded from planning")
     plan_id: str | None
     outcome: str = Field(
-        description="planning, proposed, approved, rejected, overtaken, no plan, or taken up by the operator"
+        description="planning, proposed, approved, rejected, overtaken, no plan, or taken up (resumed by an operator)"
     )
     detail: str
 
 
 class RecoveryBody(BaseModel):
-    """What becomes of the mission's failures, and what has been tried."""
+    """How the mission's failures are handled, and the attempts so far."""
 
     policy: Policy
     step: RecoveryStep | None = Field(
         description="planning, deciding: a repaired plan waits for approval, waiting: for other missions, "
-        "stuck: nothing was found, correct what is believed and resume, or cancel"
+        "stuck: no repair was found; correct the facts and resume, or cancel"
     )
     tries_left: int
     attempts: list[AttemptBody]
@@ -152,7 +153,7 @@ class MissionBody(BaseModel):
     recovery: RecoveryBody
     progress: list[ScriptProgress] = Field(description="of the plan that it carries out now")
     earlier: list[ScriptProgress] = Field(
-        default=[], description="the scripts of its earlier plans, all of them over or their robots lost"
+        default=[], description="the scripts of its earlier plans; each has ended or its robot is lost"
     )
 
     @classmethod

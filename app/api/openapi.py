@@ -15,7 +15,10 @@ METHODS = frozenset({"get", "put", "post", "patch", "delete"})
 
 
 class Api(FastAPI):
-    """FastAPI declares its own body for 422, which is never sent: the handlers of `problems` answer every error."""
+    """FastAPI with a corrected OpenAPI document.
+
+    FastAPI declares its own body for 422, which is never sent: the handlers of `problems` answer every error.
+    """
 
     def openapi(self) -> dict[str, Any]:
         is_made = self.openapi_schema is not None
@@ -48,11 +51,11 @@ def _complete(document: dict[str, Any]) -> None:
 
 
 def _errors(path: str, operation: dict[str, Any]) -> Iterator[int]:
-    """The errors that any operation of this form may answer; others are declared by their routes."""
+    """The errors that any operation like this may return; others are declared by their routes."""
     if path not in OPEN_PATHS:
         yield from (401, 503)
     if "requestBody" in operation:
         yield from (400, 413)
-    yield 422  # of a character in any part of it, see `input_gate`
+    yield 422  # for refused characters, see `input_gate`
     if "{" in path:
         yield 404

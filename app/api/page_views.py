@@ -68,7 +68,7 @@ class Page:
 
 
 class Follower:
-    """A view that draws the pages' states: is told which have changed."""
+    """A view that draws the pages' states; collects the ids of pages that have changed."""
 
     def __init__(self, views: "PageViews") -> None:
         self._views = views

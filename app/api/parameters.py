@@ -6,7 +6,7 @@ from fastapi import Header, Path, Query
 from pydantic import Field
 
 MAX_NAME_LENGTH = 120
-"""Of ids and names: as many characters as the database keeps."""
+"""Maximum length of ids and names: the width of the database's columns."""
 
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME_LENGTH)]
 """An id or a name in a body."""
@@ -22,6 +22,6 @@ IdempotencyKey = Annotated[
         min_length=1,
         max_length=200,
         pattern="^[ -~]+$",
-        description="the same key is the same goal: send a request again with the key that it had",
+        description="requests with the same key submit one goal: repeat a request with its key",
     ),
 ]

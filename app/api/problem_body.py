@@ -1,4 +1,4 @@
-"""Problem bodies (RFC 9457), also for answers that are given before there is an API, or without one."""
+"""Problem bodies (RFC 9457), also for responses sent before the API exists or without it."""
 
 import json
 from collections.abc import Sequence

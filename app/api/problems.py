@@ -32,12 +32,12 @@ MEANING: dict[int, str] = {
     401: "The token is missing or wrong.",
     404: "The request names something that does not exist; `choices` lists what does.",
     409: "The request contradicts the present state.",
-    412: "It was changed since the version in `If-Match`.",
+    412: "The resource has changed since the version in `If-Match`.",
     413: "The body is too large.",
     422: "The request can never be carried out as it is; `errors` or `choices` say why.",
-    429: "Too many are open; `Retry-After` says when to ask again.",
+    429: "Too many goals, streams or questions are open; `Retry-After` says when to ask again.",
     503: "The service cannot answer now; try again later.",
-    504: "The robot does not answer in time.",
+    504: "The robot did not answer in time.",
 }
 
 
@@ -75,12 +75,12 @@ def declared(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 def problem(status: int, code: str, detail: str, choices: Sequence[str] = (), **more: Any) -> JSONResponse:
-    """The answer with that problem body."""
+    """A response with that problem body."""
     return JSONResponse(problem_body(status, code, detail, choices, **more), status, media_type=PROBLEM)
 
 
 def malformed(misfits: Sequence[Misfit]) -> JSONResponse:
-    """The answer to a request that does not fit."""
+    """The response to a request that does not fit the schema."""
     detail = "; ".join(f"{slot}: {message}" for slot, message in misfits)
     errors = [{"slot": slot, "message": message} for slot, message in misfits]
     return problem(422, "malformed-request", detail, errors=errors)
@@ -112,7 +112,7 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     allowed = _allowed(request) if error.status_code in (404, 405) else set()
     if allowed and request.method not in allowed:
-        # Also where the console's files, which stand behind all routes, were looked through for the path.
+        # Also if the mount of the console's files, which is matched after all routes, answered 404.
         answer = problem(405, "method-not-allowed", f"{_where(request)}: Method Not Allowed")
         answer.headers["allow"] = ", ".join(sorted(allowed))
         return answer
@@ -137,7 +137,7 @@ async def _database(request: Request, error: Exception) -> JSONResponse:
 
 
 async def _internal(request: Request, error: Exception) -> JSONResponse:
-    """An unexpected error. Its text is only logged: it may hold what a client must not see."""
+    """An unexpected error. Its text is only logged: it may contain secrets."""
     where = _where(request)
     logging.getLogger(__name__).error("%s failed", where, exc_info=error)
     return problem(500, "internal", f"{where}: the service failed; its log says why")
@@ -149,7 +149,7 @@ def _where(request: Request) -> str:
 
 
 def _allowed(request: Request) -> set[str]:
-    """The methods of the path, of all its routes; empty if it is none of the API's."""
+    """The methods of all API routes that match the path; empty if none does."""
     paths = request.app.openapi()["paths"]
     return {
         method.upper()

@@ -45,22 +45,22 @@ class ReplayBody(BaseModel):
     world: dict[str, Any] = Field(
         description="as `GET /v1/worlds/{id}` has it, with its facts, at the beginning"
     )
-    goal: dict[str, Any] = Field(description="as it stood last")
+    goal: dict[str, Any] = Field(description="its last state")
     robots: dict[str, list[list[Any]]] = Field(
         description="by name, rows of at_s, x_m, y_m, heading_rad, what it holds, its packet's tag"
     )
     telemetry: dict[str, list[dict[str, Any]]] = Field(
-        description="by name, what the mission's own robots told beside that, once a second"
+        description="by name, the other telemetry of the mission's own robots, once a second"
     )
-    missions: list[dict[str, Any]] = Field(description="the mission as it stood from `at_s` on")
+    missions: list[dict[str, Any]] = Field(description="the mission's states, each from `at_s` on")
     plans: dict[str, Any] = Field(description="all plans that were made for its goal, by id")
-    scripts: dict[str, Any] = Field(description="what its robots were given, by id")
-    samples: list[dict[str, Any]] = Field(description="where each was believed to lie from `at_s` on")
-    events: list[dict[str, Any]] = Field(description="from the statement of its goal on")
+    scripts: dict[str, Any] = Field(description="its robots' scripts, by id")
+    samples: list[dict[str, Any]] = Field(description="the samples' believed places, each from `at_s` on")
+    events: list[dict[str, Any]] = Field(description="from the submission of its goal on")
 
 
 def recordings_router(store: RecordingStore, static: Path) -> APIRouter:
-    """:param static: the folder of the console's files, which a replay as one file is made of."""
+    """:param static: the folder of the console's files, which a standalone replay contains."""
     router = APIRouter(prefix="/v1", tags=["recordings"])
 
     @router.get("/recordings")
@@ -87,7 +87,7 @@ def recordings_router(store: RecordingStore, static: Path) -> APIRouter:
     def get_replay_page(mission_id: Id) -> HTMLResponse:
         """The mission's recording as one standalone HTML file."""
         page = replay_page(static, asdict(replay_of(store.entries(mission_id))), title=f"Macta: {mission_id}")
-        # A download: as a page of the service its content policy would not let it run.
+        # As an attachment: the service's content security policy would block its inline scripts.
         return HTMLResponse(
             page, headers={"content-disposition": f'attachment; filename="{mission_id}.html"'}
         )
@@ -96,7 +96,7 @@ def recordings_router(store: RecordingStore, static: Path) -> APIRouter:
 
 
 def _pieces(file: IO[bytes]) -> Iterator[bytes]:
-    """The file from its start; it is closed with its end, or when the client has left."""
+    """The file's content from its start; closes the file at its end, or when the client disconnects."""
     with file:
         file.seek(0)
         while piece := file.read(PIECE_BYTES):
@@ -104,7 +104,7 @@ def _pieces(file: IO[bytes]) -> Iterator[bytes]:
 
 
 def recorded_bodies(worlds: WorldService, plans: PlanApproval) -> RecordedBodies:
-    """Bodies for recordings, as the API answers them at that moment."""
+    """The functions that return the API's current bodies, for recordings."""
 
     def facts(name: str) -> list[dict[str, Any]]:
         return [{"predicate": predicate, "args": args} for (predicate, args), _ in worlds.facts(name)[0]]

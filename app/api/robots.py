@@ -25,7 +25,7 @@ EXAMPLE = {"NAVIGATE": {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4}}}
 
 
 class SetTuning(Request):
-    """The parameters to override, by packet, pattern and parameter; the others are as the world file sets them."""
+    """The parameters to override, by packet, pattern and parameter; the others keep the world file's values."""
 
     tuning: PacketTunings = Field(examples=[EXAMPLE])
     comment: str = Field(default="", max_length=2000)
@@ -39,7 +39,7 @@ class TuningBody(BaseModel):
     version: int
     tuning: PacketTunings = Field(description="what operators have overridden")
     set_out: PacketTunings = Field(description="what the world file overrides")
-    packets: PacketTunings = Field(description="every parameter as it is with both")
+    packets: PacketTunings = Field(description="the resulting value of every parameter")
     delivery: str = Field(description="untouched, pending, acknowledged or refused by the robot")
     detail: str = Field(description="why the robot refused it")
     comment: str
@@ -63,7 +63,7 @@ def robots_router(
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
     def declare_lost(name: Id, body: Decision | None = None) -> RobotBody:
-        """Declare the robot lost: its missions are recovered without it. It is told to stop when it is heard again.
+        """Declare the robot lost: its missions are recovered without it. It is ordered to stop when heard again.
 
         A robot that was silent is used again once it is heard and has reported the end of its script.
         """

@@ -25,7 +25,7 @@ from robots.clock import Clock
 from robots.wire import Telemetry
 
 WAIT_S = 1.0
-"""The longest a stream waits before it looks whether its client has left."""
+"""The longest a stream waits before it checks whether its client has disconnected."""
 TELEMETRY_INTERVAL_S = 0.1
 AT_REST_INTERVAL_S = 1.0
 """Interval while the robots' telemetry does not change, so that clients notice a robot's silence."""
@@ -52,13 +52,13 @@ class OpenCount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Streams:
-    """The streams; each ends when its client leaves or the service ends.
+    """The streams; each ends when its client disconnects or the service ends.
 
     :param stopping: once set, streams end.
     :param snapshot: the current state as (type, subject, data), sent first to a client that does not resume.
     :param max_open: streams that may be open at a time.
-    :param waiting: the threads of waiting streams; apart from those of other requests, which a few dozen open
-        streams would use up.
+    :param waiting: limits the threads of waiting streams; not the default limiter, which a few dozen open streams
+        would exhaust for all other requests.
     """
 
     events: EventLog
@@ -83,7 +83,7 @@ class Streams:
         :param state: False: a client without `seen` begins with the next event.
         """
         generation = self.events.generation
-        # An event above the newest is of another database, such as one deleted since: nothing follows it here.
+        # A number above the newest comes from another database, such as a deleted one: no event follows it here.
         forgotten = seen is not None and await to_thread.run_sync(self.events.has_forgotten, seen)
         if forgotten:
             yield ServerSentEvent(data=_reset(seen))
@@ -103,7 +103,7 @@ class Streams:
                 generation = await self._wait(self.events.wait, generation)
 
     async def _since(self, seq: int) -> Sequence[EventRow]:
-        """The events after `seq`; none while the database is unavailable, so that the stream goes on afterwards."""
+        """The events after `seq`; none while the database is unavailable, so that the stream survives that."""
         try:
             return await to_thread.run_sync(self.events.since, seq)
         except DBAPIError as error:
@@ -129,7 +129,7 @@ class Streams:
                 await anyio.sleep(pause_s)
 
     async def _state(self, seq: int) -> list[ServerSentEvent]:
-        """The current state. Only its last item carries the id: a client that missed some of it begins again."""
+        """The current state. Only its last item has the id, so a client that received only a part starts over."""
         items = [
             {"seq": seq, "time": None, "type": type_, "subject": subject, "data": data}
             for type_, subject, data in await to_thread.run_sync(self.snapshot)
@@ -141,9 +141,9 @@ class Streams:
         ]
 
     async def admit(self) -> AsyncIterator[None]:
-        """A dependency that counts a stream from before it is answered until after its end.
+        """A dependency that counts a stream from before its response until after its end.
 
-        :raises Busy: if as many streams are open as may be.
+        :raises Busy: if `max_open` streams are open.
         """
         if self.open.count >= self.max_open:
             raise Busy(
@@ -161,7 +161,7 @@ class Streams:
 
 
 class DepartureMiddleware:
-    """ASGI middleware that takes clients which leave in the middle of a stream for what they are, not for defects.
+    """ASGI middleware that does not treat a client's disconnection during a stream as an error.
 
     FastAPI closes a stream before it ends the task that writes to it; the task may then raise BrokenResourceError.
     """
@@ -231,7 +231,7 @@ def streams_router(
 
 def _add_telemetry(router: APIRouter, streams: Streams) -> None:
     def known_world(world: Annotated[str, Query(min_length=1, max_length=MAX_NAME_LENGTH)]) -> str:
-        # Before the stream begins; later it could not be answered as a problem.
+        # Before the stream begins, so that it is answered as a problem.
         if world not in streams.clocks:
             raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(streams.clocks))
         return world
@@ -263,7 +263,7 @@ def _telemetry_of(board: RobotBoard, world: str) -> Mapping[str, Telemetry]:
 
 
 def _is_unchanged(before: Mapping[str, Telemetry], now: Mapping[str, Telemetry]) -> bool:
-    """True if the same robots have the same telemetry but for what changes with time alone."""
+    """True if the same robots have the same telemetry except for `CHANGING_FIELDS`."""
     if before.keys() != now.keys():
         return False
     lasting = Telemetry.model_fields.keys() - CHANGING_FIELDS

@@ -1,7 +1,7 @@
-"""What we use of uvicorn that is not part of its public interface. Each name has a contract test of this module.
+"""Our uses of uvicorn's private names. Each name has a contract test of this module.
 
-`uvicorn.Config(http=…)` takes a class of protocol, and there is no other way to bound the time of a request's header
-and body: uvicorn itself waits for both for ever.
+`uvicorn.Config(http=…)` takes a protocol class, and there is no other way to limit the time of a request's header and
+body: uvicorn itself waits for both for ever.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ TOO_LATE = raw_problem(408, "request-too-slow", "send it faster")
 
 
 def bounded_http(connections: Connections) -> type[H11Protocol]:
-    """uvicorn's HTTP protocol with time limits, which tells `connections` whether a request is under way.
+    """uvicorn's HTTP protocol with time limits; reports to `connections` whether a request is under way.
 
     Needs H11Protocol's `conn` (the h11 connection), `transport`, `loop`, `on_response_complete` and
     `handle_websocket_upgrade`, that it is constructed for each connection, and WebSocketsSansIOProtocol's
@@ -50,7 +50,7 @@ def bounded_http(connections: Connections) -> type[H11Protocol]:
             self._time(None)
             connections.serve(self._peer)
             super().handle_websocket_upgrade(event)
-            # A header that h11 reads and websockets does not would be waited on for ever.
+            # A header that h11 accepts and websockets does not would leave the connection open for ever.
             if not getattr(self.transport.get_protocol(), "handshake_initiated", False):
                 self.transport.abort()
 
@@ -59,7 +59,7 @@ def bounded_http(connections: Connections) -> type[H11Protocol]:
             super().connection_lost(exc)
 
         def _look(self) -> None:
-            """Follow the state that the client's request and our response are in."""
+            """Update deadline and connection count by h11's states of the request and the response."""
             if self.transport.is_closing() or self.transport.get_protocol() is not self:
                 return
             theirs = self.conn.their_state
@@ -70,7 +70,7 @@ def bounded_http(connections: Connections) -> type[H11Protocol]:
                 connections.wait(self._peer, self.transport.abort)
 
         def _time(self, part: object) -> None:
-            """Set the deadline for a part of the request; one that is set already stays."""
+            """Set the deadline for a part of the request, unless it is set already."""
             if part is self._timed:
                 return
             if self._deadline is not None:

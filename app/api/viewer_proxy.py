@@ -11,7 +11,6 @@ from typing import Annotated
 import httpx2
 import msgspec
 from fastapi import APIRouter, Path, Request, Response, WebSocket
-from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocketDisconnect, WebSocketState
@@ -20,6 +19,7 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
 from app.api.auth import own_origin
+from app.api.problems import problem
 from app.api.streams import OpenCount
 
 Upstream = Callable[[], str | None]
@@ -50,7 +50,7 @@ CONTENT_POLICY = (
 
 
 def view_router(upstream: Upstream) -> APIRouter:
-    """The route that tells a page whether the 3D view is there."""
+    """The route that tells a page whether the 3D view is running."""
     router = APIRouter(prefix="/v1", tags=["health"])
 
     @router.get("/view")
@@ -88,15 +88,15 @@ def viewer_router(upstream: Upstream, authenticate: Authenticate, *, max_open: i
     @router.get("/viewer/{path:path}")
     async def page(request: Request, path: str = "") -> Response:
         if not authenticate(request):
-            return _problem(401, "The view of the world needs a token")
+            return problem(401, "token-needed", "the view of the world needs a token")
         if request.url.path == "/viewer":
             return Response(status_code=307, headers={"location": "viewer/"})
         address = upstream()
         if address is None:
-            return _problem(503, "The view of the world is not running")
+            return problem(503, "view-unavailable", "the view of the world is not running")
         return await _fetch(f"{address}/{path}", request.headers.get("accept-encoding", "identity"))
 
-    # The page opens its socket at its own address without the last slash, so the path tells which page it is.
+    # The page opens its socket at its own address without the last slash, so the path identifies the page.
     @router.websocket("/viewer/{view}")
     async def socket_of(browser: WebSocket, view: ViewId) -> None:
         await socket(browser, view)
@@ -135,7 +135,7 @@ async def _fetch(url: str, accept_encoding: str) -> Response:
         ):
             content = b"".join([chunk async for chunk in answer.aiter_raw()])
     except httpx2.HTTPError:
-        return _problem(503, "The view of the world does not answer")
+        return problem(503, "view-unavailable", "the view of the world does not answer")
     headers = {name: answer.headers[name] for name in PASSED_ON if name in answer.headers}
     headers |= {"content-security-policy": CONTENT_POLICY, "x-content-type-options": "nosniff"}
     return Response(content, status_code=answer.status_code, headers=headers)
@@ -172,7 +172,7 @@ async def _relay(browser: WebSocket, address: str) -> None:
 
 
 async def _upwards(browser: WebSocket, viser: ClientConnection) -> None:
-    """From the browser; text frames, which viser does not know, are dropped with the share requests."""
+    """From the browser; text frames, which viser does not use, are dropped like the share requests."""
     while True:
         message = await browser.receive()
         if message["type"] == "websocket.disconnect":
@@ -195,11 +195,6 @@ async def _downwards(viser: ClientConnection, browser: WebSocket) -> None:
     except (WebSocketDisconnect, RuntimeError):
         return  # the browser left in the middle of a frame
     if browser.application_state is WebSocketState.CONNECTED:
-        # 1002 tells the page that its version differs from the server's; it must not be lost.
+        # 1002 tells the page that its version differs from the server's, so it must be passed on.
         code = viser.close_code if viser.close_code in (1000, 1001, 1002) else 1011
         await browser.close(code, viser.close_reason or "")
-
-
-def _problem(status: int, title: str) -> JSONResponse:
-    body = {"type": "about:blank", "title": title, "status": status}
-    return JSONResponse(body, status_code=status, media_type="application/problem+json")

@@ -1,4 +1,4 @@
-"""The command line: `macta serve | demo | plan | world`."""
+"""The command line, `macta`."""
 
 from robots.kernels import install
 
@@ -6,7 +6,7 @@ from robots.kernels import install
 def main() -> None:
     """The entry point."""
     install()
-    from app.cli.main import app  # here: what it imports is compiled
+    from app.cli.main import app  # after `install`, which must come before the compiled modules are imported
 
     app()
 

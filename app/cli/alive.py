@@ -46,7 +46,7 @@ def worker_alive() -> str:
 def fleet_alive(world: WorldFile, *, wall: WallClock = SYSTEM_CLOCK) -> str:
     """The state of the world's fleet.
 
-    :raises Unavailable: if it is not heard.
+    :raises Unavailable: if it announces nothing within `TIMEOUT_S`.
     """
     broker = settings_of({}, keeps_folder=False).broker()
     if broker is None:

@@ -22,8 +22,8 @@ Written = TypeVar("Written")
 def interference(seeds: int, *, as_json: bool, plots: Path) -> None:
     """P-SMPA's table 1 over many seeds, and its figures 5 and 6.
 
-    :param plots: the folder to write the figures to; made if it is not there.
-    :raises Invalid: if the figures cannot be written; that is known before anything is run.
+    :param plots: the folder to write the figures to; created before the trials.
+    :raises Invalid: if it cannot be created, or the figures cannot be written.
     """
     _with_folder(plots, lambda: plots.mkdir(parents=True, exist_ok=True))
     progress = Progress(console=Console(stderr=True), transient=True)

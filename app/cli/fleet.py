@@ -20,7 +20,7 @@ TURN_S = 0.02
 def fleet(
     world: WorldFile, speed: float, seed: int, given: Mapping[str, Any], *, start_new: bool = False
 ) -> None:
-    """Run until SIGINT or SIGTERM. The world goes on from its snapshot in the data folder.
+    """Simulate the world until SIGINT or SIGTERM, starting from its snapshot in the data folder.
 
     :param start_new: start the world again instead of from its snapshot.
     :raises Invalid: if no broker is set, or it refuses the fleet.

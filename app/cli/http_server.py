@@ -1,5 +1,6 @@
-"""The HTTP server of `macta serve`: it listens from the start, in a thread of its own, and serves the API once that is
-made. Until then it answers `/healthz` and `/readyz`, and refuses everything else for the moment.
+"""The HTTP server of `macta serve`, in a thread of its own.
+
+It listens from the start. Until the API is built, it answers `/healthz` and refuses all other requests with 503.
 """
 
 import threading
@@ -21,7 +22,7 @@ RETRY_AFTER_S = 2
 
 
 class HttpServer:
-    """Serves within a `with` block; `serve` names the application."""
+    """Serves within a `with` block; `serve` sets the application."""
 
     def __init__(self, listener: BoundedListener) -> None:
         """:param listener: bound; the server listens on it."""
@@ -31,7 +32,7 @@ class HttpServer:
             self._answer,
             interface="asgi3",
             http=bounded_http(listener.connections),
-            loop="asyncio",  # another would not call the listener's accept
+            loop="asyncio",  # another event loop would not call the listener's accept
             log_level="warning",
             access_log=False,
             lifespan="off",
@@ -46,7 +47,7 @@ class HttpServer:
         return self._thread.is_alive()
 
     def serve(self, app: ASGIApp) -> None:
-        """Have the application answer from now on."""
+        """Pass requests to the application from now on."""
         self._app = app
 
     def stop(self) -> None:
@@ -70,7 +71,7 @@ class HttpServer:
 
 
 async def _starting(scope: Scope, receive: Receive, send: Send) -> None:
-    """What is answered while there is no API yet."""
+    """The application until the API is built."""
     if scope["type"] != "http":
         await send({"type": "websocket.close", "code": 1013})
         return

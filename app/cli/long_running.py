@@ -48,7 +48,7 @@ def enter_all(blocks: Iterable[AbstractContextManager[T]]) -> Iterator[Sequence[
 
 @contextmanager
 def fleet_over_broker(broker: Broker, world: WorldFile) -> Iterator[ServiceLink]:
-    """The link to the world's fleet, which may come later."""
+    """The link to the world's fleet, which may start later."""
     fleet = ServiceLink(world.name, [robot.name for robot in world.robots], broker, digest=digest_of(world))
     try:
         yield fleet
@@ -58,7 +58,7 @@ def fleet_over_broker(broker: Broker, world: WorldFile) -> Iterator[ServiceLink]
 
 @contextmanager
 def world_over_broker(broker: Broker, world: WorldFile) -> "Iterator[RunningWorld]":
-    """The world as its fleet drives it, reached over a broker."""
+    """A world that its fleet drives, reached over a broker."""
     from app.agents.running_world import RunningWorld
 
     with fleet_over_broker(broker, world) as fleet:
@@ -66,16 +66,16 @@ def world_over_broker(broker: Broker, world: WorldFile) -> "Iterator[RunningWorl
 
 
 def warn_of_broker(broker: Broker | None) -> None:
-    """Warn that others may read the password, or speak for robots."""
+    """Warn if others could impersonate robots or read the password."""
     if broker is None:
         return
     if broker.is_anonymous and not broker.is_on_loopback:
         _warn(
-            f"{broker} lets in whoever reaches it, to speak for any robot: give it passwords, and set"
+            f"{broker} accepts anonymous clients, which can impersonate any robot: give it passwords, and set"
             " MACTA_BROKER_USERNAME and MACTA_BROKER_PASSWORD (docs/production.md)"
         )
     if broker.password is not None and not broker.is_private:
-        _warn(f"{broker} is not encrypted: the password can be read on its way; say mqtts://")
+        _warn(f"{broker} is not encrypted: the password can be read in transit; use mqtts://")
 
 
 def _warn(text: str) -> None:
@@ -83,5 +83,5 @@ def _warn(text: str) -> None:
 
 
 def report_new_run(world: str, why: str) -> None:
-    """Say why a world starts again instead of going on from its snapshot."""
+    """Print why a world starts a new run instead of resuming its snapshot."""
     Console(stderr=True).print(f"World {world} starts a new run: {escape(why)}.", soft_wrap=True)

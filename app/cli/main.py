@@ -23,7 +23,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="Plans goals for teams of robots, has them approved, and sees them carried out.",
+    help="Plans goals for teams of robots, has plans approved, and monitors their execution.",
 )
 app.add_typer(worlds.commands, name="world")
 experiments = typer.Typer(no_args_is_help=True, help="Run experiments on simulated robots, over many seeds.")
@@ -31,11 +31,6 @@ app.add_typer(experiments, name="experiment")
 app.command()(production.fleet)
 app.command()(production.worker)
 app.add_typer(production.alive, name="alive")
-
-
-def main() -> None:
-    """The entry point of `macta`."""
-    app()
 
 
 @app.command()

@@ -60,7 +60,7 @@ def reported_errors() -> Iterator[None]:
     try:
         yield
     except (KeyboardInterrupt, typer.Abort) as interruption:
-        # NOTE: releases what the interrupted calls still hold; semaphores would otherwise be reported as leaked.
+        # NOTE: releases the resources of the interrupted calls; semaphores would otherwise be reported as leaked.
         traceback.clear_frames(interruption.__traceback__)
         gc.collect()
         Console(stderr=True).print("macta: interrupted")
@@ -68,7 +68,7 @@ def reported_errors() -> Iterator[None]:
     except MactaError as error:
         fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
     except Exception as error:
-        # NOTE: imported here, for most commands need none of it, and the errors are raised by what is imported then.
+        # NOTE: imported here: most commands need neither, and those that raise these errors have imported them.
         from planner.errors import KnowledgeBaseError
         from sim.error import SimulationError
 
@@ -78,11 +78,11 @@ def reported_errors() -> Iterator[None]:
 
         if (why := unusable_reason(error)) is None:
             raise
-        fail(f"the database cannot be used: {why}; MACTA_DATABASE_URL or --data says which it is")
+        fail(f"the database cannot be used: {why}; check MACTA_DATABASE_URL or --data")
 
 
 def named_world(name: str, knowledge_base: "KnowledgeBase | None" = None) -> "WorldFile":
-    """The world; exits if its file is invalid or its facts are not of the vocabulary."""
+    """The world; exits if its file is invalid or its facts are not in the vocabulary."""
     from app.domain.world_model import initial_facts
     from planner import KnowledgeBaseError, load_knowledge_base
     from robots.repertoire import load_repertoire

@@ -37,7 +37,7 @@ from robots.world import WorldFile
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanExtras:
-    """What is shown with a plan; None where it was not asked for."""
+    """Extras shown with a plan; None where not requested."""
 
     alternatives: tuple[PlanBody, ...] | None = None
     explanation: ExplanationBody | None = None
@@ -62,7 +62,7 @@ class PlanExtras:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExtrasRequest:
-    """What to show with a plan.
+    """The extras to show with a plan.
 
     :param alternatives: the most alternatives to find; 0 for none.
     """
@@ -122,10 +122,10 @@ def plan(
     """Print the plan-net; 0 if there is one, 1 if not. Ctrl-C takes the best one so far.
 
     :param extras: what to show with the plan.
-    :param deadline_s: by when every goal is to be true, from the plan's start.
+    :param deadline_s: when every goal must be true, from the plan's start.
     :param pddl: a folder to write the problem to as PDDL before it is planned.
-    :raises Invalid: if the sentences state no goal that makes sense (as JSON that is printed, too), or the
-        engine does not exist.
+    :raises Invalid: if a goal is malformed or impossible (with `as_json` also printed), or the engine does not
+        exist.
     """
     engine = _engine(engine_name, knowledge_base)
     try:

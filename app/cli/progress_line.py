@@ -46,7 +46,7 @@ class ProgressLine(Observer):
         return self._stopping
 
     def line(self, progress: Progress) -> str:
-        """`macta, 3.2 s: plan of 104 s, none is shorter than 98 s`."""
+        """The line, such as `macta, 3.2 s: plan of 104 s, none is shorter than 98 s`."""
         found = "no plan yet" if progress.makespan_s is None else f"plan of {progress.makespan_s:.0f} s"
         bound = progress.lower_bound_s
         known = f", none is shorter than {bound:.0f} s" if bound is not None else ""

@@ -12,14 +12,14 @@ from app.domain.explanation_document import ActionExplanationBody, ExplanationBo
 from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
 
 EQUAL_S = 0.05
-"""Times that differ by no more are the same."""
+"""Times that differ by no more count as equal."""
 LONGEST_PATH = 12
-"""Actions of a critical path that are shown; of a longer one, its two ends."""
+"""The most actions of a critical path that are shown; of a longer one only the two ends are."""
 MAX_WAITS = 5
 
 
 def show_plan(console: Console, plan: PlanBody) -> None:
-    """The actions with their time windows, the causal links, why each robot was chosen, and what it all takes."""
+    """Show actions with their time windows, causal links, why each robot was chosen, and expected time and effort."""
     console.print(_actions(plan))
     console.print(_links(plan))
     for robot, why in sorted(plan.recruitment.items()):
@@ -37,7 +37,7 @@ def show_plan(console: Console, plan: PlanBody) -> None:
 
 
 def show_repairs(console: Console, repairs: RepairsBody) -> None:
-    """What is different from the plan that this one takes the place of."""
+    """Show how the plan differs from the one that it replaces."""
     summary, *details = repairs.difference.words or ("nothing is different",)
     console.print(f"Repairs {repairs.plan_id} ({repairs.course}): {escape(summary)}")
     for line in details:
@@ -45,8 +45,8 @@ def show_repairs(console: Console, repairs: RepairsBody) -> None:
 
 
 def show_alternatives(console: Console, plans: Sequence[PlanBody]) -> None:
-    """A table of plans to choose from."""
-    table = Table(title="To choose from", title_justify="left", box=SIMPLE_HEAD)
+    """Show a table of the alternative plans."""
+    table = Table(title="Alternatives", title_justify="left", box=SIMPLE_HEAD)
     table.add_column("Best at")
     for name in ("Takes, s", "Drives, m", "Uses, J", "To clear"):
         table.add_column(name, justify="right")
@@ -64,13 +64,13 @@ def show_alternatives(console: Console, plans: Sequence[PlanBody]) -> None:
 
 
 def show_explanation(console: Console, plan: PlanBody, explanation: ExplanationBody) -> None:
-    """The reason for each action, the critical path, the longest waits, and the cost of doing without each robot."""
+    """Show the reasons for each action, the critical path, the longest waits, and the cost of omitting each robot."""
     console.print("[bold]Why[/]")
     for action, why in zip(plan.actions, explanation.actions, strict=True):
         console.print(f"[bold]{action.id}[/] {escape(action.description)}")
         for words in _reasons(why):
             console.print(f"    {escape(words)}")
-    console.print("\n[bold]What makes the time[/]")
+    console.print("\n[bold]What determines the makespan[/]")
     for words in explanation.makespan:
         console.print(f"  {escape(words)}")
     for wait in explanation.waits[:MAX_WAITS]:
@@ -89,7 +89,7 @@ def _reasons(why: ActionExplanationBody) -> list[str]:
 
 
 def _gap(plan: PlanBody) -> str:
-    """How far the makespan may be from the best there is, as far as anything is proven."""
+    """The makespan's gap to the proven lower bound, in words; empty without one."""
     bound_s = plan.lower_bound_s or 0.0
     if bound_s <= 0:
         return ""
@@ -100,14 +100,14 @@ def _gap(plan: PlanBody) -> str:
 
 
 def _work(plan: PlanBody, robot: str) -> str:
-    """What the robot's actions take; those of a team are shared out evenly."""
+    """Distance and energy of the robot's actions, in words; a team's are divided evenly."""
     mine = [action for action in plan.actions if robot in action.agents]
     distance_m = sum(action.distance_m / len(action.agents) for action in mine)
     return _effort(distance_m, sum(action.energy_j / len(action.agents) for action in mine))
 
 
 def _effort(distance_m: float, energy_j: float) -> str:
-    """Nothing where the knowledge base has no figures."""
+    """Distance and energy in words; empty where the knowledge base has no figures."""
     if not distance_m and not energy_j:
         return ""
     energy = f"{energy_j / 1000:.1f} kJ" if energy_j >= 1000 else f"{energy_j:.0f} J"
@@ -158,7 +158,7 @@ def _doing(action: ActionBody) -> str:
 
 
 def _links(plan: PlanBody) -> Table:
-    """The causal links between actions and to the goals; what merely held at the start is left out."""
+    """The causal links between actions and to the goals, without those from initial facts."""
     table = Table(title="Causal links", title_justify="left", box=SIMPLE_HEAD)
     table.add_column("From", no_wrap=True)
     table.add_column("Fact")

@@ -54,7 +54,7 @@ class Viewer:
         self._secret = secrets.token_urlsafe(32)
 
     def address(self) -> str | None:
-        """Its address with its secret, which nobody but this process knows."""
+        """Its address with the secret, which only the two processes have; None while it is not running."""
         running = self._process is not None and self._process.poll() is None
         return f"http://relay:{self._secret}@127.0.0.1:{self._port}" if running else None
 
@@ -96,7 +96,7 @@ class Viewer:
 def serve(
     worlds: Sequence[WorldFile], speed: float, seed: int, given: Mapping[str, Any], *, start_new: bool = False
 ) -> None:
-    """Run until SIGINT or SIGTERM. The API is served while the planner warms up, for as long as that takes.
+    """Run the service until SIGINT or SIGTERM. The API is served while the planner still warms up.
 
     :param worlds: one or more.
     :param start_new: start the worlds again instead of from their snapshots.
@@ -108,7 +108,7 @@ def serve(
     log_warnings()
     warn_of_broker(broker)
     throttle_warnings()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as SIGINT does, it interrupts the start
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # interrupts the start, as SIGINT does
     with (
         listen(settings) as listener,
         HttpServer(listener) as server,
@@ -129,7 +129,7 @@ def serve(
             _simulation, settings=settings, speed=speed, seed=seed, start_new=start_new, progress=progress
         )
         simulations = [threads.submit(start, world) for world in worlds if broker is None]
-        # NOTE: imported here, which takes seconds, while the server answers and the other processes start.
+        # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
         from app.composition import Service
 
         if broker is None:
@@ -155,7 +155,7 @@ def serve(
 def _simulation(
     world: WorldFile, *, settings: Settings, speed: float, seed: int, start_new: bool, progress: StartProgress
 ) -> SupervisedWorld:
-    """The world, simulated by a child process from its snapshot in the data folder. It stands still as yet."""
+    """The world, simulated by a child process from its snapshot in the data folder, and paused."""
     snapshots = SnapshotSettings(
         folder=settings.data / "worlds",
         run=recorded_run(settings.resolved_database_url(), world.name),
@@ -172,7 +172,7 @@ def _simulation(
 def _attend(
     ending: threading.Event, server: HttpServer, service: "Service", viewer: Viewer, progress: StartProgress
 ) -> None:
-    """Start the 3D view and print the address once goals are planned; wait for the end.
+    """Start the 3D view and print the address once the planner has started; wait for the end.
 
     :raises Unavailable: if no planning process starts, or the HTTP server has ended by itself.
     """
@@ -186,7 +186,7 @@ def _attend(
     reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
     viewer.start(api=f"http://{reachable}:{server.port}", token=service.token)
     # NOTE: plain print: rich would break the address at the terminal's width.
-    # A token of the environment is known to the person who set it, and is not for the log.
+    # A token from the environment is not printed: its owner has it, and the output may be logged.
     shown_token = f"?token={service.token}" if service.settings.token is None else ""
     print(f"Macta is ready: http://{shown}:{server.port}/{shown_token}", flush=True)
     Console(stderr=True).print(
@@ -200,7 +200,7 @@ def _attend(
 
 @contextmanager
 def _embedded(world: WorldFile, simulation: SupervisedWorld, speed: float) -> Iterator["RunningWorld"]:
-    """The world as the service has it; it goes on once the service receives."""
+    """A world simulated by the service, which resumes it once it receives messages."""
     from app.agents.running_world import RunningWorld
 
     with simulation:
@@ -216,17 +216,17 @@ def _embedded(world: WorldFile, simulation: SupervisedWorld, speed: float) -> It
 
 
 def _report_world(world: WorldFile, simulation: SupervisedWorld) -> None:
-    """Say on standard error whether the world goes on from its snapshot."""
+    """Print to standard error whether the world resumes from its snapshot."""
     if simulation.not_resumed_because:
         report_new_run(world.name, simulation.not_resumed_because)
     elif simulation.now_s() > 0:
-        Console(stderr=True).print(f"[dim]World {world.name} goes on at {simulation.now_s():.0f} s.[/]")
+        Console(stderr=True).print(f"[dim]World {world.name} resumes at {simulation.now_s():.0f} s.[/]")
 
 
 def listen(settings: Settings) -> BoundedListener:
     """A socket bound to the settings' host and port.
 
-    :raises Invalid: if it cannot be bound there, or hardly any file may be opened.
+    :raises Invalid: if it cannot be bound there, or the process may open too few files.
     """
     host = settings.host
     port = settings.port

@@ -77,7 +77,7 @@ def _tag(script: BehaviourScript, packet_id: str | None) -> str | None:
 
 
 def _under_way(runner: ScriptRunner) -> list[str]:
-    """Each robot that has not ended, with the packet it is at."""
+    """Each robot that has not ended, with its current packet."""
     under_way = [script for script in runner.scripts if script.id not in runner.ended]
     latest = {report.script_id: report for report in runner.reports}
     return [

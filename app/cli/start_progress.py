@@ -1,4 +1,4 @@
-"""What a start is doing, on standard error: a line that is redrawn in a terminal, else a line for each thing."""
+"""The progress of a start, on standard error: one line that is redrawn in a terminal, else a line per step."""
 
 from types import TracebackType
 from typing import Self

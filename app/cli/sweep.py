@@ -41,7 +41,7 @@ class SweepRequest:
 def sweep(request: SweepRequest, seeds: range, *, jobs: int, as_json: bool) -> None:
     """Simulate a mission for every seed and print the outcomes.
 
-    :raises Invalid: if the goals are not understood, or the world cannot take so many, before anything is started.
+    :raises Invalid: if the goals are not understood, or the world has no room for them; before anything is started.
     """
     _wanted(request, seeds[0], load_knowledge_base())
     rows = run_parallel(partial(row_of, request), seeds, workers=jobs)

@@ -7,9 +7,9 @@ from typing import Any, Self
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blockers:
-    """The missions and robots that may stand in the way of a plan; false if there are none.
+    """The missions and robots that may prevent a plan; false if there are none.
 
-    :param missions: in words.
+    :param missions: each in words.
     :param robots: by name, why each is not recruited, in words.
     """
 
@@ -28,9 +28,9 @@ class Blockers:
         return f"waits for {self}"
 
     def updated(self, unavailable: Mapping[str, str]) -> Self:
-        """The same with what is said of the robots now.
+        """The same blockers with the robots' current reasons.
 
-        :param unavailable: by name, why a robot is not recruited now; of others that stays which was said.
+        :param unavailable: by name, why a robot is not recruited now; other robots keep their reasons.
         """
         return replace(
             self, robots={robot: unavailable.get(robot, why) for robot, why in self.robots.items()}

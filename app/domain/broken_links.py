@@ -1,4 +1,4 @@
-"""What a mission still counts on, and whether it is believed: causal links that the world has broken."""
+"""Causal links that a mission still depends on and whose facts are no longer believed."""
 
 from collections.abc import Collection
 
@@ -6,8 +6,8 @@ from app.domain.world_model.beliefs import CAN, OBJECT_POSITION, REACHES, VACANT
 from planner import GOAL, INITIAL, CausalLink, PlanNet
 
 COUNTED_ON = frozenset({OBJECT_POSITION, VACANT, CAN, REACHES})
-"""Where samples are and what robots can do. Where robots stand is not held against a plan: they move by themselves, and
-who is in the way is sensed and waited for."""
+"""Predicates that can break a link: places of samples, abilities of robots. Robots' positions cannot: robots move by
+themselves, and sense and wait for those in their way."""
 
 
 def broken_links(
@@ -15,10 +15,10 @@ def broken_links(
 ) -> tuple[CausalLink, ...]:
     """The links whose producer has ended and whose consumer has not begun, while the fact is not believed.
 
-    What comes before something that has begun has begun too, though its report may still be on its way.
+    The predecessors of an action that has begun count as begun, because their reports may still be on the way.
 
     :param begun: the ids of the actions that have begun or ended.
-    :param done: of those that have ended and whose effects are believed.
+    :param done: the ids of those that have ended and whose effects are believed.
     """
     started = _with_predecessors(plan_net, begun)
     return tuple(

@@ -40,7 +40,7 @@ SYSTEM_CLOCK: Final = SystemClock()
 
 
 def pause(clock: WallClock, seconds: float) -> None:
-    """Block for so long."""
+    """Block for the given time."""
     clock.wait(threading.Event(), seconds)
 
 

@@ -35,8 +35,8 @@ class NotFound(MactaError):
 
 
 def unrecorded(what: str, name: str) -> NotFound:
-    """The error for a goal, plan or mission that does not exist, or no longer."""
-    reason = "there was none, or it was over long ago and is deleted (MACTA_KEEP_GOALS_DAYS)"
+    """The error for a goal, plan or mission that does not exist or was deleted."""
+    reason = "it never existed, or ended long ago and was deleted (MACTA_KEEP_GOALS_DAYS)"
     return NotFound(f"no {what} {name!r}: {reason}", code=f"unknown-{what}")
 
 
@@ -73,4 +73,4 @@ class Silent(MactaError):
 
 
 class IllegalTransition(Exception):
-    """Raised when code would change a state as its life cycle does not allow: a defect, not a client's mistake."""
+    """Raised when code attempts a transition that the life cycle does not allow: a defect, not a client's mistake."""

@@ -111,7 +111,7 @@ class GoalCommitted(GoalEvent, type="goal.committed"):
 
 
 class GoalStopRequested(GoalEvent, type="goal.stop_requested"):
-    """An operator wants the planning to end and its best plan so far."""
+    """An operator has asked to end planning with the best plan so far."""
 
     actor: str
     state: GoalState = GoalState.PLANNING
@@ -134,7 +134,7 @@ class GoalFinished(GoalEvent, type="goal.finished"):
 
 
 class GoalAlternativesSought(GoalEvent, type="goal.alternatives_sought"):
-    """An operator wants up to `count` plans to choose from."""
+    """An operator has asked for up to `count` plans to choose from."""
 
     actor: str
     count: int
@@ -234,7 +234,7 @@ class MissionPaused(MissionPhase, type="mission.paused"):
 
 
 class MissionUnknown(MissionPhase, type="mission.unknown"):
-    """Robots do not answer, so what becomes of the mission is not known."""
+    """Robots do not answer or report implausibly, so the state of the mission's execution is not known."""
 
 
 class MissionRecovering(MissionPhase, type="mission.recovering"):
@@ -252,7 +252,7 @@ MISSION_PHASES: Mapping[MissionState, type[MissionPhase]] = {
 
 
 class MissionEnded(MissionEvent, type="mission.{0.state}", states=ENDED):
-    """The mission has ended, when its robots were last heard of it (world's clock)."""
+    """The mission has ended; `ended_at_s` is when its robots last reported on it (world's clock)."""
 
     goal: str
     reason: str
@@ -261,21 +261,21 @@ class MissionEnded(MissionEvent, type="mission.{0.state}", states=ENDED):
 
 
 class MissionResumed(MissionEvent, type="mission.resumed"):
-    """An operator has the mission go on after a pause, or has a repair sought again."""
+    """An operator has resumed the mission after a pause, or started the search for a repair again."""
 
     actor: str
     comment: str
 
 
 class MissionCancelRequested(MissionEvent, type="mission.cancel_requested"):
-    """An operator wants the mission to end; it is cancelled once its robots have answered."""
+    """An operator has asked to cancel the mission; it is cancelled once its robots have answered."""
 
     actor: str
     comment: str
 
 
 class MissionRecoverySet(MissionEvent, type="mission.recovery_set"):
-    """An operator has changed what becomes of the mission's failures."""
+    """An operator has changed the mission's recovery policy."""
 
     actor: str
     policy: str
@@ -288,13 +288,13 @@ class MissionOverdue(MissionEvent, type="mission.overdue"):
 
 
 class MissionRobotsAsked(MissionEvent, type="mission.robots_asked"):
-    """Robots are asked how their scripts stand: the expected time is over, or they are silent."""
+    """Robots are asked for the status of their scripts: the expected time is over, or they are silent."""
 
     reason: str
 
 
 class MissionRecoveryBegun(MissionEvent, type="mission.recovery_begun"):
-    """A repair of the mission's plan is sought, for the `number`-th time."""
+    """The search for a repair of the mission's plan has begun, for the `number`-th time."""
 
     number: int
     failure: str
@@ -346,7 +346,7 @@ class ScriptRefused(Event, type="script.refused"):
 
 
 class ScriptStatus(Event, type="script.status"):
-    """The robot has answered how the script stands; `packet` is what it is at."""
+    """The robot has answered a status query for the script; `packet` is its current one."""
 
     robot: str
     state: ScriptState | None
@@ -365,7 +365,7 @@ class ScriptReported(Event, type="script.{0.state}", states=TERMINAL_SCRIPTS):
 
 
 class ScriptCleared(Event, type="script.cleared"):
-    """The robot is told which actions of others have `ended` that its packets come after."""
+    """The robot gets clearance: actions of other robots, which its packets wait for, have `ended`."""
 
     robot: str
     ended: tuple[str, ...]
@@ -409,7 +409,7 @@ class PacketReported(Event, type="packet.{0.state}", states=tuple(PacketState)):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Belief:
-    """A fact that was believed, who said it and when (world's clock)."""
+    """A fact that was believed, with its source and time (world's clock)."""
 
     predicate: str
     args: tuple[str, ...]
@@ -435,7 +435,7 @@ class FactsContradicted(Event, type="world.contradicted"):
 
 
 class FactsCorrected(Event, type="world.corrected"):
-    """An operator has corrected the world's facts; `dropped` cannot hold beside the correction."""
+    """An operator has corrected the world's facts; `dropped` are the facts that contradicted the correction."""
 
     actor: str
     comment: str
@@ -443,14 +443,14 @@ class FactsCorrected(Event, type="world.corrected"):
 
 
 class FactsReconciled(Event, type="world.reconciled"):
-    """A robot stopped before its script's end; `notes` say what its percepts gave up of the world's facts."""
+    """A robot stopped before its script's end; `notes` say which facts were given up because of its percepts."""
 
     robot: str
     notes: tuple[str, ...]
 
 
 class LateReport(Event, type="world.late_report"):
-    """Facts of a report were `passed_over`, for something newer is known of their subjects."""
+    """Facts of a late report were ignored (`passed_over`): newer facts are known about the same things."""
 
     robot: str
     at_s: float
@@ -467,7 +467,7 @@ class RobotDeclaredLost(Event, type="robot.declared_lost"):
 
 
 class RobotFound(Event, type="robot.found"):
-    """The robot is counted on again: an operator said so, or (actor `contact`) it was heard."""
+    """The robot is no longer lost: an operator declared it found, or (actor `contact`) it was heard again."""
 
     world: str
     actor: str
@@ -485,7 +485,7 @@ class TuningSet(Event, type="tuning.set"):
 
 
 class TuningAcknowledged(Event, type="tuning.acknowledged"):
-    """The robot has taken on its tuning."""
+    """The robot has applied its tuning."""
 
     world: str
     version: int
@@ -501,7 +501,7 @@ class TuningRefused(Event, type="tuning.refused"):
 
 
 class UpkeepReported(Event, type="upkeep.{0.state}", states=tuple(PacketState)):
-    """The robot has reported a packet that it carries out for its own sake, such as recharging (world's clock)."""
+    """The robot has reported a packet of its own upkeep, such as recharging (world's clock)."""
 
     world: str
     packet: str
@@ -521,7 +521,7 @@ class TeleoperationBegan(Event, type="teleoperation.began"):
 
 
 class TeleoperationEnded(Event, type="teleoperation.ended"):
-    """The operator `driver` drives the robot no more (world's clock)."""
+    """The operator `driver` no longer drives the robot (world's clock)."""
 
     world: str
     driver: str

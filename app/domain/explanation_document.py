@@ -19,10 +19,10 @@ class ActionExplanationBody(ExplanationPart):
     """Why an action is there, by these robots, and in this place of the order."""
 
     action: str
-    goals: tuple[SymbolicFact, ...] = Field(description="that it serves")
+    goals: tuple[SymbolicFact, ...] = Field(description="the goals that it serves")
     chain: tuple[CausalLinkBody, ...] = Field(description="the links by which it serves one of them")
     because: tuple[str, ...] = Field(description="the chain in words")
-    robots: dict[str, str] = Field(description="for each of its robots why not another")
+    robots: dict[str, str] = Field(description="for each of its robots, why no other was chosen")
     order: tuple[str, ...] = Field(description="what it comes after, then what it comes before, and why")
     after: tuple[str, ...] = Field(
         default=(), description="the actions it comes after; the first sentences of `order` say why, one each"
@@ -62,9 +62,7 @@ class ExplanationBody(ExplanationPart):
 
     plan_id: str = ""
     actions: tuple[ActionExplanationBody, ...]
-    robots: dict[str, str] = Field(
-        description="what it costs to do without a robot: the plan made without it"
-    )
+    robots: dict[str, str] = Field(description="by robot, the cost of planning without it, in words")
     makespan: tuple[str, ...] = Field(description="the critical path in words")
     waits: tuple[WaitBody, ...] = Field(description="where robots wait for others, the longest first")
 

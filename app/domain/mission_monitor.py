@@ -1,10 +1,9 @@
-"""The mission monitor's rules (MACTA §4), as a pure function of what is known.
+"""The mission monitor's rules (MACTA §4), as a pure function of the mission's record.
 
-At the end of the expected time and its margin the robots are asked how they stand, and a robot is asked before if its
-silence is longer than its radio explains. The mission's state follows from the answers: still at work extends the time,
-silence makes the mission `unknown`, never `failed`. Where a robot
-fails, or the world is not as the plan counts on it to be, the others are made safe first; then the mission is
-recovered or ends.
+At the end of the expected time and its margin the robots are asked for their status; a robot is asked earlier if its
+silence is longer than its radio explains. The mission's state follows from the answers: robots still at work extend the
+time, silence makes the mission `unknown`, never `failed`. If a robot fails, or a fact that the plan depends on is no
+longer believed, the other robots are stopped first; then the mission is recovered or ends.
 """
 
 from collections.abc import Sequence
@@ -18,18 +17,24 @@ from app.domain.recovery_rules import Policy, Trouble, category_of
 from robots.wire import FailureCategory, ScriptState
 
 EXTENSION_S = 20.0
-"""World seconds a mission is given at least when its robots say they are still at work."""
+"""Least world seconds by which a mission is extended when its robots report that they are still at work."""
 LOOK_S = 5.0
-"""World seconds after which it is looked again, at the soonest, whether a robot has fallen silent."""
+"""Least world seconds between two checks whether a robot has become silent."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptView:
-    """A robot's script as known: `open_question` while a status query is unanswered, `stopping` once told to cancel,
-    `abandoned` if its robot was declared lost, `found` if that robot counts again; `failed_at` the tag of the packet
-    that failed, `about` the things and places it was about, `waited` if it never began, for another robot was to do
-    something first; `silent_in_s` world seconds at least until the robot's silence is longer than its radio explains,
-    0 once it is; `doubt` why what the robot claims is not believed.
+    """A robot's script as recorded.
+
+    :param open_question: a status query is unanswered.
+    :param stopping: the robot was ordered to cancel it.
+    :param abandoned: its robot was declared lost.
+    :param found: that robot is no longer lost.
+    :param failed_at: the tag of the packet that failed.
+    :param about: the things and places that the failed packet was about.
+    :param waited: the failed packet never began: it waited for another robot.
+    :param silent_in_s: least world seconds until the robot's silence is longer than its radio explains; 0 once it is.
+    :param doubt: why the robot's report was held back as implausible; empty if none was.
     """
 
     robot: str
@@ -65,7 +70,7 @@ class ScriptView:
 
     @property
     def trouble(self) -> Trouble:
-        """Only of one that failed. A robot that refuses, or is lost, is of no use for the mission any longer."""
+        """The trouble of a failed script. A robot that refused it or is lost is not planned with any longer."""
         if self.abandoned:
             return Trouble(
                 robot=self.robot,
@@ -91,18 +96,18 @@ class ScriptView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionView:
-    """A mission as known.
+    """A mission as recorded.
 
     :param asked_for_s: wall-clock seconds since the monitor's open question, None without one.
     :param scripts: of the plan that it carries out now.
     :param missed: its goals that are not believed true, in words.
-    :param broken: what it counts on and is no longer believed, in words.
+    :param broken: facts that it depends on and that are no longer believed, in words.
     :param tries_left: how often it may still be recovered.
-    :param no_way: why no plan was found to recover it by, or why it was turned down; empty if none was sought.
+    :param no_way: why no repaired plan was found, or why it was rejected; empty if none was sought.
     :param done_before: a robot has finished a script of an earlier plan.
     :param reason: why it is in its state.
-    :param stopped_for: why its robots were told to stop though none had failed.
-    :param deadline_s: by when it is wanted (world's clock), None if nobody said.
+    :param stopped_for: why its robots were stopped although none had failed.
+    :param deadline_s: world's clock; None without a deadline.
     """
 
     state: MissionState
@@ -125,7 +130,7 @@ class MissionView:
 
     @property
     def left_s(self) -> float:
-        """Of the expected time; negative if it is over."""
+        """Seconds left of the expected time and its margin; negative if it is over."""
         return self.enquire_at_s - self.now_s
 
     @property
@@ -142,8 +147,11 @@ class MissionView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What to do next. `wait_s` is in the world's clock: when to look again if nothing is heard.
+    """What to do next.
 
+    :param wait_s: world seconds until the next review if no report arrives before.
+    :param ask: the robots to send a status query.
+    :param cancel: the robots to order to stop.
     :param is_overdue: its deadline has passed; the reason does not say so.
     :param recover: the step of its recovery that the mission is to take.
     """
@@ -168,7 +176,7 @@ def review(view: MissionView, *, patience_s: float) -> Verdict:
 
 
 def _with_deadline(verdict: Verdict, left_s: float) -> Verdict:
-    """A mission that is past its deadline goes on as overdue; another failure comes before that.
+    """The verdict with the deadline: a mission past it goes on as overdue; any other failure takes precedence.
 
     :param left_s: world seconds to the deadline.
     """
@@ -181,7 +189,7 @@ def _review(view: MissionView, patience_s: float) -> Verdict:
     if not view.scripts and view.state in (MissionState.PENDING, MissionState.PAUSED):
         return Verdict(state=view.state, wait_s=EXTENSION_S)
     open_scripts = [script for script in view.scripts if not script.ended]
-    if not open_scripts:  # nor are there any where all goals were true already
+    if not open_scripts:  # all have ended, or there are none because all goals were true already
         return _conclusion(view)
     stopping = any(script.stopping for script in open_scripts)
     if view.why or view.cancel_requested or stopping:
@@ -195,24 +203,22 @@ def _review(view: MissionView, patience_s: float) -> Verdict:
 
 
 def cancelled(*, came_true: bool = False) -> Verdict:
-    """Of a mission that the operator cancelled, when no robot is at work for it.
+    """The verdict on a mission that the operator cancelled, when no robot is at work for it.
 
     :param came_true: all its goals are believed true.
     """
-    reason = "cancelled by the operator" + (
-        ", but all that it was to achieve has come true" if came_true else ""
-    )
+    reason = "cancelled by the operator" + (", but all its goals are true" if came_true else "")
     why = FailureCategory.CANCELLED
     return Verdict(state=MissionState.CANCELLED, wait_s=0, reason=reason, failure=why)
 
 
 def _conclusion(view: MissionView) -> Verdict:
-    """Every robot has ended its part, well or badly."""
+    """The verdict once every robot has ended its script, finished or not."""
     unfinished = [script for script in view.scripts if script.state is not ScriptState.FINISHED]
     if view.cancel_requested and unfinished:
         return cancelled(came_true=not view.missed)
     if not view.missed:
-        # NOTE: a robot that failed after all goals had come true has not kept the mission from its end.
+        # NOTE: also if a robot failed, when all goals are true.
         return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
     category = category_of(view.troubles)
     recovery = _recovery(view, "; ".join(filter(None, (_what_happened(view), view.no_way))))
@@ -225,7 +231,7 @@ def _conclusion(view: MissionView) -> Verdict:
 
 
 def _recovery(view: MissionView, reason: str) -> Verdict | None:
-    """What is next in the recovery of a mission whose robots are safe; None if it ends."""
+    """The verdict on the recovery of a mission whose robots are safe; None if the mission ends."""
     if (
         view.step in (RecoveryStep.PLANNING, RecoveryStep.DECIDING, RecoveryStep.STUCK)
         and not view.cancel_requested
@@ -275,7 +281,7 @@ def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: fl
 
 
 def _doubting(view: MissionView, doubted: list[ScriptView]) -> Verdict:
-    """Robots claim what cannot be so: they are asked once, and what they say next tells."""
+    """Robots report implausibly: the mission is `unknown`, and they are asked once for their status."""
     return Verdict(
         state=MissionState.UNKNOWN,
         wait_s=EXTENSION_S,
@@ -286,7 +292,7 @@ def _doubting(view: MissionView, doubted: list[ScriptView]) -> Verdict:
 
 
 def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
-    """The expected time is not over and nobody silent for too long; or robots are to be asked."""
+    """No question is open: wait, or ask robots if the expected time is over or they are silent for too long."""
     if view.state is MissionState.PAUSED:
         return Verdict(state=view.state, wait_s=view.left_s if view.left_s > 0 else EXTENSION_S)
     ask = tuple(script.robot for script in open_scripts if view.left_s <= 0 or script.is_silent)
@@ -299,9 +305,9 @@ def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
 
 
 def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: float) -> Verdict:
-    """Robots have been asked: all answered that they are at work, or some are still silent.
+    """A question is open: go on if all robots have answered, else wait, and after `patience_s` the state is `unknown`.
 
-    Paused meanwhile, nothing is concluded from either: the question is asked again later.
+    If the mission was paused meanwhile, nothing is concluded: the question is asked again later.
     """
     if view.state is MissionState.PAUSED:
         later_s = max(view.enquire_at_s, view.now_s + EXTENSION_S)
@@ -321,12 +327,12 @@ def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: 
 
 
 def _owes_an_answer(script: ScriptView, *, over: bool) -> bool:
-    """One that has not agreed to its script yet has time to, until it is silent or the expected time is over."""
+    """True if the robot owes the answer to a query or, once it is silent or the time is `over`, to its script."""
     return script.open_question or (script.delivery is Delivery.PENDING and (over or script.is_silent))
 
 
 def _going_on(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
-    """All that were asked have answered. What is left of the expected time is left, and some is given at least."""
+    """All robots that were asked have answered: go on; if the expected time is over, it is extended."""
     extension_s = max(EXTENSION_S, view.estimate_s / 2) if view.left_s <= 0 else view.left_s
     begun = any(script.state is not None for script in view.scripts)
     return Verdict(

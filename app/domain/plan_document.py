@@ -46,9 +46,9 @@ class ActionBody(PlanPart):
     earliest_end_s: float
     slack_s: float
     critical: bool = Field(default=False, description="it cannot start later without the plan ending later")
-    distance_m: float = Field(default=0.0, description="what its robots drive together")
-    energy_j: float = Field(default=0.0, description="what its robots use together")
-    under_way: bool = Field(default=False, description="it runs already when the plan starts")
+    distance_m: float = Field(default=0.0, description="driven by its robots together")
+    energy_j: float = Field(default=0.0, description="used by its robots together")
+    under_way: bool = Field(default=False, description="it is already being executed when the plan starts")
     description: str
 
 
@@ -83,22 +83,20 @@ class LateGoalBody(PlanPart):
 
 
 class DifferenceBody(PlanPart):
-    """What became of another plan's actions, by their ids there and here."""
+    """How this plan differs from an old one, by the actions' old and new ids."""
 
     kept: dict[str, str] = Field(description="old id → new id: the same robots do the same in the same order")
     reassigned: dict[str, str] = Field(description="old id → new id: others do it")
     dropped: tuple[str, ...] = Field(description="old ids")
     added: tuple[str, ...]
     shifted: dict[str, float] = Field(description="new id → seconds later, negative: earlier")
-    later_s: float = Field(description="by so much the plan ends later")
-    elapsed_s: float = Field(
-        default=0.0, description="where this plan's start lies on the other one's time axis"
-    )
+    later_s: float = Field(description="how much later the plan ends")
+    elapsed_s: float = Field(default=0.0, description="this plan's start on the old plan's time axis")
     words: tuple[str, ...]
 
 
 class RepairsBody(PlanPart):
-    """The plan that this one takes the place of, how it was repaired, and what is different."""
+    """The plan that this one replaces, how it was repaired, and how it differs."""
 
     plan_id: str
     course: Course
@@ -106,7 +104,7 @@ class RepairsBody(PlanPart):
 
 
 class PlanBody(PlanPart):
-    """A plan-net and the decision on it. `objects` gives the type of every name the facts speak of."""
+    """A plan-net and the decision on it. `objects` gives the type of every name in the facts."""
 
     id: str = ""
     goal_id: str | None = None
@@ -127,14 +125,14 @@ class PlanBody(PlanPart):
         default=(), description="a longest chain of actions: what the makespan is made of"
     )
     late: tuple[LateGoalBody, ...] = ()
-    clearances: int = Field(default=0, description="orderings for which a robot waits until it is cleared")
+    clearances: int = Field(default=0, description="orderings for which a robot waits for clearance")
     label: str = Field(default="", description="what it is best at among the goal's alternatives")
     comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
-    repairs: RepairsBody | None = Field(default=None, description="if the world had overtaken a plan before")
+    repairs: RepairsBody | None = Field(default=None, description="set if it replaces a stale plan")
     overtaken: tuple[str, ...] = Field(
         default=(),
-        description="of a single plan that is proposed: what it rests on and is no longer so, and what is instead; "
-        "approving has it repaired",
+        description="for a single proposed plan: its conditions that no longer hold, and what holds instead; if there "
+        "are any, approving it has it repaired",
     )
     engine: str = ""
     planning_s: float = 0.0
@@ -194,9 +192,9 @@ class PlanBody(PlanPart):
         )
 
     def to_plan_net(self, knowledge_base: KnowledgeBase) -> PlanNet:
-        """The plan-net this is the body of, exactly.
+        """The plan-net that this body was made from.
 
-        :raises planner.KnowledgeBaseError: if the knowledge base does not know its facts.
+        :raises planner.KnowledgeBaseError: if its facts are not in the knowledge base's vocabulary.
         """
         convert = _FromRelations(knowledge_base, self.objects)
         return PlanNet(
@@ -224,7 +222,7 @@ def _facts_of(net: PlanNet) -> Iterable[Fact]:
 
 
 class _ToRelations:
-    """Planner's form to rel/ref convert."""
+    """Converts from the planner's form to rel/ref form."""
 
     def __init__(self, knowledge_base: KnowledgeBase) -> None:
         self._knowledge_base = knowledge_base
@@ -241,7 +239,7 @@ class _ToRelations:
 
 
 class _FromRelations:
-    """Rel/ref form to planner's convert."""
+    """Converts from rel/ref form to the planner's form."""
 
     def __init__(self, knowledge_base: KnowledgeBase, objects: Mapping[str, str]) -> None:
         self._knowledge_base = knowledge_base

@@ -1,7 +1,7 @@
-"""Whether what a robot claims can be so: in time, in order and in place. Pure.
+"""Whether a robot's report is plausible: in time, in order and in place. Pure.
 
-A claim that cannot be so yet is not believed and not receipted, so an honest robot repeats it. Time passing and the
-robot's next telemetry only ever make an honest claim more plausible: it may be believed late, but not never.
+An implausible report is neither recorded nor receipted, so the robot repeats it. Time and the robot's next telemetry
+only make a true report more plausible: it may be recorded late, but it is recorded.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,31 +11,31 @@ from math import dist
 from robots.wire import PacketState, Telemetry
 
 LEAST_SHARE = 0.25
-"""Of its expected duration a packet takes at least this much (our choice)."""
+"""The least share of its expected duration that a packet takes (our choice)."""
 ROUNDING_S = 1e-6
-"""Sums of times differ by less, whatever order they are added in."""
+"""Sums of times in different orders differ by less."""
 AHEAD_S = 5.0
-"""World seconds by which a report may be ahead of the world's clock as it is known here (our choice)."""
+"""World seconds by which a report may be ahead of the world's clock as read by the service (our choice)."""
 OUT_OF_ORDER_S = 60.0
-"""World seconds by which a robot's reports may contradict their order: one that goes on from its snapshot does some of
-its work again (our choice)."""
+"""World seconds by which a robot's reports may contradict their order: one that resumes from its snapshot repeats some
+of its work (our choice)."""
 PLACE_M = 2.5
-"""How far from a place a robot at or near it may believe itself to be (our choice)."""
+"""Greatest distance between a place and the reported position of a robot at or near it (our choice)."""
 SIGHT_M = 4.0
-"""How far from a place a robot may believe itself to be that sees what lies in it: it trusts its sight for 3 m."""
+"""Likewise of a robot that sees what lies in the place: robots rely on their sight up to 3 m."""
 SPEED_FACTOR = 1.5
-"""A robot may be faster than it is said to be (our choice)."""
+"""A robot may be faster than its stated greatest speed by this factor (our choice)."""
 
 Point = tuple[float, float]
 Packets = Mapping[str, Mapping[str, object]]
-"""By packet id what is known of it: its state, `at_s` and `finished_at_s`."""
+"""By packet id its recorded state, `at_s` and `finished_at_s`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presence:
-    """Where a robot says that it is.
+    """A robot's reported position.
 
-    :param speed_m_s: its greatest.
+    :param speed_m_s: its greatest speed.
     """
 
     telemetry: Telemetry
@@ -44,12 +44,12 @@ class Presence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Work:
-    """A script, as far as is known here.
+    """A script and what is recorded of its execution.
 
     :param ids: of its packets, in order.
     :param tags: of these packets.
     :param expected_s: their expected durations.
-    :param known: what was reported of them and believed.
+    :param known: what was recorded of them.
     :param given_at_s: when it was given to the robot (world's clock), None if that is not known.
     """
 
@@ -62,20 +62,20 @@ class Work:
 
 
 def doubt_of_time(at_s: float, *, now_s: float, lag_s: float) -> str:
-    """Why a report cannot have been made when it says so; empty if it can.
+    """Why a report cannot have been made at its stated time; empty if it can.
 
     :param lag_s: by how much the world's clock may be ahead of `now_s`.
     """
     ahead_s = at_s - now_s
     if ahead_s <= AHEAD_S * (1.0 + lag_s):
         return ""
-    return f"reports what is to happen in {ahead_s:.0f} s"
+    return f"sent a report dated {ahead_s:.0f} s in the future"
 
 
 def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s: float) -> str:
     """Why a packet, and with it those before it, cannot have finished; empty if they can.
 
-    :param at_s: when it finished, as the robot says.
+    :param at_s: when it finished, as reported.
     """
     index = work.ids.index(packet)
     what = f"reports that {work.tags[index]} has finished"
@@ -86,10 +86,10 @@ def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s
         is_out_of_order = said_s > at_s + OUT_OF_ORDER_S if other < index else said_s < at_s - OUT_OF_ORDER_S
         if other != index and is_out_of_order:
             order = "before" if other < index else "after"
-            return f"{what} at {at_s:.0f} s, and of {work.tags[other]} {order} it at {said_s:.0f} s"
+            return f"{what} at {at_s:.0f} s, but reported {work.tags[other]} {order} it at {said_s:.0f} s"
         if other < index and work.known[name].get("state") == PacketState.FAILED:
             return f"{what}, but {work.tags[other]} before it has failed"
-    # What comes before a packet that has finished has finished, too, though its own report may be lost.
+    # All packets before a finished one have finished, even if their own reports are lost.
     done = next((i for i in range(index, -1, -1) if _finished(work.known, work.ids[i])), -1)
     ended_s = _number(work.known, work.ids[done], "finished_at_s") if done >= 0 else None
     since_s = max((one for one in (work.given_at_s, ended_s) if one is not None), default=None)
@@ -103,7 +103,7 @@ def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s
 
 
 def doubt_of_progress(work: Work, packet: str, at_s: float, telemetry: Telemetry) -> str:
-    """Why a packet cannot have finished by what the robot says of itself later; empty if it can."""
+    """Why a packet cannot have finished according to the robot's later telemetry; empty if it can."""
     is_later = telemetry.at_s > at_s and telemetry.script_id == work.script_id
     if not is_later or telemetry.packet_id not in work.ids:
         return ""

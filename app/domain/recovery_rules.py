@@ -1,7 +1,7 @@
-"""The rules of recovery, as pure functions: what has befallen a mission, who is left out, what may be tried.
+"""The rules of recovery, as pure functions: a mission's troubles, what is left out of planning, what may be tried.
 
-In this order: the same again, as far as its pre-conditions hold; a repair that keeps what is done; a plan without the
-robots that are of no use any longer; the operator.
+In this order: the rest of the same plan, if its pre-conditions hold; a repair that keeps what is done; a plan without
+the robots that can no longer be used; the operator.
 """
 
 from collections import Counter
@@ -16,13 +16,13 @@ from planner.repair import Course
 from robots.wire import FailureCategory
 
 TRIES = 4
-"""So often a mission is recovered before an operator is asked, or it has failed (our choice)."""
+"""How often a mission is recovered before an operator is asked, or it has failed (our choice)."""
 FAILURES = 2
-"""What a robot has failed at so often in a mission it is not planned to do there any longer (our choice)."""
+"""Number of failures of a robot at one packet after which the mission does not plan that packet for it (our choice)."""
 
 
 class Policy(StrEnum):
-    """What an operator wants of a mission's recovery."""
+    """How a mission is to be recovered."""
 
     AUTO = "auto"
     """Repaired plans are approved at once."""
@@ -45,14 +45,14 @@ class Measure(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trouble:
-    """What kept a robot from doing its part.
+    """Why a robot did not finish its script.
 
     :param tag: the packet that it failed at; empty if that is not known.
-    :param fit: it may be planned with again.
-    :param waited: it waited in vain for what another was to do, and has not failed at anything itself.
-    :param script: the id of the script that it could not carry out; empty in old records.
+    :param fit: the robot may be planned with again.
+    :param waited: it timed out waiting for another robot, and did not fail itself.
+    :param script: the id of the script; empty in old records.
     :param about: the things and places that the packet was about.
-    :param answered: an operator has seen to it, or the lost robot was found: it speaks against the robot no more.
+    :param answered: an operator has dealt with it, or the lost robot was found: it no longer counts against the robot.
     """
 
     robot: str
@@ -67,7 +67,7 @@ class Trouble:
 
     @property
     def is_loss(self) -> bool:
-        """True if it is that the robot was declared lost."""
+        """True if the robot was declared lost and is not found."""
         return self.category is FailureCategory.UNREACHABLE and not self.fit
 
     def is_answered_by(self, names: Collection[str]) -> bool:
@@ -87,16 +87,16 @@ class Trouble:
 
 
 def policy_for(wish: str | None, *, auto_approve: bool) -> Policy:
-    """What was asked for; else who wanted to see the plan wants to see its repairs."""
+    """The requested policy; by default repairs are approved automatically if the plan is."""
     if wish is not None:
         return Policy(wish)
     return Policy.AUTO if auto_approve else Policy.ASK
 
 
 def category_of(troubles: Sequence[Trouble]) -> FailureCategory:
-    """One for the mission: silence first, for it is what the least is known of; else what came first.
+    """The category for the mission: unreachable if any trouble is, else that of the first trouble.
 
-    Without any trouble of a robot's the world is not as it was believed to be.
+    Without any trouble the category is that the world has changed.
     """
     if any(one.category is FailureCategory.UNREACHABLE for one in troubles):
         return FailureCategory.UNREACHABLE
@@ -128,10 +128,9 @@ class LeftOut:
 
 
 def left_out(troubles: Iterable[Trouble]) -> LeftOut:
-    """Robots that are lost or unwilling, and what a robot has failed at for the second time. What is answered does not
-    count.
+    """What repairs must not use: robots that are lost or refused a script, and packets that a robot failed at twice.
 
-    :param troubles: all that the mission has had so far.
+    :param troubles: all of the mission so far; answered ones do not count.
     """
     had = [one for one in troubles if not (one.waited or one.answered)]
     often = {
@@ -145,12 +144,12 @@ def left_out(troubles: Iterable[Trouble]) -> LeftOut:
 
 
 def measure_of(course: Course, *, without: bool) -> Measure:
-    """What a repaired plan amounts to; `without`: something of the old plan is left out."""
+    """The measure that a repaired plan is; `without`: a robot or packet of the old plan is left out."""
     if without:
         return Measure.REPLAN
     return Measure.RETRY if course is Course.KEPT else Measure.REPAIR
 
 
 def needs_decision(policy: Policy, measure: Measure) -> bool:
-    """True if an operator is to decide. The rest of what was approved, as it was, is approved already."""
+    """True if an operator is to decide. The unchanged rest of an approved plan needs no second approval."""
     return policy is Policy.ASK and measure is not Measure.RETRY

@@ -1,1 +1,1 @@
-"""Missions: their life as a durable workflow, the monitor's rules, and the book of robots' reports (MACTA §4)."""
+"""Missions: their durable workflow from dispatch to end, recovery, and the recording of robots' reports (MACTA §4)."""

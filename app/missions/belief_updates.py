@@ -1,6 +1,6 @@
 """How robots' reports change the facts: effects of actions that ended, percepts of robots that stopped or moved.
 
-A report about something of which something newer is known is late, and not believed.
+A reported fact is not believed if newer facts about the same thing are known.
 """
 
 from collections.abc import Iterable, Sequence
@@ -31,7 +31,7 @@ STOPPED = (ScriptState.FAILED, ScriptState.CANCELLED)
 
 
 class BeliefUpdates:
-    """Changes the facts inside the caller's transaction, and wakes the missions that may have counted on them."""
+    """Changes the facts inside the caller's transaction, and wakes the missions that may depend on them."""
 
     def __init__(self, core: Core) -> None:
         self._facts = core.facts
@@ -50,16 +50,16 @@ class BeliefUpdates:
         mission: MissionRow,
         scripts: Sequence[ScriptRow],
     ) -> None:
-        """Make true what actions bring about that have ended. What was done after them stands: reports may overtake
-        each other.
+        """Apply the effects of actions that have ended. Effects of later actions are kept: reports may overtake each
+        other.
 
         :param at_s: when they were reported to have ended (world's clock).
-        :param script: that of the robot that reported so.
+        :param script: the reporting robot's.
         :param scripts: all of the same plan.
         """
         net = self._plan_nets.of(session, script.plan_id)
         world = self._facts.read_locked(session, mission.world)
-        # A robot that was stopped has looked round since; what the others reported later is counted in below.
+        # The percepts of a stopped robot are newer; later actions of the other robots are applied again below.
         going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
         for action_id in actions:
             before = world.facts
@@ -82,7 +82,7 @@ class BeliefUpdates:
     def reconcile(
         self, session: Session, report: ScriptReport, script: ScriptRow, mission: MissionRow
     ) -> None:
-        """Believe what a robot perceives whose script ended early; what it had begun does not count."""
+        """Apply the percepts of a robot whose script ended early; actions that it had begun have no effects."""
         world = self._facts.read_locked(session, mission.world)
         change = reconcile_report(world.facts, script.robot, report.perceived, self._knowledge_base)
         self._believe(
@@ -101,7 +101,7 @@ class BeliefUpdates:
             )
 
     def note_upkeep(self, session: Session, report: UpkeepReport, *, world: str, robot: str) -> None:
-        """Believe what a robot perceives after it did what no mission asked for, unless something newer is known."""
+        """Record a robot's upkeep and apply its percepts, unless newer facts are known."""
         facts = self._facts.read_locked(session, world)
         last_placed_s = max(
             (
@@ -152,7 +152,7 @@ class BeliefUpdates:
 def _upkeep_event(
     report: UpkeepReport, *, world: str, robot: str
 ) -> UpkeepReported | TeleoperationBegan | TeleoperationEnded | None:
-    """The event of the report; None for progress on the way of a robot that an operator drives."""
+    """The event of the report; None for progress reports of a robot that an operator drives."""
     if report.driver is None:
         return UpkeepReported(
             subject=robot,

@@ -1,7 +1,7 @@
-"""Clearance: robots are told when actions have ended that their packets come after and that they cannot sense.
+"""Clearance: a message to a robot that actions have ended which its packets wait for and whose end it cannot sense.
 
-What a robot is to be told follows from what has ended; it is derived again with each report and stays in the record
-until the robot has acknowledged it.
+Clearances follow from the actions that have ended; they are derived again with each report and kept in the record until
+the robot has acknowledged them.
 """
 
 from collections import defaultdict
@@ -32,7 +32,7 @@ def packets_of(script: ScriptRow) -> list[str]:
 def renew_clearances(
     session: Session, events: EventLog, mission: MissionRow, scripts: Sequence[ScriptRow]
 ) -> None:
-    """Have robots told of what has ended since they were last told, unless the mission is to stop.
+    """Record new clearances for actions that have ended since the last ones, unless the mission is to stop.
 
     :param scripts: all of the plan that the mission carries out now.
     """
@@ -55,6 +55,6 @@ def renew_clearances(
 
 
 def _has_ended_its_part(script: ScriptRow, action: str) -> bool:
-    # A packet's report may be lost for good where a robot must drop some; the script's says the same.
+    # A robot may drop a packet's report when its storage is full; the script's report implies it.
     known = script.packets.get(action, {}).get("state")
     return known == PacketState.FINISHED or script.state == ScriptState.FINISHED

@@ -1,4 +1,4 @@
-"""The organising of a mission's plan: scripts into the record, from where the agent models deliver them."""
+"""Dispatch: records the scripts of a mission's plan; the agent models deliver them from there."""
 
 from collections.abc import Mapping, Sequence
 
@@ -27,12 +27,12 @@ class ScriptDispatcher:
         self._repertoires = repertoires
 
     def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
-        """True if the scripts of the mission's plan are there."""
+        """True if the scripts of the mission's plan are recorded."""
         here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         return session.scalars(select(ScriptRow.id).where(*here)).first() is not None
 
     def dispatch(self, session: Session, mission: MissionRow, now_s: float, *, answer_s: float) -> str:
-        """Have the scripts delivered, if they are not there yet; answers why they cannot be made, empty if they can.
+        """Record the scripts for delivery, unless they are; returns why they cannot be made, empty if they can.
 
         :param now_s: the world's clock.
         :param answer_s: world seconds that an answer from a robot may take by its radio.
@@ -76,7 +76,7 @@ class ScriptDispatcher:
 
 
 def script_id(mission: MissionRow, robot: str) -> str:
-    """The scripts of each of a mission's plans have names of their own."""
+    """The id of the robot's script for the mission's current plan."""
     return f"{mission.id}-{robot}" + (f"-{mission.revision}" if mission.revision > 1 else "")
 
 

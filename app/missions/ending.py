@@ -26,10 +26,10 @@ def end_mission(
     failure: FailureCategory | None,
     now_s: float,
 ) -> None:
-    """Nothing of an ended mission is delivered any longer, but the order to stop to robots that were declared lost; its
-    goal is finished with the mission's outcome, and a repair that waits for a decision is closed.
+    """End the mission: withdraw its scripts, finish its goal with its outcome, and close a repair that is proposed.
 
-    It ended when its robots were last heard of it, or at `now_s` if they never were (world's clock).
+    Only the order to stop is still delivered, to robots that were declared lost. The time of the end is that of the
+    robots' last report, or `now_s` without any (world's clock).
     """
     scripts = session.scalars(select(ScriptRow).where(ScriptRow.mission_id == mission.id)).all()
     for script in scripts:

@@ -11,11 +11,11 @@ from robots.world import WorldFile
 
 
 class Fleet(Protocol):
-    """What drives a world's robots, at the far end of their link."""
+    """The process that drives a world's robots, at the other end of their link."""
 
     @property
     def run(self) -> str | None:
-        """The run of the world that it drives, None while it has not been heard of."""
+        """The run of the world that it drives, None before it was announced."""
         ...
 
     @property
@@ -48,7 +48,7 @@ class FleetRun:
         self._holds_lease = holds_lease
 
     def follow(self) -> None:
-        """Take up the fleet's run if it has changed. Called often; cheap if it has not."""
+        """Record the fleet's run if it has changed, and exchange messages with it. Called often; cheap if unchanged."""
         run = self._fleet.run
         if run is None or run == self._fleet.taken_up:
             return

@@ -1,7 +1,7 @@
 """A mission's durable workflow: organise, dispatch, monitor, recover, conclude.
 
-Every step reads the record and writes it in one transaction, so a step that runs again after a crash finds what it did
-before and does nothing twice. Between steps the workflow sleeps until a report or the monitor's next instant.
+Every step reads and writes the record in one transaction, so a step that runs again after a crash does nothing twice.
+Between steps the workflow sleeps until a report arrives or the monitor's next review is due.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -32,19 +32,20 @@ from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
 
 LOOKS_PER_WORKFLOW = 25
-"""After so many looks at the mission another workflow continues with it."""
+"""Reviews of the mission after which another workflow continues with it."""
 FIRST_SLEEP_S = 1.0
-"""The longest sleep after a workflow's first look (wall clock)."""
+"""The longest sleep after a workflow's first review (wall clock)."""
 LONGEST_SLEEP_S = 30.0
 SHORTEST_SLEEP_S = 0.1
-"""The bounds of a sleep between two looks (wall clock)."""
+"""The bounds of a sleep between two reviews (wall clock)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldTime:
-    """A world's clock, its rate now (world seconds a wall-clock second, None flat out) and its radio's pace.
+    """A world's clock, its current rate and the delay of its radio.
 
-    :param answer_s: world seconds that an answer from a robot that is in order may take by its radio.
+    :param rate: world seconds per wall-clock second; None: as fast as possible.
+    :param answer_s: world seconds that a message to a robot and its answer may take by radio.
     """
 
     clock: Clock
@@ -56,8 +57,9 @@ class WorldTime:
         return cls(clock=world.clock, rate=world.pace, answer_s=world.file.answer_s)
 
     def patience_s(self, wall_s: float) -> float:
-        """Wall-clock seconds that an answer may take: so many by itself, and the radio's time. Flat out is not slower
-        than real time.
+        """Wall-clock seconds that an answer may take: `wall_s` and the radio's time.
+
+        A world that runs as fast as possible is taken to run at least in real time.
         """
         return wall_s + self.answer_s / (self.rate() or 1.0)
 
@@ -69,7 +71,7 @@ class WorldTime:
 
 
 class MissionLife:
-    """The steps of a mission and the workflow that strings them together."""
+    """The steps of a mission and the workflow that runs them."""
 
     def __init__(
         self,
@@ -85,7 +87,7 @@ class MissionLife:
     ) -> None:
         """
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
-        :param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains.
+        :param silent_in_s: least world seconds until a robot's silence is longer than its radio explains.
         """
         self._database = core.database
         self._events = core.events
@@ -99,7 +101,7 @@ class MissionLife:
         self._clock = clock
 
     def run(self, mission_id: str) -> None:
-        """The workflow. A step that keeps failing ends the mission, so that it does not hold its robots for ever."""
+        """The workflow. A step that keeps failing ends the mission, so that its robots are released."""
         or_give_up(lambda: self._run(mission_id), partial(self._give_up, mission_id))
 
     def _run(self, mission_id: str) -> None:
@@ -110,12 +112,12 @@ class MissionLife:
             sleep_s = step("monitor", lambda: self.monitor(mission_id))
             if sleep_s is None:
                 return
-            # A message to the workflow before this one may have come after its last look.
+            # A message to the previous workflow may have come after its last review.
             sleep_until_woken(sleep_s if look else min(sleep_s, FIRST_SLEEP_S))
         step("begin anew", lambda: self._continue_as_new(mission_id, workflow))
 
     def _continue_as_new(self, mission_id: str, workflow: str) -> None:
-        """Have another workflow continue: one that is recovered replays its recorded steps, so they must be few."""
+        """Continue in a new workflow: a recovered workflow replays its recorded steps, so they must be few."""
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
             if mission.workflow == workflow and not has_ended(mission):
@@ -123,13 +125,13 @@ class MissionLife:
                 self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
 
     def _organise(self, mission_id: str) -> bool:
-        """Turn the plan-net into scripts and hand them to the agent models; False if the mission is over with that."""
+        """Turn the plan-net into scripts for the agent models to deliver; False if the mission has ended."""
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
             return not has_ended(mission) and self._ensure_dispatched(session, mission)
 
     def _ensure_dispatched(self, session: Session, mission: MissionRow) -> bool:
-        """Have the scripts of the mission's plan delivered if they are not yet; False if that ended the mission."""
+        """Record the scripts of the mission's plan for delivery, unless they are; False if that ended the mission."""
         if mission.cancel_requested and not self._dispatcher.is_dispatched(session, mission):
             self._close(session, mission, cancelled())
             return False
@@ -140,7 +142,7 @@ class MissionLife:
         return not why_not
 
     def monitor(self, mission_id: str) -> float | None:
-        """Judge the mission once and act on it; answers how long to sleep (wall clock), None at its end."""
+        """Review the mission once and act on the verdict; returns how long to sleep (wall clock), None at its end."""
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
             if has_ended(mission) or not self._ensure_dispatched(session, mission):
@@ -195,7 +197,7 @@ class MissionLife:
         self._assess(session, mission, verdict)
 
     def _assess(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
-        """Record how the mission stands, and tell what is new."""
+        """Record the monitor's assessment, with events for what is new."""
         same_state = verdict.state in (MissionState.PAUSED, active_state(mission))
         newly_overdue = verdict.is_overdue and not mission.is_overdue
         if same_state and mission.reason == verdict.reason and not newly_overdue:

@@ -1,7 +1,7 @@
-"""Lost robots: an operator declares them lost; they count again when they are heard, or declared found.
+"""Lost robots: an operator declares them lost; they are restored when they are heard again or declared found.
 
-What a lost robot was to do is no longer waited for. It is told to stop whenever it is heard, also after its mission
-has ended, and counts again once it has said what became of its script.
+Missions do not wait for the scripts of a lost robot. It is ordered to stop when it is heard, also after its mission has
+ended, and can be restored only after it has reported the end of its script.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from app.workflows.mission_wakeups import wake_missions
 from robots.clock import Clock
 
 CONTACT = "contact"
-"""Who found a robot that was heard again."""
+"""The actor of the restoration of a robot that was heard again."""
 
 
 class LostRobots:
@@ -50,7 +50,7 @@ class LostRobots:
         self._wall_clock = wall_clock
 
     def declare_lost(self, world: str, robot: str, *, actor: str, comment: str) -> None:
-        """Do without the robot from now on. Its missions are recovered without it; to say it again changes nothing."""
+        """Declare the robot lost; its missions are recovered without it. Declaring it again changes nothing."""
         with self._database.write() as session:
             if session.get(LostRobotRow, (world, robot), with_for_update=True) is not None:
                 return
@@ -73,23 +73,21 @@ class LostRobots:
                 self._abandon(session, script)
 
     def declare_found(self, world: str, robot: str, *, actor: str, comment: str) -> None:
-        """Count on the robot again.
+        """Restore the robot.
 
-        :raises Conflict: if it is not lost, or has not said yet what became of a script that it was given.
+        :raises Conflict: if it is not lost, or has not reported the end of a script that it was given.
         """
         with self._database.write() as session:
             row = session.get(LostRobotRow, (world, robot), with_for_update=True)
             if row is None:
                 raise Conflict(f"{robot} is not lost", code="not-lost")
             if owed := _owed(session, world, robot):
-                detail = (
-                    f"{robot} has not said yet what became of {', '.join(owed)}; it counts again once it has"
-                )
+                detail = f"{robot} has not reported the end of {', '.join(owed)}; it can be declared found after that"
                 raise Conflict(detail, code="script-unresolved")
             self._restore(session, row, actor, comment)
 
     def restore_in_contact(self, world: str) -> None:
-        """Restore the robots that were silent, are heard, and have said what became of their scripts."""
+        """Restore the robots that were silent, are heard again, and have reported the ends of their scripts."""
         with self._database.read() as session:
             candidates = [row.robot for row in lost_robots(session, world) if self._is_back(session, row)]
         for robot in candidates:
@@ -124,7 +122,7 @@ class LostRobots:
 
 
 def _is_unanswering(session: Session, world: str, robot: str) -> bool:
-    """True if a mission is `unknown` for want of the robot's answer, though its last word is not long ago."""
+    """True if the robot has not answered a mission that is `unknown`, although it may be in contact."""
     return any(
         script.question is not None
         and session.get_one(MissionRow, script.mission_id).state == MissionState.UNKNOWN
@@ -133,7 +131,7 @@ def _is_unanswering(session: Session, world: str, robot: str) -> bool:
 
 
 def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRow]:
-    """What the robot was given and has not ended, in missions that run."""
+    """The robot's scripts that have not ended, in running missions."""
     query = (
         select(ScriptRow)
         .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
@@ -149,7 +147,7 @@ def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRo
 
 
 def _owed(session: Session, world: str, robot: str) -> Sequence[str]:
-    """The abandoned scripts of which the robot has not said what became of them."""
+    """The robot's abandoned scripts whose end it has not reported."""
     query = (
         select(ScriptRow.id)
         .join(MissionRow, MissionRow.id == ScriptRow.mission_id)

@@ -1,4 +1,4 @@
-"""How far a mission has come with its plan, as the record says."""
+"""The progress of a mission's plan according to the record."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ def begun(scripts: Sequence[ScriptRow]) -> frozenset[str]:
 
 
 def done(scripts: Sequence[ScriptRow]) -> frozenset[str]:
-    """The actions of which all robots of one plan that take part have reported the end: the facts tell of them."""
+    """The actions whose end all their robots have reported, so that the facts have their effects."""
     finished = set[str]()
     left = set[str]()
     for script in scripts:
@@ -39,10 +39,10 @@ def progress_of(
     without: frozenset[str],
     now_s: float,
 ) -> MissionProgress:
-    """How far the plan is that the mission carries out, once all its robots have stopped.
+    """The progress of the mission's current plan, once all its robots have stopped.
 
     :param scripts: of that plan.
-    :param without: the robots that are not to be planned with any longer.
+    :param without: the robots excluded from planning.
     """
     begun_s = mission.started_at_s if mission.revised_at_s is None else mission.revised_at_s
     known = {action.id for action in plan_net.actions}

@@ -1,4 +1,4 @@
-"""What operators ask of missions: to see them, and to cancel, pause or resume them."""
+"""Operators' requests on missions: read, cancel, pause, resume, set the recovery policy."""
 
 from collections.abc import Sequence
 
@@ -62,7 +62,7 @@ class MissionService:
             return _with_scripts(session, mission)
 
     def set_recovery(self, mission_id: str, policy: Policy, actor: str) -> Mission:
-        """What becomes of the mission's failures from now on; a repair that waits for a decision still does."""
+        """Set the recovery policy for later failures; a repair that waits for a decision still does."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
             _refuse_ended(mission, "recovered otherwise")
@@ -77,7 +77,7 @@ class MissionService:
             return _with_scripts(session, mission)
 
     def pause(self, mission_id: str, actor: str, comment: str) -> Mission:
-        """Have every robot that is still at work stand still and keep its place in its script."""
+        """Order every robot that is still at work to stand still and to keep its position in its script."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
             _refuse_ended(mission, "paused")
@@ -89,7 +89,7 @@ class MissionService:
             return _with_scripts(session, mission)
 
     def resume(self, mission_id: str, actor: str, comment: str) -> Mission:
-        """Go on after a pause; or look for a way again where none was found and an operator was asked."""
+        """Go on after a pause; a stuck mission is recovered again."""
         with self._database.write() as session:
             mission = _mission(session, mission_id, to_change=True)
             if mission.recovery_step == RecoveryStep.STUCK and not is_paused(mission):

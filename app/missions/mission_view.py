@@ -1,4 +1,4 @@
-"""A mission as its record shows it to the monitor's rules."""
+"""Reads a mission from the record as the view that the monitor's rules take."""
 
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
@@ -31,10 +31,10 @@ Beliefs = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 class MissionViews:
-    """Reads missions; what they count on is compared with the facts only when either has changed."""
+    """Reads missions; their conditions are compared with the facts only when either has changed."""
 
     def __init__(self, core: Core, *, silent_in_s: Callable[[str], float]) -> None:
-        """:param silent_in_s: world seconds at least until a robot's silence is longer than its radio explains."""
+        """:param silent_in_s: least world seconds until a robot's silence is longer than its radio explains."""
         self._core = core
         self._silent_in_s = silent_in_s
         self._lock = Lock()
@@ -98,8 +98,9 @@ class MissionViews:
             self._asked.pop(mission_id, None)
 
     def _asked_for_s(self, mission: MissionRow, monotonic_s: float) -> float | None:
-        """How long robots have had to answer. A process that goes on with the mission gives them the time again, for
-        the wall clocks of two processes, or of one that was set, tell nothing.
+        """Seconds since the open question, by this process's monotonic clock; None without one.
+
+        A process that takes over the mission counts from 0 again: wall clocks of two processes cannot be compared.
         """
         if mission.asked_at is None:
             return None
@@ -111,7 +112,7 @@ class MissionViews:
         return monotonic_s - since_s
 
     def _beliefs(self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow]) -> Beliefs:
-        """The goals that are not believed true, and what the plan counts on that is not, in words."""
+        """The goals, and the facts that the plan depends on, that are not believed, in words."""
         begun_ = begun(scripts)
         done_ = done(scripts)
         key = (self._core.facts.version(session, mission.world), mission.plan_id, begun_, done_)
@@ -140,7 +141,7 @@ def scripts_of_all_plans(session: Session, mission_id: str) -> Sequence[ScriptRo
 
 
 def _failed(script: ScriptRow) -> tuple[Mapping[str, Any], Mapping[str, Any]] | None:
-    """The packet that failed, as far as it was reported, and what is known of it."""
+    """The packet that failed and its recorded state; None if none was reported."""
     packets = {packet["id"]: packet for packet in script.body["packets"]}
     failed = (name for name, known in script.packets.items() if known["state"] == PacketState.FAILED)
     name = next(failed, None)
@@ -148,7 +149,7 @@ def _failed(script: ScriptRow) -> tuple[Mapping[str, Any], Mapping[str, Any]] | 
 
 
 def _waited(packet: Mapping[str, Any], known: Mapping[str, Any]) -> bool:
-    """True if it never began, for want of what another robot was to do."""
+    """True if the packet never began, and waits for other robots."""
     return "started_at_s" not in known and bool(packet.get("awaits") or packet.get("after"))
 
 

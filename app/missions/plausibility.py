@@ -1,4 +1,4 @@
-"""What robots claim, held against what is known of their world: its clock, its places and their telemetry."""
+"""Compares robots' reports with what is known of their world: its clock, its places and their telemetry."""
 
 from collections.abc import Callable, Iterable, Mapping
 
@@ -49,7 +49,7 @@ class Plausibility:
     ) -> None:
         """
         :param clocks: by world.
-        :param lags_s: likewise, by how much its clock may be behind the world's.
+        :param lags_s: by world, how far the service's reading of its clock may be behind.
         """
         self._plan_nets = core.plan_nets
         self._clocks = clocks
@@ -63,9 +63,9 @@ class Plausibility:
         self._lengths_m = {sample.name: sample.length_m for w in worlds.values() for sample in w.samples}
 
     def doubt(self, session: Session, message: Message, world: str, script: ScriptRow | None) -> str:
-        """Why what a robot reports cannot be so, or not yet; empty if it can.
+        """Why a robot's report is implausible, perhaps only at present; empty if it is plausible.
 
-        :param script: what it reports on, locked; None for its upkeep.
+        :param script: the script that it reports on, locked; None for its upkeep.
         """
         report = message.body
         if not isinstance(report, Report):
@@ -79,7 +79,7 @@ class Plausibility:
             return self._doubt_of_finish(
                 session, script, packet, world=world, at_s=report.at_s, now_s=now_s, lag_s=lag_s
             )
-        if isinstance(report, PacketReport):  # what it perceives is not believed, for its script goes on
+        if isinstance(report, PacketReport):  # its percepts are not used, because its script goes on
             return ""
         return self._doubt_of_percepts(message.sender, report.perceived, report.at_s, world=world)
 
@@ -138,7 +138,7 @@ class Plausibility:
         return Presence(telemetry=telemetry, speed_m_s=self._speeds_m_s[robot])
 
     def _longest_m(self, things: Iterable[str]) -> float:
-        """A robot at a handle of a long object is off the place where the object lies."""
+        """The greatest length of the objects: a robot at the handle of a long one is off the object's place by that."""
         return max((self._lengths_m.get(thing, 0.0) for thing in things), default=0.0)
 
 
@@ -153,7 +153,7 @@ def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:
 
 
 def _finished(report: Report, script: ScriptRow) -> str | None:
-    """The packet up to which the robot claims to have finished its script."""
+    """The packet up to which the robot reports to have finished its script; None if the report is another."""
     packets = script.body["packets"]
     match report:
         case PacketReport(state=PacketState.FINISHED, packet_id=packet):

@@ -168,7 +168,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             self._approval.approve_or_expire(session, plan, goal, actor=RECOVERY, comment="")
 
     def _wait(self, session: Session, mission: MissionRow, waits_for: Blockers) -> None:
-        """Other missions use what a plan would need: schedule another attempt, unless none is left."""
+        """Let the mission wait for the blockers, and schedule another attempt."""
         now_s = self._clocks[mission.world].now_s()
         mission.enquire_at_s = now_s + max(RETRY_BLOCKED_S, mission.original_estimate_s / 2)
         recovery.wait_for(mission, waits_for)
@@ -180,7 +180,7 @@ def _is_wanted(mission: MissionRow) -> bool:
 
 
 def _failure_reason(reason: str, task: RepairTask) -> str:
-    """Why no plan was found, without which robots and packets, and what the robots left out hold."""
+    """Why no plan was found, which robots and packets were left out, and what the robots left out hold."""
     without = task.left_out.words
     others = f" without {', '.join(without)}" if without else ""
     held = [

@@ -80,14 +80,14 @@ class _Subject:
 
     @property
     def is_current(self) -> bool:
-        """True if the mission carries the script's plan out now."""
+        """True if the script belongs to the mission's current plan."""
         return self.script.plan_id == self.mission.plan_id
 
 
 class MissionReports:
-    """Records what robots say. A message whose id is known already changes nothing.
+    """Records robots' reports and answers. A message whose id is recorded already changes nothing.
 
-    What cannot be so, or not yet, is not recorded: the mission is `unknown`, and its robot is asked.
+    An implausible report is not recorded: the mission becomes `unknown`, and the robot is asked for its status.
     """
 
     def __init__(self, core: Core, *, waiting: WaitingGoals, plausibility: Plausibility) -> None:
@@ -105,7 +105,7 @@ class MissionReports:
         :param world: the world that the robot is in.
         """
         with self._database.write() as session:
-            self._database.lock(session, message.id)  # another process may hear it, too
+            self._database.lock(session, message.id)  # another process may receive it, too
             if session.get(MessageRow, message.id) is not None:
                 return Reception.IGNORED
             if isinstance(message.body, UpkeepReport):
@@ -129,7 +129,7 @@ class MissionReports:
                     self._waiting.release(session, world)
             else:
                 self._apply(session, message, subject)
-            if not has_ended(subject.mission):  # its workflow is over, and may be forgotten
+            if not has_ended(subject.mission):  # the workflow of an ended one is over and may be deleted
                 self._workflows.wake(session, subject.mission.workflow, message.id)
             return Reception.RECORDED
 
@@ -160,9 +160,9 @@ class MissionReports:
                 reissue_if_diverged(subject.script, subject.mission)
 
     def _answer(self, session: Session, message: Message, subject: _Subject, *, refusal: str | None) -> None:
-        """The robot has answered a request: of the script, of an order on it, or a clearance.
+        """Record the robot's answer to a request: the script, an order on it, or a clearance.
 
-        :param refusal: why it does not agree, None if it does.
+        :param refusal: why it refused, None if it agreed.
         """
         script = subject.script
         control = unanswered_order(script)
@@ -205,10 +205,10 @@ class MissionReports:
                 )
 
     def _ask_why(self, script: ScriptRow, refused: str, reason: str) -> None:
-        """Ask the robot how it stands after it refused an order or a clearance.
+        """Ask the robot for its status after it refused an order or a clearance.
 
-        The script has ended and its report is on the way, or it is no longer known, or the robot has followed an
-        order with a greater number, of a record that was lost.
+        Possible reasons: the script has ended and its report is on the way, the robot no longer has the script, or it
+        has followed an order with a greater number, which a lost database had recorded.
         """
         if not has_terminated(script):
             ask(script, f"{script.id}:status:{refused}")
@@ -219,7 +219,7 @@ class MissionReports:
         mission = subject.mission
         known = dict(script.packets.get(report.packet_id, {}))
         if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
-            return  # it was overtaken on its way
+            return  # a later report has arrived before it
         known |= {"state": report.state.value, "at_s": report.at_s, "detail": report.detail}
         if report.state is PacketState.RUNNING:
             known.setdefault("started_at_s", report.at_s)
@@ -258,7 +258,7 @@ class MissionReports:
     def _actions_ended(
         self, session: Session, packets: Iterable[str], at_s: float, subject: _Subject
     ) -> None:
-        """The robot has done its part of actions: what has ended altogether has its effects."""
+        """The robot has ended its part of actions: apply the effects of those that all their robots have ended."""
         ended = [packet for packet in packets if action_has_ended(subject.scripts, packet)]
         if ended:
             self._beliefs.apply_effects(
@@ -307,9 +307,9 @@ class MissionReports:
         if has_terminated(script):
             return
         if report.state is None:
-            forget(script, f"{script.robot} does not know the script it was given")
+            forget(script, f"{script.robot} no longer has the script")
         elif report.state not in TERMINAL_SCRIPTS:
-            # A terminal state comes with its own report, which says what was perceived.
+            # A terminal state is recorded by the script's own report, which has the percepts.
             hear(script, report.state, report.at_s)
             settle_doubt(script)
         _note_waiting(script, report)
@@ -326,7 +326,7 @@ class MissionReports:
 
 
 def _subject_of(session: Session, message: Message) -> _Subject | None:
-    """What the message is about, locked; None if that is no script of the sender's."""
+    """The script that the message is about, with its mission, locked; None if it is no script of the sender's."""
     script = session.get(ScriptRow, getattr(message.body, "script_id", ""))
     if script is None or script.robot != message.sender:
         return None
@@ -343,7 +343,7 @@ def _subject_of(session: Session, message: Message) -> _Subject | None:
 
 
 def _may_free(message: Message) -> bool:
-    """True if the message may end what a robot needs places and things for."""
+    """True if the message may release reservations."""
     match message.body:
         case PacketReport(state=PacketState.FINISHED) | ScriptReport(state=ScriptState.FINISHED):
             return True
@@ -351,7 +351,7 @@ def _may_free(message: Message) -> bool:
 
 
 def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:
-    """Note that every packet of a finished script has finished; answers those whose reports are still on the way."""
+    """Record that every packet of a finished script has finished; returns those whose reports have not arrived."""
     told = {"state": PacketState.FINISHED.value, "at_s": at_s, "finished_at_s": at_s}
     packets = dict(script.packets)
     unreported = [
@@ -366,7 +366,7 @@ def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:
 
 
 def _note_waiting(script: ScriptRow, report: StatusReport) -> None:
-    """Note what the robot's packet waits for now; the report that it came up may be old or still on its way."""
+    """Record what the robot's packet waits for now; the packet's own report may be old or not have arrived."""
     if report.packet_id is None or report.packet_state is not PacketState.INITIALIZING:
         return
     known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})

@@ -1,5 +1,5 @@
-"""The start of worlds: one whose run the record knows continues where it stood; any other starts as its file says, and
-what ran in it before is over.
+"""The start of worlds: a recorded run continues from the record; a new run starts with the facts of the world's file,
+and the earlier run's missions end.
 """
 
 from collections.abc import Collection
@@ -25,7 +25,7 @@ from robots.wire import FailureCategory
 from robots.world import WorldFile
 
 UNKNOWN_RUN = ""
-"""The run of a world whose fleet has not been heard yet: its facts are as its file says."""
+"""The run of a world whose fleet has not announced itself yet: its facts are those of its file."""
 
 
 def start_world(session: Session, core: Core, world: RunningWorld) -> None:
@@ -39,14 +39,14 @@ def start_world(session: Session, core: Core, world: RunningWorld) -> None:
 def start_world_run(
     session: Session, core: Core, world: WorldFile, run: str, *, new_run_reason: str = ""
 ) -> bool:
-    """Continue the run if the record's facts belong to it, and answer True; else start it, and answer False.
+    """Continue the run if the record's facts belong to it, and return True; else start it, and return False.
 
-    A run that starts has the facts of the world's file; missions that ran have failed, open plans have expired, goals
-    that nobody has decided on wait to be planned again.
+    A new run has the facts of the world's file; running missions fail, open plans expire, and goals without a mission
+    wait to be planned again.
 
     :param new_run_reason: why the last run could not be continued, if that is known.
     """
-    core.database.lock(session, f"world {world.name}")  # another process may start it just now
+    core.database.lock(session, f"world {world.name}")  # another process may be starting it, too
     row = session.get(WorldRow, world.name)
     if row is None:
         row = WorldRow(id=world.name, version=0)
@@ -72,21 +72,21 @@ def start_world_run(
 
 
 def await_fleet(session: Session, core: Core, world: WorldFile) -> None:
-    """Keep the record as it is, if there is one to continue, until the fleet's run is known."""
+    """Keep the world's record, if there is one, until the fleet's run is known."""
     row = session.get(WorldRow, world.name)
     known = row.run if row is not None else None
     start_world_run(session, core, world, UNKNOWN_RUN if known is None else known)
 
 
 def _forget_abandoned(session: Session, world_id: str) -> None:
-    """Robots that were lost in a world that is no more need not be told to stop."""
+    """Drop the orders to stop for lost robots: they belong to the earlier run."""
     query = select(ScriptRow).join(MissionRow, MissionRow.id == ScriptRow.mission_id)
     for script in session.scalars(query.where(MissionRow.world == world_id, ScriptRow.abandoned)).all():
         release_abandoned(script)
 
 
 def end_missions_of_absent_worlds(session: Session, core: Core, running: Collection[str]) -> None:
-    """End what ran in worlds of the record that no longer run, and withdraw their goals."""
+    """End the missions of recorded worlds that no longer run, and withdraw their goals."""
     for row in session.scalars(select(WorldRow).where(WorldRow.id.not_in(running))).all():
         row.run = None
         reason = f"world {row.id} no longer runs"

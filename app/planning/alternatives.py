@@ -30,7 +30,7 @@ from app.workflows import FIND_ALTERNATIVES, PLANNING
 from planner import PlanningResult, PlanningStatus
 
 FIRST = "proposed first"
-"""The label of a plan that is best at nothing among the alternatives."""
+"""The label of the proposed plan if it is best at nothing among the alternatives."""
 
 
 class Search(StrEnum):
@@ -45,7 +45,7 @@ class Search(StrEnum):
 
 
 class Alternatives:
-    """Starts the search for alternatives to a proposed plan, and reads the plans side by side."""
+    """Starts the search for alternatives to a proposed plan, and reads a goal's plans for comparison."""
 
     def __init__(self, core: Core) -> None:
         self._database = core.database
@@ -53,7 +53,7 @@ class Alternatives:
         self._workflows = core.workflows
 
     def search(self, goal_id: str, count: int, *, actor: str) -> GoalRow:
-        """Have alternatives found; while they are searched for, asking again changes nothing.
+        """Start the search for alternatives; while one is under way, asking again changes nothing.
 
         :raises Conflict: if the goal has no plan that is open to decision.
         """

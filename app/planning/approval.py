@@ -38,9 +38,9 @@ from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet
 
 AUTOMATIC = "auto_approve"
-"""Who decided on a plan whose goal was submitted with `auto_approve`."""
+"""The actor of decisions on plans whose goals were submitted with `auto_approve`."""
 RECOVERY = "recovery"
-"""Who decided on a repaired plan of a mission that is recovered without asking."""
+"""The actor of decisions on repaired plans that need no operator's decision."""
 
 
 class PlanApproval:
@@ -67,7 +67,7 @@ class PlanApproval:
             return plan_row(session, plan_id)
 
     def why_stale(self, plan: PlanRow) -> list[str]:
-        """Why the plan, if it is proposed, cannot be approved as it is; approving it then has it repaired."""
+        """Why the proposed plan cannot be approved; approving it then has it repaired. Empty if it can be approved."""
         if plan.state != PlanState.PROPOSED:
             return []
         with self._database.read() as session:
@@ -87,7 +87,7 @@ class PlanApproval:
     def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
         """Approve a plan and start its mission; approving it again returns the same mission's id.
 
-        :raises Conflict: if it was decided on otherwise, or the world has changed since; then it is repaired.
+        :raises Conflict: if it is no longer proposed, or the world has changed since; in that case it is repaired.
         """
         with self._database.write() as session:
             plan, goal = _to_decide(session, plan_id)
@@ -107,7 +107,7 @@ class PlanApproval:
 
         None if the plan is stale: then it expires, and a repaired one is planned in its place.
         """
-        if goal.mission_id is not None:  # locked before the world, as everywhere
+        if goal.mission_id is not None:  # lock order: the mission before the world
             session.get_one(MissionRow, goal.mission_id, with_for_update=True)
         # If two processes approve plans for the same robots at once, the second sees the first one's mission.
         self._facts.lock(session, plan.world)
@@ -227,7 +227,7 @@ class PlanApproval:
     def _reject_repair(
         self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, comment: str
     ) -> None:
-        """The operator does not want the mission recovered this way: it ends."""
+        """Record that the operator has rejected the repair; the mission ends."""
         mission = session.get_one(MissionRow, mission_id, with_for_update=True)
         goal.plan_id = mission.plan_id
         remark = f": {comment}" if comment else ""
@@ -243,7 +243,7 @@ class PlanApproval:
 
 
 def _to_decide(session: Session, plan_id: str) -> tuple[PlanRow, GoalRow]:
-    """The plan and its goal, locked: the goal first, as everywhere, so that no deadlock occurs."""
+    """The plan and its goal, locked in the order goal, plan, so that no deadlock occurs."""
     plan = plan_row(session, plan_id)
     goal = session.get_one(GoalRow, plan.goal_id, with_for_update=True)
     session.refresh(plan, with_for_update=True)
@@ -299,4 +299,4 @@ class Staleness:
         for held in self._reservations.of_world(session, goal.world):
             if held.mission_id != goal.mission_id and needed.overlaps(held.reservation):
                 shared = ", ".join(needed.shared(held.reservation))
-                yield f"{shared} now belong to mission {held.mission_id}"
+                yield f"reserved by mission {held.mission_id}: {shared}"

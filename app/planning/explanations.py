@@ -1,4 +1,4 @@
-"""Explains plans: in a planning process, as the cost of doing without a robot is found by planning without it."""
+"""Explains plans, in a planning process, because the cost of omitting a robot is found by planning without it."""
 
 import threading
 from collections.abc import Mapping
@@ -19,16 +19,16 @@ from app.store import PlanRow
 from planner.explanation import Explanation
 
 TIME_LIMIT_S = 10.0
-"""For an explanation with costs; one without them takes no time."""
+"""For an explanation with costs; one without them needs no planning."""
 MAX_CONCURRENT = 8
 """Explanations with costs at a time: each holds one of the threads that requests are answered in."""
 
 
 class Explanations:
-    """Explains plans, each once.
+    """Explains plans.
 
-    While a plan is open to decision and the facts it rests on are true, the explanation says what it costs to do
-    without each robot, and is stored with the plan. Later those costs cannot be found, and are left out unless stored.
+    While a plan is open to decision and its conditions hold, the explanation has the cost of omitting each robot, and
+    is stored with the plan. Later these costs cannot be found any longer and are left out unless stored.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Explanations:
         return body
 
     def of_action(self, plan_id: str, action_id: str) -> ActionExplanationBody:
-        """:raises NotFound: if there is no such plan, or it has no such action, naming those it has."""
+        """:raises NotFound: if there is no such plan, or it has no such action; `choices` are its actions."""
         explained: Mapping[str, ActionExplanationBody] = {
             one.action: one for one in self.explanation(plan_id).actions
         }
@@ -74,7 +74,7 @@ class Explanations:
         return explained[action_id]
 
     def _work(self, session: Session, plan: PlanRow) -> tuple[ExplainWork, bool]:
-        """What is to be explained, and whether the world is still as the plan takes it to be."""
+        """What is to be explained, and whether the plan is open to decision and its conditions still hold."""
         current = self._problems.current(session, plan)
         wish = PlanningWish.from_json({**current.goal.limits, "time_limit_s": TIME_LIMIT_S})
         work = ExplainWork(
@@ -86,7 +86,7 @@ class Explanations:
         return work, current.is_current
 
     def _with_costs(self, work: ExplainWork) -> Explanation | None:
-        """None if the planning processes have no time for it."""
+        """The explanation with costs; None if too many are requested or no planning process is free in time."""
         if not self._slots.acquire(blocking=False):
             return None
         try:

@@ -15,7 +15,7 @@ class PddlBody(BaseModel):
     form: Form
     world_version: int = Field(description="of the facts it was made from")
     is_current: bool = Field(
-        description="the plan is open to decision and solves it; else the world has gone on since it was made"
+        description="the plan is open to decision and solves it; false: the world has changed since it was made"
     )
     domain: str
     problem: str

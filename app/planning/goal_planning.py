@@ -103,7 +103,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             self._approval.approve_or_expire(session, plan, goal, actor=AUTOMATIC, comment="")
 
     def _expired(self, session: Session, goal: GoalRow) -> ReplacedPlan | None:
-        """The goal's last plan if it has expired; not if the knowledge base does not know its facts any longer."""
+        """The goal's last plan if it has expired; None if its facts are no longer in the vocabulary."""
         plan = session.get(PlanRow, goal.plan_id) if goal.plan_id else None
         if plan is None or plan.state != PlanState.EXPIRED:
             return None

@@ -34,11 +34,11 @@ CANCELLED = "cancelled"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalRequest:
-    """What an operator asks for.
+    """A goal as an operator submits it.
 
-    :param text: a sentence; else `goal` is given.
+    :param text: a sentence; None if `goal` is given.
     :param deadline_s: from now, by the world's clock.
-    :param recovery: a `Policy`; None: as `auto_approve` suggests.
+    :param recovery: a `Policy`; None: by `auto_approve`.
     """
 
     world: str | None
@@ -75,7 +75,7 @@ class GoalService:
     ) -> None:
         """
         :param world: the running world of a name, or the only one; raises NotFound.
-        :param open_goals: how many goals may be open at a time.
+        :param open_goals: maximum of open goals.
         """
         self._database = core.database
         self._events = core.events
@@ -98,7 +98,7 @@ class GoalService:
         self._limits.check(request.planning)
         goal_id = new_id("goal") if key is None else f"goal-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
         with self._database.write() as session:
-            self._database.lock(session, goal_id)  # the same key, at the same time, in another process
+            self._database.lock(session, goal_id)  # another process may have a request with the same key
             known = session.get(GoalRow, goal_id)
             if known is not None:
                 return _same(known, request, world)
@@ -160,7 +160,7 @@ class GoalService:
         return row
 
     def stop(self, goal_id: str, *, actor: str) -> GoalRow:
-        """End the planning with its best plan so far. Without effect once it is planned.
+        """End planning with the best plan so far. Without effect once the goal is planned.
 
         :raises Conflict: if planning has not begun.
         """

@@ -1,8 +1,9 @@
 """The skeleton of the durable jobs that plan: a goal, alternatives to its plan, the repair of a mission's plan.
 
 First, in one transaction, the record is locked and checked and the problem is built. Then a planning process works on
-it, watched, without a lock. Last, in another transaction, the result is recorded, unless it is no longer wanted: the
-goal was cancelled, say, or another process has begun to plan it. If the job keeps failing it is given up.
+it without a lock, and its progress is watched. Last, in another transaction, the result is recorded, unless it is no
+longer wanted, for example because the goal was cancelled or another process has begun to plan it. A job that keeps
+failing is given up.
 """
 
 from abc import ABC, abstractmethod
@@ -34,7 +35,7 @@ class ReplacedPlan:
     plan_net: PlanNet
 
     def repaired_by(self, solution: Solution) -> RepairsBody | None:
-        """What the new plan says of this one; None if it was not made from it."""
+        """How the solution repairs this plan; None if it was not made from it."""
         repair = solution.repair
         if repair is None or repair.difference is None:
             return None
@@ -46,7 +47,7 @@ class ReplacedPlan:
 class PlanningTask:
     """What is planned in one attempt of a job.
 
-    :param time_limit_s: of the work, once a process takes it up.
+    :param time_limit_s: of the work, from when a process begins it.
     :param replaces: the plan that the work repairs.
     """
 
@@ -75,7 +76,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
 
     @abstractmethod
     def load(self, session: Session, subject_id: str, *, lock: bool) -> Row:
-        """Read the subject, locked if wanted; to lock a mission is to lock its goal first."""
+        """Read the subject, with `lock` locked; a mission's goal is locked before the mission."""
 
     @abstractmethod
     def begin(self, session: Session, subject: Row) -> Task | None:
@@ -104,7 +105,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
         )
 
     def plan_once(self, subject_id: str) -> None:
-        """The workflow's step: plan for the subject and record the result, if a plan is wanted then and still after."""
+        """The workflow's step: plan for the subject if a plan is wanted, and record the result if it still is."""
         with self._database.write() as session:
             subject = self.load(session, subject_id, lock=True)
             task = self.begin(session, subject)
@@ -119,7 +120,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
         watch = ProgressWatch(self._database, self._events, goal_id, is_wanted=is_wanted, clock=self._clock)
         try:
             result = self._result(task, watch)
-        except WorkerClosed:  # the service ends; the job is taken up again when it is back
+        except WorkerClosed:  # the service ends; the job is recovered at its next start
             return
         with self._database.write() as session:
             subject = self.load(session, subject_id, lock=True)

@@ -1,4 +1,4 @@
-"""How long a goal is planned and for which objective: the installation's limits, and an operator's wish within them."""
+"""Planning time and objective of a goal: the installation's limits, and what operators request within them."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -11,7 +11,7 @@ from planner import Objective, PlanningRequest
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningWish:
-    """What was asked for with a goal; None: the installation's default."""
+    """The planning options requested with a goal; None: the installation's default."""
 
     time_limit_s: float | None = None
     effort_s: float | None = None
@@ -29,8 +29,8 @@ class PlanningWish:
 class PlanningLimits:
     """The installation's limits.
 
-    :param time_limit_s: for goals that ask for none.
-    :param longest_s: the maximum that a goal may ask for.
+    :param time_limit_s: for goals that request none.
+    :param longest_s: the maximum that a goal may request.
     :param effort_s: time to improve a first plan; None: the engine's default.
     """
 
@@ -50,7 +50,7 @@ class PlanningLimits:
         )
 
     def check(self, wish: PlanningWish) -> None:
-        """:raises Invalid: if the wish goes beyond the limits."""
+        """:raises Invalid: if the wish exceeds the limits."""
         for name, span_s in (("time_limit_s", wish.time_limit_s), ("effort_s", wish.effort_s)):
             if span_s is not None and span_s > self.longest_s:
                 raise Invalid(

@@ -1,4 +1,4 @@
-"""Builds a goal's planning problem as of now: what is believed, what is free, what was learned, what is urgent."""
+"""Builds a goal's current planning problem from beliefs, reservations, learned durations, priority and deadline."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -41,10 +41,10 @@ from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 MAX_BLOCKERS = 8
-"""Among more missions and robots than these it is not worked out which of them block a goal."""
+"""The most missions and robots among which those that block a goal are determined."""
 
 Points = Callable[[str], Mapping[str, tuple[float, float]]]
-"""By world, the last reported position of each robot, (x, y) in metres; one without a report is where the file says."""
+"""By world, the last reported position of each robot, (x, y) in metres; default: the start in the world's file."""
 UnavailableRobots = Callable[[str], Mapping[str, str]]
 """By world, the robots that are not recruited now, each with the reason."""
 
@@ -54,11 +54,11 @@ class GoalProblem:
     """A goal's planning problem, and what it was built from.
 
     :param whole: the problem if nothing were reserved and every robot were available.
-    :param refusal: why the goal makes no sense in the present world; empty if it does.
+    :param refusal: why the goal is impossible in the present world; empty if it is possible.
     :param held: what other missions have reserved.
     :param unavailable: the robots that are not recruited, each with the reason.
-    :param factors: what durations are scaled by, by action and team size.
-    :param releases: how often something had become free in the world by then.
+    :param factors: factors on durations, by action and team size.
+    :param releases: the world's count of releases when the problem was built.
     """
 
     problem: PlanningProblem
@@ -76,21 +76,21 @@ class GoalProblem:
         return Blockers(missions=tuple(str(mission) for mission in self.held), robots=self.unavailable)
 
     def why_never(self, knowledge_base: KnowledgeBase) -> str:
-        """Why the goal would have no plan even if all of them were free, in words; empty if it may have one."""
+        """Why the goal would have no plan even if nothing blocked it, in words; empty if it may have one."""
         if not _is_hopeless(knowledge_base, self.whole):
             return ""
         return why_unsolvable(knowledge_base, self.whole)
 
     def without(self, robots: Collection[str]) -> "GoalProblem":
-        """The same without these robots: they are not waited for either."""
+        """The same problem without these robots, which are not waited for either."""
         facts = frozenset(fact for fact in self.whole.facts if not _is_ability(fact, of=robots))
         unavailable = {robot: why for robot, why in self.unavailable.items() if robot not in robots}
         return replace(self, whole=replace(self.whole, facts=facts), unavailable=unavailable)
 
     def blocking_only(self, knowledge_base: KnowledgeBase) -> "GoalProblem":
-        """The same with only those missions and robots that each block the goal alone.
+        """The same problem with only those missions and robots that each block the goal alone.
 
-        All of them are left where none does so alone, or where they are too many to try.
+        All of them are kept if none does so alone, or if there are more than `MAX_BLOCKERS`.
         """
         if len(self.held) + len(self.unavailable) > MAX_BLOCKERS:
             return self
@@ -119,10 +119,10 @@ def _is_ability(fact: Fact, *, of: Collection[str]) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurrentProblem:
-    """A plan-net and its goal's problem as of now.
+    """A plan-net and its goal's current problem.
 
-    :param is_current: the plan is open to decision and the facts it rests on are true. The problem then leaves out
-        what other missions have reserved; else nothing is taken to be reserved.
+    :param is_current: the plan is open to decision and its conditions hold. The problem then leaves out what other
+        missions have reserved; otherwise reservations are ignored.
     """
 
     goal: GoalRow
@@ -154,7 +154,7 @@ class ProblemBuilder:
         self._unavailable = unavailable
 
     def build(self, session: Session, goal: GoalRow) -> GoalProblem:
-        """What is to be planned for the goal now; it may use what its own mission has reserved.
+        """The goal's current problem; its plan may use what the goal's own mission has reserved.
 
         :raises Conflict: if its world does not run.
         """
@@ -194,7 +194,7 @@ class ProblemBuilder:
         )
 
     def current(self, session: Session, plan: PlanRow) -> CurrentProblem:
-        """What the plan is compared with as the world is now.
+        """The plan's plan-net and its goal's current problem.
 
         :raises Conflict: if its world does not run.
         """
@@ -222,7 +222,7 @@ class ProblemBuilder:
 
 
 def factors_of(learned: Durations) -> Mapping[Kind, float]:
-    """What the durations of each action and team size are to be scaled by."""
+    """The factors on the durations of each action and team size."""
     return {kind: round(known.factor, 3) for kind, known in learned.items()}
 
 
@@ -241,8 +241,8 @@ def _with_chosen_berths(
 ) -> Sequence[SymbolicFact]:
     """The goal with a berth for each location that has several.
 
-    The berths of its last plan are kept unless a mission has reserved them; else berths are preferred that no mission
-    has reserved and no other open plan uses.
+    The berths of its last plan are kept unless a mission has reserved them; otherwise berths that are neither reserved
+    nor used by another open plan are preferred.
     """
     if all(len(row) == 1 for row in world.places_by_location.values()):
         return wanted

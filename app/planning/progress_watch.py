@@ -31,7 +31,7 @@ class ProgressWatch(Watch):
         is_wanted: Callable[[Session], bool],
         clock: WallClock,
     ) -> None:
-        """:param is_wanted: whether the attempt's result is still wanted, by the database."""
+        """:param is_wanted: True if the attempt's result is still wanted according to the database."""
         self._database = database
         self._events = events
         self._goal_id = goal_id
@@ -39,7 +39,7 @@ class ProgressWatch(Watch):
         self._clock = clock
         self._newest: Progress | None = None
         self._recorded: dict[str, Any] = {}
-        self._recorded_at_s = clock.monotonic_s()  # no progress is recorded of a plan that is found at once
+        self._recorded_at_s = clock.monotonic_s()  # so a plan that is found at once has no recorded progress
         self._read_at_s = float("-inf")
         self._stop = False
         self._cancelled = False

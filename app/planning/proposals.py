@@ -1,4 +1,4 @@
-"""Plans in the record: proposed to operators, read, and closed when they are not open to decision any longer."""
+"""Plans in the record: proposed to operators, read, and closed when they are no longer open to decision."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil
@@ -42,7 +42,7 @@ class Proposals:
 
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
-        :raises ValueError: if the result is no solution.
+        :raises ValueError: if the result is not a solution.
         """
         plan_id = new_id("plan")
         body = PlanBody.of_result(

@@ -30,7 +30,7 @@ class PlanningRequests:
     def plan_goal(self, session: Session, goal: GoalRow, *, actor: str | None = None) -> None:
         """Have a submitted goal planned.
 
-        :param actor: who has submitted it, if it is planned for the first time.
+        :param actor: the operator who submitted it; None if it is planned again.
         """
         goal.attempts += 1
         goal.stop_requested = False
@@ -49,7 +49,7 @@ class PlanningRequests:
     ) -> None:
         """Have the mission's plan repaired; this uses up one of its tries.
 
-        :param troubles: what befell the scripts of its present plan.
+        :param troubles: the troubles of its present plan's scripts.
         :param failure: the failure category that the attempt is recorded under.
         """
         at_s = self._clocks[mission.world].now_s()
@@ -68,7 +68,7 @@ class PlanningRequests:
         self._workflows.start(session, PLANNING, RECOVER_MISSION, workflow_id, mission.id)
 
     def recover_again(self, session: Session, goal: GoalRow, reason: str) -> None:
-        """Have another repair planned for the goal's mission: the last one is out of date before it was approved."""
+        """Have another repair planned for the goal's mission: the last one became stale before it was approved."""
         mission = session.get_one(MissionRow, goal.mission_id, with_for_update=True)
         recovery.overtake(mission, reason)
         if mission.tries_left <= 0 and mission.recovery == Policy.AUTO:
@@ -78,7 +78,7 @@ class PlanningRequests:
         self.recover(session, mission, (), failure=failure, reason=reason)
 
     def end_without_plan(self, session: Session, mission: MissionRow, reason: str) -> None:
-        """Record that the last attempt found no plan, and wake the mission to decide what is next."""
+        """Record that the last attempt found no plan, and wake the mission's workflow."""
         recovery.find_no_plan(mission, reason)
         self.wake_after_attempt(session, mission)
 

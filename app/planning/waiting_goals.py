@@ -17,14 +17,14 @@ from app.store import GoalRow, MissionRow, WorldRow
 from app.workflows import PLAN_WAITING, WAITING, step
 
 GOALS_PER_WORKFLOW = 25
-"""After this many goals a new workflow continues: one that is resumed repeats its recorded steps, so they are few."""
+"""Goals after which a new workflow continues: a recovered workflow replays its recorded steps, so they must be few."""
 
 
 class WaitingGoals:
-    """Has goals in `waiting` planned again when something of their world becomes free.
+    """Has goals in `waiting` planned again when something in their world becomes free.
 
-    What becomes free in a world is counted (`WorldRow.releases`). A goal stores the count it was last planned after,
-    so that none is planned twice against the same world.
+    Releases in a world are counted (`WorldRow.releases`). A goal stores the count at its last planning, so that it is
+    planned again only after another release.
     """
 
     def __init__(self, core: Core) -> None:
@@ -37,7 +37,8 @@ class WaitingGoals:
 
     def robot_available(self, world: str) -> None:
         """Note that a robot of the world may be recruited again, for the next `handle_availability`."""
-        self._has_available.add(world)
+        with self._lock:
+            self._has_available.add(world)
 
     def unavailability_changed(self, world: str, robot: str, why: str) -> None:
         """Note the new reason why a robot is not recruited, for the next `handle_availability`."""
@@ -45,17 +46,26 @@ class WaitingGoals:
             self._new_reasons[world, robot] = why
 
     def handle_availability(self, world: str) -> None:
-        """Plan waiting goals again if a robot of the world became available; update the reasons why others wait."""
+        """Plan waiting goals again if a robot of the world became available; update the reasons of waiting ones."""
         with self._lock:
-            unavailable = {robot: why for (of, robot), why in self._new_reasons.items() if of == world}
-            for robot in unavailable:
-                del self._new_reasons[world, robot]
-        if unavailable and self._waits_for_any(world, unavailable):
-            self._update_reasons(world, unavailable)
-        if world in self._has_available:
-            with self._database.write() as session:
-                self.release(session, world)
+            reasons = {key: why for key, why in self._new_reasons.items() if key[0] == world}
+            for key in reasons:
+                del self._new_reasons[key]
+            has_available = world in self._has_available
             self._has_available.discard(world)
+        try:
+            unavailable = {robot: why for (_, robot), why in reasons.items()}
+            if unavailable and self._waits_for_any(world, unavailable):
+                self._update_reasons(world, unavailable)
+            if has_available:
+                with self._database.write() as session:
+                    self.release(session, world)
+        except BaseException:  # the database is away; the next call tries again
+            with self._lock:
+                self._new_reasons = reasons | self._new_reasons
+                if has_available:
+                    self._has_available.add(world)
+            raise
 
     def _waits_for_any(self, world: str, robots: Collection[str]) -> bool:
         with self._database.read() as session:
@@ -78,21 +88,21 @@ class WaitingGoals:
                     self._workflows.wake(session, mission.workflow, new_id("reworded"))
 
     def release(self, session: Session, world: str) -> None:
-        """Something of the world is free again: once the caller's transaction commits, waiting goals are planned."""
+        """Count a release in the world, and have waiting goals planned once the caller's transaction commits."""
         _world_to_change(session, world).releases += 1
         session.flush()
         if most_urgent(session, world) is not None:
             self._wake(session, world)
 
     def look_again(self, session: Session, goal: GoalRow) -> None:
-        """The goal begins to wait: have it planned again if something became free while it was planned."""
+        """Have a goal that begins to wait planned again if there was a release during its planning."""
         session.flush()
-        # Without the lock a release at the same time would not see the waiting goal, nor this the release.
+        # Without the lock, a concurrent release would not see the waiting goal, and this would not see the release.
         if goal.releases_seen < _world_to_change(session, goal.world).releases:
             self._wake(session, goal.world)
 
     def run(self, world: str, *, plan: Callable[[str], None]) -> None:
-        """The workflow: plan the world's waiting goals that were last planned before something became free."""
+        """The workflow: plan the world's waiting goals that were last planned before the newest release."""
         for _ in range(GOALS_PER_WORKFLOW):
             goal_id = step("next", lambda: self._next(world))
             if goal_id is None:
@@ -133,7 +143,7 @@ def _releases(session: Session, world: str) -> int:
 
 
 def most_urgent(session: Session, world: str) -> str | None:
-    """The next waiting goal that was last planned before something became free: by priority, deadline, age."""
+    """The next waiting goal that was last planned before the newest release: by priority, deadline, age."""
     query = (
         select(GoalRow.id)
         .where(

@@ -1,10 +1,10 @@
-"""A mission's recording while it is made: an MCAP file (https://mcap.dev) on the world's clock.
+"""Writes a mission's recording: an MCAP file (https://mcap.dev) on the world's clock.
 
 Topics: `/tf` (foxglove.FrameTransforms: each robot in the frame `world`, each sample there or in the frame of the robot
-that holds it) and `/poses/ROBOT` (foxglove.PoseInFrame; the mission's own) for any viewer that knows the Foxglove
-schemas; `/robots/ROBOT` (telemetry; of other missions' robots where they were and what they did), `/events`, `/goal`,
-`/mission`, `/plan`, `/script` and `/world` as JSON, as the API has them, and `/samples`, where each is believed to lie.
-Log times are the world's clock from its building on, publish times the wall clock; both nanoseconds.
+that holds it) and `/poses/ROBOT` (foxglove.PoseInFrame, of the mission's own robots), for any viewer of the Foxglove
+schemas; `/robots/ROBOT` (telemetry; of robots outside the mission only `BRIEF_FIELDS`), `/events`, `/goal`, `/mission`,
+`/plan`, `/script` and `/world` as JSON in the API's form, and `/samples`, the samples' believed places. Log times are
+the world's clock, publish times the wall clock; both in nanoseconds.
 """
 
 import json
@@ -28,7 +28,7 @@ from robots.wire import Telemetry
 
 FRAME = "world"
 CHUNK_BYTES = 32 * 1024
-"""The most that is lost, uncompressed, when the process is killed."""
+"""The most data, uncompressed, that is lost when the process is killed."""
 NANO = 1_000_000_000
 ROBOTS = "/robots/"
 EVENTS = "/events"
@@ -41,7 +41,7 @@ SAMPLES = "/samples"
 TRANSFORMS = "/tf"
 POSES = "/poses/"
 BRIEF_FIELDS = {"x_m", "y_m", "heading_rad", "holding", "packet_tag"}
-"""Telemetry that is kept of robots outside the mission."""
+"""The recorded telemetry of robots outside the mission."""
 
 
 class _Appended:

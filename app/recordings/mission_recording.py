@@ -22,8 +22,8 @@ class MissionRecording:
 
     :param names: ids and names whose events belong to the mission.
     :param robots: the mission's robots; their whole telemetry is written.
-    :param is_over: the event of the mission's end was written. The mission's state may tell of the end earlier, while
-        events are still to come.
+    :param is_over: the event of the mission's end was written. The mission's state may show the end earlier, before its
+        last events were written.
     """
 
     mission: str

@@ -63,7 +63,7 @@ class Recorder:
         bodies: RecordedBodies,
         executors: ExecutorRegistry,
     ) -> None:
-        """:param executors: says which worlds this process drives; other processes record the others."""
+        """:param executors: this process records the worlds that it drives; other processes record the others."""
         self._events = core.events
         self._missions = MissionReader(core.database)
         self._board = board
@@ -165,7 +165,7 @@ class Recorder:
         )
 
     def _is_wanted(self, mission: MissionRow) -> bool:
-        # A mission that waits is not recorded: it begins when its first robot starts.
+        # A recording begins when the mission's first robot starts.
         begun = mission.started_at_s is not None
         unrecorded = mission.state not in ENDED or not self._recordings.has(mission.id)
         return mission.id in self._open or (begun and unrecorded)

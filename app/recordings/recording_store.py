@@ -22,11 +22,11 @@ from app.settings import Settings
 
 Entry = tuple[Schema | None, Channel, Message]
 CUT_OFF = (McapError, EOFError, struct.error, FileNotFoundError)
-"""Raised where a file ends that its process could not finish, or that is deleted by now."""
+"""Raised at the end of a file that its process could not finish, and for a file that was deleted meanwhile."""
 PART = "part-"
 _ID = re.compile("[A-Za-z0-9-]{1,120}")
 MEASUREMENTS_PER_BUDGET = 100
-"""The folders are measured each time that this fraction of the budget was written."""
+"""The folders are measured each time that this part of the budget, 1 / N, was written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ class RecordingStore:
         return chain.from_iterable(_entries(part) for part in parts)
 
     def merged_file(self, mission_id: str) -> IO[bytes]:
-        """All parts merged into one finished file: the caller's own, without a name, open at its start.
+        """All parts merged into one unnamed temporary file, open at its start; the caller closes it.
 
         :raises NotFound: if there is no recording of the mission.
         """

@@ -1,4 +1,4 @@
-"""A recording in the form that a page replays: columns of poses, and what was told beside them."""
+"""A recording in the form that a page replays: rows of poses, other telemetry, states and events."""
 
 import json
 from collections.abc import Iterable
@@ -29,10 +29,10 @@ TELEMETRY_INTERVAL_S = 1.0
 class Replay:
     """What happened, on the world's clock.
 
-    `robots`: by name, rows of `[at_s, x_m, y_m, heading_rad, holding, packet_tag]`; `telemetry`: by name, what the
-    mission's own robots told beside that. `missions`: the mission as it stood from `at_s` on; `goal`: as it stood last;
-    `plans`: all that were made for it, and `scripts`: what robots were given, by id; `samples`: where they lay from
-    `at_s` on; `events`: decisions, reports and all else, in order.
+    `robots`: by name, rows of `[at_s, x_m, y_m, heading_rad, holding, packet_tag]`; `telemetry`: by name, the other
+    telemetry of the mission's own robots. `missions`: the mission's states, each from `at_s` on; `goal`: its last
+    state; `plans`: all plans made for it, and `scripts`: the robots' scripts, by id; `samples`: the samples' believed
+    places, each from `at_s` on; `events`: all events, in order.
     """
 
     world: dict[str, Any] = field(default_factory=dict)

@@ -7,7 +7,6 @@ from app.store.engine import (
     announce,
     is_unavailable,
     is_unwritable,
-    unavailable_reason,
     unusable_reason,
     write_last,
 )
@@ -51,7 +50,6 @@ __all__ = [
     "announce",
     "is_unavailable",
     "is_unwritable",
-    "unavailable_reason",
     "unusable_reason",
     "write_last",
 ]

@@ -21,8 +21,8 @@ def learned_durations(session: Session, world: str) -> Durations:
 def learn(session: Session, world: str, script: ScriptRow, packet_id: str, times: Mapping[str, Any]) -> None:
     """Learn from how long a finished packet ran; the caller passes each packet once.
 
-    Waiting for its sensor pre-conditions does not count. A script that was ever told to pause or stop is ignored: how
-    long its robot stood still is not known exactly.
+    Waiting for its sensor pre-conditions does not count. Scripts that were ever ordered to pause or stop are ignored:
+    how long their robots stood still is not known exactly.
 
     :param times: the packet's `started_at_s` (None if its start was never reported) and `finished_at_s`.
     """

@@ -37,7 +37,7 @@ SQLITE_UNWRITABLE = (
 )
 """SQLite's codes likewise, and for I/O errors."""
 SQLITE_DAMAGED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
-"""SQLite's codes for a file that is damaged, or no database."""
+"""SQLite's codes for a file that is damaged or not a database."""
 
 
 class Database:
@@ -151,15 +151,8 @@ def is_unavailable(error: BaseException) -> bool:
     return ended or error.connection_invalidated
 
 
-def unavailable_reason(error: BaseException) -> str | None:
-    """The driver's message if the error means that the database is unavailable, else None."""
-    if not isinstance(error, DBAPIError) or not is_unavailable(error):
-        return None
-    return str(error.orig).partition("\n")[0]
-
-
 def unusable_reason(error: BaseException) -> str | None:
-    """The driver's message if the database is unavailable, damaged, or cannot be connected to as its URL says."""
+    """The driver's message if the database is unavailable, damaged, or its URL cannot be connected to; else None."""
     if not isinstance(error, DBAPIError):
         return None
     damaged = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF in SQLITE_DAMAGED
@@ -203,8 +196,8 @@ def _engine(url: str) -> Engine:
 
 
 def _make_private(path: Path) -> None:
-    """Let only its owner read an SQLite database; new files beside it get the modes that it has."""
-    with suppress(OSError):  # SQLite tells better what is wrong with the path
+    """Let only its owner read an SQLite database; SQLite gives new files beside it the same mode."""
+    with suppress(OSError):  # SQLite's own error for the path is clearer
         path.touch(mode=0o600)
         for file in (path, path.with_name(f"{path.name}-wal"), path.with_name(f"{path.name}-shm")):
             if file.exists():

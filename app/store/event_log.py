@@ -18,7 +18,7 @@ def envelope(row: EventRow) -> dict[str, Any]:
 
 
 class EventLog:
-    """Appends inside the caller's transaction and tells waiting streams once it has committed."""
+    """Appends events inside the caller's transaction, and wakes waiting streams once it has committed."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -27,7 +27,7 @@ class EventLog:
         database.committed.append(self._notify)
 
     def append(self, session: Session, event: Event) -> None:
-        """Record that the event happened."""
+        """Record the event."""
         data = to_jsonable_python(event)
         write_last(session, EventRow(type=event.type, subject=data.pop("subject"), data=data))
 
@@ -44,7 +44,7 @@ class EventLog:
             return session.scalar(query) or 0
 
     def has_forgotten(self, seq: int) -> bool:
-        """True if something after `seq` is no longer kept."""
+        """True if an event after `seq` is no longer kept."""
         with self._database.read() as session:
             oldest = session.scalar(select(EventRow.seq).order_by(EventRow.seq).limit(1))
         return oldest is not None and seq + 1 < oldest
@@ -54,7 +54,7 @@ class EventLog:
         return self._generation
 
     def wait(self, generation: int, timeout_s: float) -> int:
-        """Block until something was committed after `generation`; answers the generation then."""
+        """Block until a transaction has committed since `generation`; returns the new generation."""
         with self._changed:
             self._changed.wait_for(lambda: self._generation != generation, timeout_s)
             return self._generation

@@ -107,7 +107,7 @@ class WorldFacts:
 
     @property
     def dated(self) -> Sequence[DatedFact]:
-        """Every fact with its source and time, and the last known place of objects and robots that have none now."""
+        """Every fact with its source and time, and the last believed place of objects and robots without one."""
         last_places = [
             _dated(row.believed["predicate"], row.believed["args"], row.source, row.since_s)
             for row in self._unknown.values()
@@ -125,8 +125,8 @@ class WorldFacts:
     ) -> bool:
         """Add and remove facts; a fact in both is added. True if anything has changed.
 
-        :param corrects: the removed facts were wrong, rather than true until now: the new facts about the same objects
-            keep them, and the beliefs that those had replaced, as `instead_of`.
+        :param corrects: the removed facts were wrong, rather than true until now. New facts about the same objects keep
+            them, and the beliefs that they had replaced, as `instead_of`.
         """
         world = self._world.id
         added = set(add)
@@ -205,7 +205,7 @@ def source_of(robot: str) -> str:
 
 
 def _ends_as_expected(old: FactRow, source: str) -> bool:
-    """True if the removal corrects no belief: of derived facts, and of a position when its robot reports a new one."""
+    """True if a removal corrects no belief: of a derived fact, or of a position whose robot reports a new one."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
     return old.predicate in (VACANT, CLEAR)

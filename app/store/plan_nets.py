@@ -13,7 +13,7 @@ CACHE_SIZE = 200
 
 
 class PlanNets:
-    """A cache of the plan-nets used last. Thread-safe."""
+    """A cache of the most recently used plan-nets. Thread-safe."""
 
     def __init__(self, knowledge_base: KnowledgeBase) -> None:
         self._knowledge_base = knowledge_base

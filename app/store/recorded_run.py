@@ -1,4 +1,4 @@
-"""The run of a world that the record knows, read before the service itself is made."""
+"""The recorded run of a world, read before the service is created."""
 
 from sqlalchemy import inspect, select
 
@@ -13,7 +13,7 @@ def recorded_run(database_url: str, world: str) -> str | None:
         known = inspect(database.engine)
         columns = known.get_columns(WorldRow.__tablename__) if known.has_table(WorldRow.__tablename__) else []
         if all(column["name"] != WorldRow.run.key for column in columns):
-            return None  # of before there were runs; it is brought up to date when the service begins
+            return None  # an older version's database; it is migrated when the service starts
         with database.read() as session:
             return session.scalar(select(WorldRow.run).where(WorldRow.id == world))
     finally:

@@ -51,7 +51,7 @@ def lost_robots(session: Session, world: str) -> Sequence[LostRobotRow]:
 
 
 def lost_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
-    """The lost robots of a world, each with the reason in words why it is not recruited."""
+    """The lost robots of a world, each with the reason why it is not recruited, in words."""
     return {row.robot: f"which {row.declared_by} declared lost" for row in lost_robots(session, world)}
 
 
@@ -61,7 +61,7 @@ def page(
     """A page of rows, newest first: `limit` rows after the continuation token, and the next page's token or None.
 
     :param equal: columns and the values they must have; None leaves a column open.
-    :raises Invalid: if the token is none of ours.
+    :raises Invalid: if the token is malformed.
     """
     query = select(table).where(*(getattr(table, name) == v for name, v in equal.items() if v is not None))
     if after is not None:

@@ -1,4 +1,4 @@
-"""Reservations of running missions: the robots, places and samples that new plans must leave alone."""
+"""Reservations of running missions: the robots, places and samples that new plans must not use."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class MissionReservation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Needs:
-    """What a plan needs: its goals' names until the mission's end, each action's until all its robots are done."""
+    """What a plan needs: names in its goals until the mission's end, those of an action until its robots are done."""
 
     goals: Reservation
     actions: Mapping[str, tuple[tuple[str, ...], Reservation]]
@@ -49,9 +49,9 @@ class _Needs:
 
 
 class Reservations:
-    """Reads from the database what missions still need; it shrinks as robots report progress.
+    """Reads from the database what missions still need, which shrinks as robots report progress.
 
-    What a failed or stopped robot was to do stays reserved until the mission is recovered or ends.
+    What a failed or stopped robot still needed stays reserved until the mission is recovered or ends.
     """
 
     def __init__(self, plan_nets: PlanNets) -> None:

@@ -1,4 +1,4 @@
-"""The tables. JSON columns hold the wire and API bodies as they were; times ending in `_s` are the world's clock."""
+"""The tables. JSON columns hold bodies of the wire and the API; times ending in `_s` are the world's clock."""
 
 from typing import Any
 
@@ -20,8 +20,10 @@ class Base(DeclarativeBase):
 
 
 class WorldRow(Base):
-    """A world; `version` counts the changes of its facts, `releases` how often something in it became free; `run` names
-    what of the world the facts tell of: as it was built once, and resumed since. None: it is not to go on.
+    """A world.
+
+    `version` counts the changes of its facts, `releases` how often something in it became free; `run` is the id of the
+    run that the facts belong to, None if it cannot be continued.
     """
 
     __tablename__ = "worlds"
@@ -34,9 +36,9 @@ class WorldRow(Base):
 
 
 class FactRow(Base):
-    """A fact that holds, in the planner's form, with its source and the world's time it was learned at.
+    """A believed fact, in the planner's form, with its source and time (world's clock).
 
-    `instead_of`: what was believed before and contradicted by it, newest first, each with source and time.
+    `instead_of`: earlier beliefs that it contradicts, newest first, each with source and time.
     """
 
     __tablename__ = "facts"
@@ -51,8 +53,10 @@ class FactRow(Base):
 
 
 class UnknownRow(Base):
-    """An object or robot of which no place is believed: what was believed last (and `instead_of` what), by whom, who
-    said otherwise when.
+    """An object or robot without a believed place.
+
+    `believed` is the last belief, with its own `instead_of`; `believed_by` and `believed_at_s` are its source and time,
+    `source` and `since_s` those of its contradiction.
     """
 
     __tablename__ = "unknowns"
@@ -66,7 +70,7 @@ class UnknownRow(Base):
 
 
 class LostRobotRow(Base):
-    """A robot that an operator declared lost; one that was `silent` counts again once it is heard."""
+    """A robot that an operator declared lost; one that was `silent` is restored once it is heard again."""
 
     __tablename__ = "lost_robots"
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
@@ -79,12 +83,11 @@ class LostRobotRow(Base):
 
 
 class GoalRow(Base):
-    """A goal and what came of it.
+    """A goal.
 
-    `releases_seen` are the world's releases it was last planned after; `limits` what was asked of the planning,
-    `planning` how far that is, while it runs, and `stop_requested` that its best plan so far is to be taken;
-    `alternatives` how the search for other plans than the proposed one stands; `waits_for` what it waits for, of a goal
-    that does and may be planned once that is free.
+    `releases_seen`: the world's `releases` at its last planning; `limits`: the requested planning options; `planning`:
+    the progress while planning runs; `stop_requested`: planning is to end with the best plan so far; `alternatives`:
+    the state of the search for alternatives; `waits_for`: the blockers that a waiting goal waits for.
     """
 
     __tablename__ = "goals"
@@ -115,9 +118,9 @@ class GoalRow(Base):
 
 
 class PlanRow(Base):
-    """A plan-net as proposed: `body` is the API's, `duration_factors` what its durations were scaled by.
+    """A plan-net as proposed: `body` is the API's, `duration_factors` are the factors on its durations.
 
-    `label` and `comparison` say how it stands among the goal's alternatives; `explanation` is kept once asked for.
+    `label` and `comparison` compare it with the goal's alternatives; `explanation` is stored once requested.
     """
 
     __tablename__ = "plans"
@@ -139,12 +142,12 @@ class PlanRow(Base):
 
 
 class MissionRow(Base):
-    """A mission. At `enquire_at_s` (world's clock) robots are asked; `asked_at`: when they last were (wall).
+    """A mission. At `enquire_at_s` (world's clock) robots are asked; `asked_at`: when they last were (wall clock).
 
-    `plan_id` is the plan it carries out now, `revision` counts its plans and `revised_at_s` is when it got this one, if
-    it is not the first. `recovery` is the operator's policy, `recovery_step` where a recovery stands, `tries_left` how
-    often it is still recovered, `attempts` what was tried so far and what came of it; `stopped_for` why its robots were
-    told to stop, in words, if none of them had failed. `workflow` is the id of the one that carries it on.
+    `plan_id` is its current plan, `revision` counts its plans and `revised_at_s` is when it got the current one, if not
+    the first. `recovery` is the recovery policy, `recovery_step` the current step, `tries_left` the number of tries
+    left, `attempts` the recovery attempts with their outcomes; `stopped_for`: why its robots were stopped, in words, if
+    none of them had failed. `workflow` is the id of its current workflow.
     """
 
     __tablename__ = "missions"
@@ -178,10 +181,10 @@ class MissionRow(Base):
 
 
 class ScriptRow(Base):
-    """A behaviour script of one of a mission's plans and what is known of its execution.
+    """A behaviour script of one of a mission's plans and the record of its execution.
 
-    `packets`: each packet's state and times as reported; `cleared`: the actions whose end it is to know of;
-    `given_at_s`: when it was made (world's clock). The others are explained by the script's life cycle.
+    `packets`: each packet's reported state and times; `cleared`: the actions whose end is reported to the robot by
+    clearance; `given_at_s`: when it was made (world's clock). For the others see `app.domain.lifecycles.script`.
     """
 
     __tablename__ = "scripts"
@@ -210,7 +213,7 @@ class ScriptRow(Base):
 
 
 class DurationRow(Base):
-    """What was learned of an action's durations: samples, mean and variance of actual to expected."""
+    """The learned durations of an action: samples, mean and variance of the ratio of actual to expected."""
 
     __tablename__ = "durations"
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
@@ -222,7 +225,7 @@ class DurationRow(Base):
 
 
 class TuningRow(Base):
-    """What operators have overridden of a robot's packets, and how far it has come: `delivery` as of a script."""
+    """Operators' overrides of the parameters of a robot's packets, and the state of their `delivery`."""
 
     __tablename__ = "tunings"
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
@@ -236,7 +239,7 @@ class TuningRow(Base):
     decided_at: Mapped[str | None]
 
     def set(self, tuning: dict[str, Any], *, actor: str, comment: str) -> None:
-        """Make it a new version that is to be delivered."""
+        """Set the overrides as a new version, to be delivered."""
         self.version += 1
         self.tuning = tuning
         self.delivery = "pending"
@@ -247,7 +250,7 @@ class TuningRow(Base):
 
 
 class MessageRow(Base):
-    """A robot's message that is recorded; its id keeps it from being taken twice."""
+    """A recorded message of a robot; its id prevents it from being recorded twice."""
 
     __tablename__ = "messages"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
@@ -258,7 +261,7 @@ class MessageRow(Base):
 
 
 class ExecutorRow(Base):
-    """A process that runs workflows from the queues it serves; `seen_at`: when it last said so (database's clock)."""
+    """A process that runs workflows of the queues it serves; `seen_at`: its last heartbeat (database's clock)."""
 
     __tablename__ = "executors"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
@@ -278,7 +281,7 @@ class LeaseRow(Base):
 
 
 class EventRow(Base):
-    """What happened, in order; the source of the event stream and the audit record."""
+    """An event; the source of the event stream and the audit record."""
 
     __tablename__ = "events"
     seq: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)

@@ -17,7 +17,7 @@ from planner import Fact
 
 PLACED = (OBJECT_POSITION, ROBOT_POSITION)
 INSTEAD_OF = "instead_of"
-"""The key under which the last belief about an unknown thing keeps what it was believed instead of."""
+"""The key under which the last belief about an unknown thing keeps the beliefs that it had replaced."""
 
 
 def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
@@ -30,8 +30,8 @@ def unknown_rows(session: Session, world: str) -> Sequence[UnknownRow]:
 class Unknown:
     """A sample or robot whose place or state is not known.
 
-    :param last: where it was believed to be.
-    :param earlier: where it was believed to be before that was said instead, newest first.
+    :param last: its last believed place.
+    :param earlier: the beliefs that this one had replaced, newest first.
     """
 
     name: str
@@ -53,7 +53,7 @@ def list_unknowns(
     found = {row.name: _misplaced(row) for row in unknown_rows(session, world)}
     located = {one.fact.args[0] for one in known if one.fact.predicate == OBJECT_POSITION}
     for name in set(samples) - located - found.keys():
-        found[name] = Unknown(name=name, reason="nobody has said where it is", since_s=None, last=None)
+        found[name] = Unknown(name=name, reason="its place was never reported", since_s=None, last=None)
     for row in lost_robots(session, world):
         reason = f"{row.declared_by} declared it lost" + (f": {row.comment}" if row.comment else "")
         last = placed.get(row.robot)
@@ -64,7 +64,7 @@ def list_unknowns(
                 why = f"it was in {ref}, which {row.declared_by} declared lost"
                 found[sample] = Unknown(name=sample, reason=why, since_s=row.since_s, last=held)
     for robot, mission_id, heard_at_s in _silent(session, world):
-        reason = f"it has not answered what mission {mission_id} asked or ordered"
+        reason = f"it has not answered a query or an order of mission {mission_id}"
         silent = Unknown(name=robot, reason=reason, since_s=heard_at_s, last=placed.get(robot))
         found.setdefault(robot, silent)
     return [found[name] for name in sorted(found)]

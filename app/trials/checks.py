@@ -1,4 +1,4 @@
-"""Checks of the record against the world: each returns the disagreements in words, nothing where they agree."""
+"""Checks of the record against the world: each returns the disagreements in words, none if there are none."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -92,7 +92,7 @@ def unfinished_goals(goals: Iterable[Goal]) -> list[str]:
 
 
 def untrue_goals(goals: Iterable[Goal], is_true: IsTrue) -> list[str]:
-    """Goals that were completed, but are not true in the world."""
+    """Goals recorded as completed that are not true in the world."""
     completed = [goal for goal in goals if goal["outcome"] == "completed"]
     return [
         f"{goal['id']} ({goal['text']}) was completed, but {fact} is not true"
@@ -103,7 +103,7 @@ def untrue_goals(goals: Iterable[Goal], is_true: IsTrue) -> list[str]:
 
 
 def disagreements(found: Beliefs, lies: Mapping[str, str | None], known_as: Mapping[str, str]) -> list[str]:
-    """Samples that are believed to be elsewhere than they are.
+    """Samples that are not where they are believed to be.
 
     :param lies: by sample, the true place or gripper it is in; None on the bare floor.
     :param known_as: by berth, its location; a sample may be believed to be in either.

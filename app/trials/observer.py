@@ -18,7 +18,7 @@ RETRY_S = 0.2
 
 
 class Observer:
-    """Reads goals and the world's time; records what must never change, and complains if it did."""
+    """Reads goals and the world's time; `complaints` lists deadlines that moved and times that went back."""
 
     def __init__(self, world: str) -> None:
         self._world = world
@@ -29,9 +29,9 @@ class Observer:
 
     def read(self, api: httpx2.Client, goal_ids: Iterable[str], *, clock: str = "") -> None:
         """
-        :param clock: names the clock that is read: replicas each follow the world's with their own.
-        :raises httpx2.TransportError: if the service goes meanwhile.
-        :raises httpx2.HTTPStatusError: if it does not answer as it should.
+        :param clock: a name for the clock that is read: each replica has its own copy of the world's clock.
+        :raises httpx2.TransportError: if the service ends meanwhile.
+        :raises httpx2.HTTPStatusError: if it answers with an error.
         """
         time_s = api.get(f"/v1/worlds/{self._world}").raise_for_status().json()["time_s"]
         self._clocks_s.setdefault(clock, []).append(time_s)
@@ -42,7 +42,7 @@ class Observer:
 
     @property
     def time_s(self) -> float:
-        """The world's, as it was read last by the first clock; 0 before."""
+        """The world's time when it was last read from the first clock; 0 before."""
         return next((times_s[-1] for times_s in self._clocks_s.values()), 0.0)
 
     @property
@@ -87,13 +87,13 @@ class EventFollower:
 
     @property
     def seen(self) -> list[int]:
-        """The events' numbers, in the order they came."""
+        """The events' numbers, in the order of arrival."""
         with self._lock:
             return list(self._seen)
 
     @contextmanager
     def following(self) -> Iterator[None]:
-        """For the length of the block."""
+        """Follow the stream for the length of the block."""
         self._background.start()
         try:
             yield

@@ -12,7 +12,7 @@ from robots.world import WorldFile
 
 
 class NoMission(Exception):
-    """Raised when goals are not planned or not organised; says which and why."""
+    """Raised when goals cannot be planned or organised; the message says which and why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +28,7 @@ class Mission:
 def goal_problem(
     world: WorldFile, facts: Facts, goals: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
 ) -> PlanningProblem:
-    """The problem of making the goals true; each names one place, not a location with several berths."""
+    """The planning problem of the goals; each names one place, not a location with several berths."""
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
     return planning_problem(world, facts, wanted, spots=initial_spots(world))

@@ -1,4 +1,4 @@
-"""Goals drawn by chance among those that a world can take."""
+"""Random goals among those that are possible in a world."""
 
 import random
 
@@ -11,14 +11,14 @@ from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 PASSING = frozenset({"interchange", "home"})
-"""Kinds of places where no sample is to stay: it would be in the way."""
+"""Kinds of places where no sample is left, because it would be in the way."""
 DRAWS = 200
 
 
 def drawn_goals(
     world: WorldFile, facts: Facts, count: int, seed: int, knowledge_base: KnowledgeBase
 ) -> tuple[SymbolicFact, ...]:
-    """So many different samples, each to a location with room for it that it can be carried to.
+    """Goals for `count` different samples, each to a location with room for it that it can be carried to.
 
     :raises Invalid: if no such goals are found.
     """

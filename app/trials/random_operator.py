@@ -1,4 +1,4 @@
-"""A random operator: submits sensible and senseless goals, decides on plans, pauses and cancels."""
+"""A random operator: submits valid and invalid goals, decides on plans, pauses and cancels."""
 
 import random
 import uuid
@@ -41,7 +41,7 @@ READS = ("/v1/goals", "/v1/plans", "/v1/missions", "/v1/robots", "/v1/executors"
 
 @dataclass(slots=True, kw_only=True)
 class SubmittedGoal:
-    """A submitted goal. `goal_id` is None until it is answered."""
+    """A submitted goal. `goal_id` is None until the submission is answered."""
 
     key: str
     body: Mapping[str, Any]
@@ -57,7 +57,7 @@ class RandomOperator:
     observer: Observer
     submitted: list[SubmittedGoal] = field(default_factory=list)
     unanswered: list[SubmittedGoal] = field(default_factory=list)
-    """Submissions without an answer: whether they were accepted is unknown until they are repeated."""
+    """Submissions without an answer: only their repetition shows whether they were accepted."""
     done: Counter[str] = field(default_factory=Counter)
     complaints: list[str] = field(default_factory=list)
     _rng: random.Random = field(init=False)
@@ -114,7 +114,7 @@ class RandomOperator:
                 self._settle_mission(api, goal["mission_id"])
 
     def catch_up(self, api: httpx2.Client) -> None:
-        """Repeat what got no answer; its idempotency key makes it the same goal if it was accepted."""
+        """Repeat unanswered submissions; by its idempotency key an accepted one is the same goal."""
         while self.unanswered:
             self._submit(api, self.unanswered[-1])
             self.unanswered.pop()
@@ -146,7 +146,7 @@ class RandomOperator:
         self.unanswered.remove(goal)
 
     def _submit(self, api: httpx2.Client, goal: SubmittedGoal) -> None:
-        """A refusal is allowed: places may be taken."""
+        """Submit the goal; a refusal is allowed, because places may be occupied."""
         answer = self._ask(api, "POST", "/v1/goals", goal.body, may=(202, 409, 422, 429), key=goal.key)
         if answer.status_code != 202:
             self.done["goals refused"] += 1
@@ -200,7 +200,7 @@ class RandomOperator:
             self._order_to(api, f"/v1/missions/{mission_id}:cancel", "missions: cancel")
 
     def _order_to(self, api: httpx2.Client, path: str, name: str) -> None:
-        """An order that may come too late (409)."""
+        """Send an order, which may come too late (409)."""
         answer = self._ask(api, "POST", path, may=(202, 409))
         self.done[name if answer.status_code == 202 else "orders that came too late"] += 1
 

@@ -14,12 +14,12 @@ from app.trials.service_process import Installation, NotReady, ServiceProcess
 from app.workflows.background import Background
 
 WorldFault = Callable[[random.Random], str]
-"""Changes the world while no service runs; returns what was done, empty if nothing."""
+"""Changes the world while no service runs; returns the name of the fault, empty if nothing was changed."""
 
 KINDS = {
     "service killed": 4,
-    "service killed as it began": 2,
-    "service ended and begun again": 1,
+    "service killed during its start": 2,
+    "service restarted": 1,
     "simulation killed": 3,
     "planning killed": 3,
     "service stopped for 2 s": 1,
@@ -28,7 +28,7 @@ KINDS = {
 PAUSE_S = (2.0, 15.0)
 STOPPED_S = 2.0
 SIMULATION_PAUSE_S = 25.0
-"""Least time between two kills of the simulation: the service gives up a world that dies six times in two minutes."""
+"""Least time between two kills of the simulation: the service gives up a world that ends six times in two minutes."""
 
 
 class ServiceFaults:
@@ -52,7 +52,7 @@ class ServiceFaults:
     def api(self) -> httpx2.Client:
         """A client of the present service process; the caller closes it.
 
-        :raises NotReady: if it does not come up.
+        :raises NotReady: if it does not start.
         """
         return self.service.api()
 
@@ -100,11 +100,11 @@ class ServiceFaults:
                 return self._kill_one(self.service.planners())
             case "service stopped for 2 s":
                 self._suspend()
-            case "service ended and begun again":
+            case "service restarted":
                 self._wait_until_up()
                 self.service.end()
                 self._restart()
-            case "service killed as it began":
+            case "service killed during its start":
                 self.service.kill()
                 self._restart()
                 pause(self._clock, self._rng.uniform(0.3, 4.0))
@@ -144,7 +144,7 @@ class ServiceFaults:
         return self._installation.start(self._starts)
 
     def _record_death(self) -> None:
-        """A service that ended by itself has failed: record it and restart it."""
+        """Record it as a failure if the service has ended by itself, and restart it."""
         if not self.service.is_alive:
             status = self.service.process.returncode
             self.complaints.append(f"service process {self.service.number} ended by itself ({status})")

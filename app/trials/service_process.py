@@ -25,7 +25,7 @@ class NotReady(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Installation:
-    """What all processes of the service share. Their output files lie beside the data folder.
+    """The configuration that all processes of the service share. Their output files lie beside the data folder.
 
     :param world: a name or a world file.
     :param environment: settings of the service (`MACTA_…`); those of this process are not passed on.
@@ -136,11 +136,11 @@ class ServiceProcess:
         self.process.wait(timeout=END_TIMEOUT_S)
 
     def simulation(self) -> Running | None:
-        """The simulation's process; None if there is none just now."""
+        """The simulation's process; None if there is none."""
         return holder_of(self.data / "worlds", tree_of(self.process.pid))
 
     def planners(self) -> list[Running]:
-        """Its planning processes; none while the simulation, which looks like one, is starting."""
+        """Its planning processes; none while the simulation is starting, which cannot be told from them then."""
         tree = tree_of(self.process.pid)
         simulation = holder_of(self.data / "worlds", tree)
         spawned = [one for one in tree if b"spawn_main" in _command(one)]
@@ -148,7 +148,7 @@ class ServiceProcess:
 
 
 def holder_of(folder: Path, tree: list[Running]) -> Running | None:
-    """The process that has a world's lock in the folder open: the one that simulates it."""
+    """The process that has the lock file of a world in the folder open, which is the one that simulates it."""
     return next((one for one in tree if any(_is_lock(opened, folder) for opened in _opened(one))), None)
 
 
@@ -159,7 +159,7 @@ def _is_lock(opened: Path, folder: Path) -> bool:
 def _opened(process: Running) -> Iterator[Path]:
     try:
         names = os.listdir(f"/proc/{process.pid}/fd")
-    except OSError:  # it is gone
+    except OSError:  # the process has ended
         return
     for name in names:
         try:

@@ -28,7 +28,7 @@ ACT_S = (0.05, 1.2)
 """Interval between two acts of the operator."""
 LOOK_S = 0.5
 SETTLE_WORLD_S = 1800.0
-"""World time within which everything must end once there are no more faults."""
+"""World time within which every goal must end once there are no more faults."""
 SETTLE_WALL_S = 1800.0
 """Wall-clock limit of the same."""
 CAUGHT_UP_S = 20.0
@@ -102,7 +102,7 @@ class SoakTrial:
                 self.faults.kill()
 
     def round(self, storm_s: float) -> RoundResult:
-        """Inject goals and faults for `storm_s` of the wall clock, let everything end, and check."""
+        """Submit goals and inject faults for `storm_s` (wall clock), let all goals end, and check."""
         self.faults.pause()  # waits until the service is up
         self.faults.start()
         give_up_s = self._clock.monotonic_s() + storm_s
@@ -141,7 +141,7 @@ class SoakTrial:
         return False
 
     def _judged(self, over: bool) -> RoundResult:
-        """The checks; the true state is compared only if everything has ended."""
+        """Run the checks; the true state is compared only if all goals have ended."""
         wrong = unfinished_goals(self.observer.goals.values())
         wrong += executed_twice(self._record())
         if over:

@@ -32,7 +32,7 @@ class SeedResult:
     """A seed's goal and outcome.
 
     `took_s` is the world's time until the last robot had ended, `estimate_s` the plan's; both None without a plan.
-    `packet` is the tag of the packet that failed, `reason` what the robot said, or why there is no plan.
+    `packet` is the tag of the packet that failed, `reason` the robot's reason, or why there is no plan.
     """
 
     seed: int
@@ -59,13 +59,13 @@ class Spread:
 
     @classmethod
     def of(cls, figures: Sequence[float]) -> "Spread | None":
-        """None of no figures."""
+        """The spread of the figures; None if there are none."""
         return cls(median=median(figures), least=min(figures), most=max(figures)) if figures else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group:
-    """Seeds that ended alike: by the same packet, and for the same reason up to the numbers in it."""
+    """Seeds with the same outcome and packet, and the same reason except for numbers in it."""
 
     outcome: Outcome
     packet: str | None
@@ -122,7 +122,7 @@ def wilson(good: int, of: int) -> tuple[float, float]:
 
 
 def _grouped(rows: Sequence[SeedResult]) -> tuple[Group, ...]:
-    """The reason shown is the first seed's, in full."""
+    """The groups of the rows; each group's reason is that of its first seed."""
     groups: dict[tuple[Outcome, str | None, str], list[SeedResult]] = defaultdict(list)
     for row in rows:
         groups[row.outcome, row.packet, NUMBER.sub("#", row.reason)].append(row)

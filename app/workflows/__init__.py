@@ -1,7 +1,7 @@
-"""Durable workflows: the only package that knows DBOS.
+"""Durable workflows: the only package that uses DBOS.
 
-The service's own tables are authoritative; a workflow is the mechanism that carries a goal or mission on, also after a
-crash. A workflow, or a message to one, is started inside the transaction that makes it necessary, so neither is lost.
+The service's own tables are authoritative; a workflow only processes a goal or mission further, also after a crash. A
+workflow, or a message to one, is created inside the transaction that makes it necessary, so neither is lost.
 """
 
 from app.workflows.engine import Workflows

@@ -1,4 +1,4 @@
-"""A thread that runs for the length of the service's life."""
+"""A thread that runs until the service ends."""
 
 import threading
 from collections.abc import Callable
@@ -7,7 +7,7 @@ JOIN_S = 5.0
 
 
 class Background:
-    """Work in a daemon thread that goes on until `ending` is set: it checks that, or waits on it, between its turns."""
+    """A daemon thread. Its work returns once `ending` is set, which it checks or waits for between its turns."""
 
     def __init__(self, name: str, work: Callable[[], None]) -> None:
         self.ending = threading.Event()

@@ -1,7 +1,7 @@
-"""The private names of DBOS (3.4) that this service depends on, one function a use.
+"""The private names of DBOS (3.4) that this service depends on, one function per use.
 
-No other module touches a private name of DBOS. `tests/app/workflows/test_dbos_internals.py` has one contract test for
-each function: with a new minor version of DBOS, those tests say which use has to change, and only this module does.
+No other module uses a private name of DBOS. `tests/app/workflows/test_dbos_internals.py` has a contract test for each
+function: with a new minor version of DBOS, those tests show which use has to change, and only this module does.
 """
 
 import threading
@@ -16,7 +16,7 @@ def work_queue(dbos: DBOS, queue: Queue, stop_event: threading.Event) -> None:
 
     Between polls it calls `stop_event.wait(timeout=…)`, so an event that returns early makes it poll at once. The
     public `DBOS.listen_queues` polls at a fixed interval: a new workflow would wait for half of it on average, and
-    could not be left to other executors while this process may be taken for dead.
+    could not be left to other executors while this process may count as dead.
     """
     queue_worker_thread(stop_event, dbos, queue)
 
@@ -24,7 +24,7 @@ def work_queue(dbos: DBOS, queue: Queue, stop_event: threading.Event) -> None:
 def executing_workflows(dbos: DBOS) -> set[str]:
     """The ids of the workflows that run in this process, from being dequeued until their outcome is recorded.
 
-    The public `list_workflows` tells what the database says of an executor, which differs after a lost commit.
+    The public `list_workflows` returns the executor's workflows by the database, which differ after a lost commit.
     """
     return set(dbos._active_workflows_set.activeList())
 
@@ -39,9 +39,9 @@ def reenqueue(dbos: DBOS, workflow_id: str, *, executor: str, default_queue: str
 
 
 def message_waker(dbos: DBOS) -> Callable[[], None]:
-    """A function that makes every workflow of this process that waits in `recv` look into the database at once.
+    """A function that makes every workflow of this process that waits in `recv` check the database at once.
 
-    DBOS itself looks once a minute if a notification was lost, and offers no way to end a wait at shutdown. The
+    After a lost notification DBOS itself checks only once a minute, and it offers no way to end a wait at shutdown. The
     function works after `DBOS.destroy`, too.
     """
     waiters = dbos._sys_db.notifications_map

@@ -1,4 +1,4 @@
-"""Starts, wakes and runs workflows, and recovers those that a process left or lost."""
+"""Starts, wakes and runs workflows, and recovers those of ended processes and lost ones."""
 
 import logging
 import threading
@@ -20,7 +20,7 @@ from app.workflows.system_database import create_system_engine, retire
 
 APPLICATION = "macta"
 APPLICATION_VERSION = "2"
-"""Raised when a workflow's steps change order, so that no old workflow is replayed by new code."""
+"""Increased when the order of a workflow's steps changes, so that no old workflow is replayed by new code."""
 
 MESSAGE_POLLING_S = 0.05
 QUEUE_POLLING_S = 0.25
@@ -30,7 +30,7 @@ EMBEDDED = "embedded"
 
 
 class Workflows:
-    """Registers, starts, wakes and runs workflows. One instance a process at a time, for DBOS is a singleton."""
+    """Registers, starts, wakes and runs workflows. One instance per process at a time, because DBOS is a singleton."""
 
     def __init__(
         self,
@@ -42,14 +42,14 @@ class Workflows:
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
-        :param queue_polling_s: how often to look for workflows that were not announced.
+        :param queue_polling_s: polling interval for workflows that were not announced.
         """
         self.engine = create_system_engine(database_url)
         """The connections of DBOS."""
         self._serves = serves
         self._queue_polling_s = queue_polling_s
         self._clock = clock
-        # A process that died left its workflows under its own name; the embedded service is one executor.
+        # Workflows of an ended process are recovered by its executor id; the embedded service has always the same.
         self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
         self._closing = threading.Event()
         self._suspected: set[str] = set()
@@ -72,7 +72,7 @@ class Workflows:
         }
 
     def register(self, name: str, function: Callable[[str], None]) -> None:
-        """Make a workflow known under a name. Every process registers every workflow before `launch`."""
+        """Register a workflow under a name. Every process registers every workflow before `launch`."""
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
             CLOSING.set(self._closing)
@@ -84,7 +84,7 @@ class Workflows:
         DBOS.workflow(name=name)(workflow)
 
     def launch(self) -> None:
-        """Start executing, first what an earlier process left undone."""
+        """Start executing workflows, first those that an earlier process left pending."""
         DBOS.launch()
         for queue in QUEUES:
             registered = DBOS.register_queue(
@@ -114,25 +114,25 @@ class Workflows:
 
     @property
     def topics(self) -> Mapping[str, Callable[[], None]]:
-        """The announcements of other processes that matter to this one, each with its handler."""
+        """The topics of other processes' announcements that this one handles, each with its handler."""
         return {queue.name: partial(self.poll, queue) for queue in self._serves} | {
             "messages": self.recheck_messages
         }
 
     def poll(self, queue: Queue) -> None:
-        """Look for workflows in this queue now: one was started, here or in another process."""
+        """Poll this queue now: a workflow was started, here or in another process."""
         if queue.name in self._listeners:
             self._listeners[queue.name].poll_now()
 
     def dequeue_until(self, monotonic_s: float) -> None:
-        """Dequeue nothing after this instant, unless a later one is named before.
+        """Dequeue nothing after this instant, unless it is moved before.
 
-        Other processes then take this one for dead: they would run again at once whatever it dequeues.
+        After it, other processes may count this one as dead and run again what it dequeues.
         """
         self._dequeues_until = monotonic_s
 
     def recheck_messages(self) -> None:
-        """Have every workflow that waits here look for a message whose notification may have been lost."""
+        """Have every workflow that waits here check for messages whose notification may have been lost."""
         message_waker(self._dbos)()
 
     def recover_executor(self, executor: str) -> int:
@@ -140,10 +140,10 @@ class Workflows:
         return self._reenqueue(self._pending(executor), executor)
 
     def recover_lost(self) -> int:
-        """Put back into their queues the pending workflows of this process that it does not execute; their number.
+        """Put back into their queues this process's pending workflows that it does not execute; returns their number.
 
-        They are lost if the database dies after it has committed a dequeue and before it has answered. A workflow that
-        is just being dequeued looks the same, so only one that is found at two calls in a row counts: call this often.
+        A workflow is lost if the database fails after it has committed a dequeue and before it has answered. One that
+        is being dequeued looks the same, so only those found at two calls in a row count: call this periodically.
         """
         unclaimed = self._pending(self.executor) - executing_workflows(self._dbos)
         lost = unclaimed & self._suspected
@@ -180,7 +180,7 @@ class Workflows:
         self._connected.send_in_transaction(session, workflow_id, key, WAKE, key)
 
     def delete_finished(self, before: str, limit: int) -> int:
-        """Delete up to `limit` workflows that were over before an instant (ISO 8601); returns their number."""
+        """Delete up to `limit` workflows that ended before an instant (ISO 8601); returns their number."""
         over = self._connected.list_workflows(
             status=["SUCCESS", "ERROR", "CANCELLED"],
             completed_before=before,
@@ -198,8 +198,8 @@ class Workflows:
         return self._client
 
     def close(self) -> None:
-        """Stop executing. What is under way stays pending and is recovered by the next `launch`."""
-        # Workflows that are cut off log that the database is gone.
+        """Stop executing. Running workflows stay pending and are recovered by the next `launch`."""
+        # Interrupted workflows would log that the database is closed.
         logging.getLogger("dbos").setLevel(logging.CRITICAL)
         self._closing.set()
         for listener in self._listeners.values():
@@ -208,8 +208,8 @@ class Workflows:
         if self._client is not None:
             self._client.destroy()
         DBOS.destroy(destroy_registry=True)
-        # A thread that waited on would hold up the process's end; one that woke later would run beside whoever has
-        # recovered its workflow. They wake now, and without a connection they can record nothing.
+        # A thread that keeps waiting would delay the process's end; one that wakes later would run a workflow that
+        # another process has recovered. They wake now, and without a connection they can record nothing.
         retire(self.engine)
         if wake is not None:
             wake()

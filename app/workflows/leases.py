@@ -1,10 +1,10 @@
-"""A process's place among those that share its database: heartbeats, and leases of worlds.
+"""Coordination of the processes that share a database: heartbeats, and leases of worlds.
 
-Each process writes a heartbeat every `HEARTBEAT_S`. Of one that was silent for `DEAD_AFTER_S`, or has ended, the others
-take over the workflows and the leases of worlds. Time is the database server's, so the machines' clocks need not agree.
-A process that was only held up may come back: by then it has let its leases lapse and dequeues nothing, and what both
-processes did meanwhile is recorded once, as steps and messages always are. While the server is unavailable nobody can
-write a heartbeat: silence counts from when the server is back.
+Each process writes a heartbeat every `HEARTBEAT_S`. A process without one for `DEAD_AFTER_S`, or one that has ended,
+counts as dead: the others take over its workflows and its leases of worlds. Time is the database server's, so the
+machines' clocks need not agree. A process that was only suspended may continue: its leases have lapsed by then and it
+dequeues nothing, and what both processes did meanwhile is recorded once, as all steps and messages are. While the
+server is unavailable, no process can write a heartbeat: silence counts from when the server is available again.
 """
 
 import logging
@@ -27,21 +27,20 @@ from app.workflows.background import Background
 HEARTBEAT_S = 1.0
 DEAD_AFTER_S = 6.0
 FORGOTTEN_AFTER_S = 60.0
-"""A dead process's row is deleted then. Until then it is checked again: it may have come back and died again."""
+"""A dead process's row is deleted after this. Until then it is checked again: it may have continued and ended again."""
 LEASE_S = DEAD_AFTER_S - HEARTBEAT_S
-"""How long after a heartbeat a process relies on its leases and dequeues workflows: less than others take to take over.
-"""
+"""How long after a heartbeat a process uses its leases and dequeues workflows; others take over later than that."""
 ENDED_AT_S = 0.0
-"""`seen_at` of a process that has ended in order."""
+"""`seen_at` of a process that has ended regularly."""
 LOST_CHECK_S = 5.0
-"""How often a process looks for workflows of its own that it has lost."""
+"""Interval of a process's checks for its own lost workflows."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Executor:
-    """A process as the others know it.
+    """A process as registered in the database.
 
     :param serves: the queues whose workflows it runs.
     :param worlds: those whose lease it holds.
@@ -59,7 +58,7 @@ class Executor:
 
 
 class RecoverableWorkflows(Protocol):
-    """The workflows of this process and of others, as `app.workflows.Workflows` has them."""
+    """The workflows of this process and of others; `app.workflows.Workflows` implements it."""
 
     @property
     def executor(self) -> str:
@@ -71,18 +70,18 @@ class RecoverableWorkflows(Protocol):
         ...
 
     def recover_executor(self, executor: str) -> int:
-        """Have those that a dead executor left pending run again; returns their number."""
+        """Recover the workflows that a dead executor left pending; returns their number."""
         ...
 
     def recover_lost(self) -> int:
-        """Have those run again that this process has lost; returns their number."""
+        """Recover the workflows that this process has lost; returns their number."""
         ...
 
 
 class ExecutorRegistry:
-    """Writes this process's heartbeat, holds the leases of its worlds, and recovers what dead processes left.
+    """Writes this process's heartbeat, holds the leases of its worlds, and recovers workflows of dead processes.
 
-    On SQLite there is one process: it holds its leases always, and no heartbeat is needed.
+    On SQLite there is only one process: it always holds its leases, and needs no heartbeat.
     """
 
     def __init__(
@@ -96,7 +95,7 @@ class ExecutorRegistry:
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
-        :param worlds: those that this process may hold the lease of.
+        :param worlds: those whose leases this process may hold.
         """
         self._database = database
         self._workflows = workflows
@@ -112,9 +111,9 @@ class ExecutorRegistry:
     def register(self, simulates: Collection[str] = ()) -> None:
         """Write the first heartbeat, before this process begins anything that others would have to recover.
 
-        :param simulates: the worlds that exist only in this process, so that nobody else may hold their lease. If a
-            process that has just died did, this waits until its lease has lapsed.
-        :raises Unavailable: if a living process does.
+        :param simulates: the worlds that exist only in this process, so that no other process may hold their leases.
+            This waits for the lease of a process that has just ended to lapse.
+        :raises Unavailable: if a running process holds such a lease.
         """
         give_up_s = self._clock.monotonic_s() + DEAD_AFTER_S + 2 * HEARTBEAT_S
         while True:
@@ -134,11 +133,11 @@ class ExecutorRegistry:
             self._background.start()
 
     def stop(self) -> None:
-        """Recover nothing more: this process is about to end. Safe to call again."""
+        """Stop heartbeats and recovery, because this process is about to end. Safe to call again."""
         self._background.end()
 
     def close(self) -> None:
-        """Let the others recover at once what is left undone here."""
+        """Record the end of this process, so that others recover its workflows at once."""
         if not self._background.end():
             return
         try:
@@ -146,7 +145,7 @@ class ExecutorRegistry:
                 row = session.get(ExecutorRow, self._executor, with_for_update=True)
                 if row is not None:
                     row.seen_at = ENDED_AT_S
-        except Exception as error:  # they will notice
+        except Exception as error:  # the others take over after `DEAD_AFTER_S`
             logger.warning(
                 "could not record the end of this process, its work is taken over after a delay: %s", error
             )
@@ -162,7 +161,7 @@ class ExecutorRegistry:
         return executors(self._database, self._clock)
 
     def beat(self) -> None:
-        """Write a heartbeat, and take or renew the leases that no living process holds."""
+        """Write a heartbeat, and take or renew the leases that no other running process holds."""
         until = self._clock.monotonic_s() + LEASE_S
         with self._database.write() as session:
             now = _now(session, self._database, self._clock)
@@ -183,7 +182,7 @@ class ExecutorRegistry:
             self._workflows.dequeue_until(until)
 
     def recover(self) -> None:
-        """Recover what dead processes left and, every `LOST_CHECK_S`, what this one has lost."""
+        """Recover the workflows of dead processes and, every `LOST_CHECK_S`, lost ones of this process."""
         self._recover_from_dead()
         if self._clock.monotonic_s() < self._lost_check_at_s:
             return
@@ -204,7 +203,7 @@ class ExecutorRegistry:
             self._clock.wait(self._background.ending, HEARTBEAT_S)
 
     def _takes(self, session: Session, world: str, dead_before: float) -> bool:
-        """Take or renew the lease of a world, unless a living process has it."""
+        """Take or renew the lease of a world, unless another running process has it."""
         if self._database.shared:
             session.execute(insert(LeaseRow).values(world=world, holder="").on_conflict_do_nothing())
         elif session.get(LeaseRow, world) is None:
@@ -219,7 +218,7 @@ class ExecutorRegistry:
         return True
 
     def _recover_from_dead(self) -> None:
-        """Of several processes that see a dead one, the first to lock its row recovers from it."""
+        """Recover the workflows of dead processes; the first process to lock a dead one's row does."""
         with self._database.write() as session:
             now = _now(session, self._database, self._clock)
             query = select(ExecutorRow).where(
@@ -264,17 +263,17 @@ def _executor(row: ExecutorRow, worlds: Sequence[str], seen_s: float) -> Executo
 
 
 def _now(session: Session, database: Database, clock: WallClock) -> float:
-    """Epoch seconds, of the server where there is one."""
+    """Epoch seconds, by the database server's clock if there is one."""
     if not database.shared:
         return clock.epoch_s()
     return float(session.scalars(select(func.extract("epoch", func.clock_timestamp()))).one())
 
 
 def _dead_before(session: Session, database: Database, now: float) -> float:
-    """A process last seen before this instant is dead: silent for `DEAD_AFTER_S` during which the server was up."""
+    """The instant: a process last seen before it is dead, silent for `DEAD_AFTER_S` while the server was up."""
     if not database.shared:
         return inf  # there is one process
     started_at = session.scalars(select(func.extract("epoch", func.pg_postmaster_start_time()))).one()
     if float(started_at) < now - DEAD_AFTER_S:
         return now - DEAD_AFTER_S
-    return ENDED_AT_S + 1.0  # until then only those are dead that have ended in order
+    return ENDED_AT_S + 1.0  # the server has just started: only those that have ended regularly are dead

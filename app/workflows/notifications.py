@@ -1,7 +1,7 @@
 """Notifications of what other processes have written to a shared database: PostgreSQL's LISTEN and NOTIFY.
 
-A notification only says that something changed; its handler reads the tables. So nothing is lost with one that never
-comes, and after a reconnection every handler is called once.
+A notification only says that something has changed; its handler reads the tables. So a lost notification loses no data,
+and after a reconnection every handler is called once.
 """
 
 import logging
@@ -18,7 +18,7 @@ RECEIVE_S = 0.5
 """How long the thread waits for a notification before it checks whether it is to end."""
 RECONNECT_S = 1.0
 SETTLED_S = 5.0
-"""So long after a reconnection the other processes have theirs, too; then every handler is called once more."""
+"""After a reconnection, when every handler is called once more: the other processes have reconnected by then."""
 
 logger = logging.getLogger(__name__)
 

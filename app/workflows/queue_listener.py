@@ -11,7 +11,7 @@ from app.workflows.dbos_internals import work_queue
 ACTIVE_S = 5.0
 """How long after the last notification a queue is polled at its own interval."""
 IDLE_POLLING_S = 1.0
-"""Polling interval after that. Workflows that nobody announced are those that a dead process has left."""
+"""Polling interval after that. Only workflows of dead processes are in a queue without an announcement."""
 
 
 class QueueListener:
@@ -41,7 +41,7 @@ class QueueListener:
 class PollPause(threading.Event):
     """The pause between two polls, as the stop event of a queue's worker: set at the end, cut short by `cut_short`.
 
-    While nothing may be dequeued, one pause follows another.
+    While nothing may be dequeued, the pause is repeated.
     """
 
     def __init__(self, may_dequeue: Callable[[], bool], *, clock: WallClock) -> None:
@@ -59,7 +59,7 @@ class PollPause(threading.Event):
         self._over.set()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Until it is set, cut short or over; True if it is set."""
+        """Wait until it is set, cut short or over; True if it is set."""
         polling_s = IDLE_POLLING_S if timeout is None else timeout
         while True:
             is_active = self._clock.monotonic_s() < self._active_until

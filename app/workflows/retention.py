@@ -1,6 +1,6 @@
-"""Retention: old events, robots' messages, workflows and goals are deleted, with all that was made for the goals.
+"""Retention: deletes old events, robots' messages, workflows and goals with their plans, missions and scripts.
 
-Nothing is deleted that an open goal or mission needs.
+Nothing that an open goal or mission needs is deleted.
 """
 
 import logging
@@ -40,12 +40,12 @@ class Swept:
 
 
 class Retention:
-    """Deletes what is old once an hour, in a thread of its own. Several processes may do so on one database.
+    """Deletes what exceeds its retention once an hour, in a thread of its own. Several processes may share a database.
 
-    Events are deleted oldest first and the newest is kept: those that are left have no gaps, and numbers never start
-    again. Of a mission that is not over every message is kept: its id keeps it from being recorded twice. A goal is
-    deleted together with its plans, missions and scripts, but not while a lost robot is still to be told to stop.
-    Learned durations and facts are kept.
+    Events are deleted oldest first and the newest is kept: the remaining ones have no gaps, and numbers never start
+    again. All messages of a running mission are kept: their ids prevent them from being recorded twice. A goal is
+    deleted together with its plans, missions and scripts, but not while an order to stop is to be delivered to a lost
+    robot. Learned durations and facts are kept.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Retention:
         self._background.end()
 
     def sweep(self) -> Swept:
-        """Delete what is old."""
+        """Delete what exceeds its retention; returns the counts."""
         reported_before = self._days_ago(self._days)
         over_before = self._days_ago(self._goals_days)
         return Swept(
@@ -105,7 +105,7 @@ class Retention:
         while not self._clock.wait(self._background.ending, SWEEP_S):
             try:
                 swept = self.sweep()
-                logger.info("deleted what is older than its retention: %s", swept)
+                logger.info("retention sweep deleted: %s", swept)
             except Exception:
                 logger.exception("retention sweep failed")
 

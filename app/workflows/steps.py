@@ -16,7 +16,7 @@ STEP_ATTEMPTS = 4
 UNAVAILABLE_RETRY_S = 0.5
 """Pause before a step that found the database unavailable is tried again."""
 CLOSING: ContextVar[threading.Event] = ContextVar("closing")
-"""Inside a workflow: set once the process ends."""
+"""Inside a workflow: the event that is set once the process ends."""
 
 logger = logging.getLogger(__name__)
 

@@ -15,7 +15,7 @@ IDLE_TRANSACTION_TIMEOUT_MS = 60_000
 
 
 def create_system_engine(url: str) -> Engine:
-    """An engine for `DBOSConfig` and `DBOSClient`: pessimistic pool, immediate write transactions on SQLite."""
+    """An engine for `DBOSConfig` and `DBOSClient`: pool with pre-ping, immediate write transactions on SQLite."""
     pool: dict[str, Any] = {"pool_size": POOL_SIZE, "max_overflow": 0, "pool_pre_ping": True}
     if url.startswith("sqlite"):
         engine = create_engine(url, **pool)
@@ -28,7 +28,7 @@ def create_system_engine(url: str) -> Engine:
 
 
 def retire(engine: Engine) -> None:
-    """Close all connections for good, so that a workflow thread that outlives DBOS can record nothing."""
+    """Close all connections and allow no new ones, so that a workflow thread that outlives DBOS can record nothing."""
     event.listen(engine, "do_connect", _refuse_connection)
     event.listen(engine, "checkin", _invalidate)
     engine.dispose()
@@ -52,7 +52,7 @@ def _invalidate(_: DBAPIConnection | None, entry: ConnectionPoolEntry) -> None:
 
 
 def _report_as_locked(context: ExceptionContext) -> None:
-    """Let DBOS retry what cannot be written for now (disk full, read-only), as it retries a locked database.
+    """Let DBOS retry when the database cannot be written for now (disk full, read-only), as when it is locked.
 
     :raises sqlite3.OperationalError: in place of SQLite's own error.
     """

@@ -1,1 +1,1 @@
-"""What the operator's page costs, in a headless Chromium before the real service."""
+"""Costs of the operator's page, in a headless Chromium with the real service."""

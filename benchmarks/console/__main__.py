@@ -1,7 +1,7 @@
-"""What the operator's page costs: `python -m benchmarks.console [MISSIONS]`; wants Debian's chromium.
+"""Costs of the operator's page: `python -m benchmarks.console [MISSIONS]`; needs Debian's chromium.
 
-Before `macta serve` with a past of so many missions: the time until the page can be used, cold; how smoothly its lists
-scroll while some ten events a second come, a page of fifty and all of them; what an idle page costs. Medians.
+With `macta serve` and MISSIONS past missions: the time until the page is usable, cold; how smoothly its lists scroll
+while about ten events a second arrive, with a page of fifty and with all; the costs of an idle page. Medians.
 """
 
 import argparse
@@ -62,7 +62,7 @@ WATCH = """
 
 
 def load(browser: Browser, served: Served) -> tuple[float, float, float]:
-    """Seconds from asking for the page until something is painted, and until the goals stand there; kB of its files."""
+    """Seconds from the page's request to its first paint, and until the goals are shown; kB of its files."""
     context = browser.new_context(viewport={"width": 1440, "height": 810})
     page = context.new_page()
     page.add_init_script(USABLE)
@@ -76,7 +76,7 @@ def load(browser: Browser, served: Served) -> tuple[float, float, float]:
 
 
 def show_all(page: Page) -> None:
-    """Lengthen both lists until nothing older is left."""
+    """Load all older entries of both lists."""
     for name in ("#goals", "#missions"):
         while (older := page.locator(f"{name} [data-older]")).count():
             shown = page.locator(f"{name} .item").count()
@@ -85,7 +85,7 @@ def show_all(page: Page) -> None:
 
 
 def scroll(page: Page, traffic: Traffic, service: int) -> str:
-    """Scroll to and fro while events come."""
+    """Scroll to and fro while events arrive."""
     page.evaluate(WATCH)
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
@@ -113,7 +113,7 @@ def idle(page: Page, served: Served) -> str:
 
 
 def idle_cpu_s(served: Served) -> tuple[float, ...]:
-    """What the service with its world, the view, browsers' pages and their graphics in software have used."""
+    """Seconds used by service and world, by the view, by browsers' pages and by their software graphics."""
     view, renderer, graphics = (
         sum(own_cpu_s(one.pid) for one in tree_of(os.getpid()) if mark in command(one.pid))
         for mark in ("web.viewer", "--type=renderer", "--type=gpu-process")
@@ -136,7 +136,7 @@ def cpu_s(pid: int) -> float:
 
 @contextmanager
 def opened(browser: Browser, served: Served, world_as: str) -> Iterator[Page]:
-    """The page, live, its world shown so from the beginning."""
+    """The live page, which shows its world as map or view."""
     context = browser.new_context(viewport={"width": 1440, "height": 810})
     page = context.new_page()
     page.add_init_script(f"localStorage.setItem('macta.world-as', JSON.stringify('{world_as}'))")

@@ -1,4 +1,4 @@
-"""A service with a past: so many missions, each a copy of one that was truly carried out."""
+"""Past missions for a service, each a copy of one that was really carried out."""
 
 import time
 from collections.abc import Callable
@@ -21,7 +21,7 @@ def carry_out(api: httpx2.Client, text: str) -> None:
 
 
 def fill(data: Path, missions: int) -> None:
-    """Copy the one mission of the record until there are so many."""
+    """Copy the record's only mission until there are `missions`."""
     database = Database(f"sqlite:///{data / 'macta.sqlite'}")
     with database.write() as session:
         goal, plan, mission = (session.scalars(select(one)).one() for one in (GoalRow, PlanRow, MissionRow))
@@ -46,14 +46,14 @@ def fill(data: Path, missions: int) -> None:
 
 
 class Traffic:
-    """What an operator could do all day: events of a paused mission and of the world model, in turn."""
+    """Causes events as an operator could: of a paused mission and of the world model, in turn."""
 
     def __init__(self, api: httpx2.Client, world: str) -> None:
         self._api, self._facts, self._turn = api, f"/v1/worlds/{world}/facts", 0
         self._mission = paused(api, "move sample_2 to bay_3")
 
     def cause(self) -> None:
-        """Another event or two."""
+        """Cause one or two more events."""
         self._turn += 1
         place, policy = ("bay_12", "ask") if self._turn % 4 < 2 else ("bay_11", "never")
         if self._turn % 2:
@@ -65,7 +65,7 @@ class Traffic:
 
 
 def paused(api: httpx2.Client, text: str) -> str:
-    """A mission that has begun and was paused."""
+    """Start and pause a mission; its id."""
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).raise_for_status().json()["id"]
     mission = until(api, f"/v1/goals/{goal}", lambda known: known["mission_id"])["mission_id"]
     until(api, f"/v1/missions/{mission}", lambda known: known["state"] == "running")
@@ -75,7 +75,7 @@ def paused(api: httpx2.Client, text: str) -> str:
 
 
 def until(api: httpx2.Client, path: str, holds: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
-    """:raises TimeoutError: if it never does."""
+    """:raises TimeoutError: if it does not hold in time."""
     give_up = time.monotonic() + GIVE_UP_S
     while not holds(known := api.get(path).raise_for_status().json()):
         if time.monotonic() > give_up:

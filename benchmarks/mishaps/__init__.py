@@ -1,4 +1,4 @@
-"""What becomes of robots that something befalls: `python -m benchmarks.mishaps`.
+"""How robots cope with mishaps: `python -m benchmarks.mishaps`.
 
-`undertakings.py` is what they are about, `acts.py` what is done to them, `cases.py` which of it when.
+`undertakings.py` has the robots' scripts, `acts.py` the mishaps, `cases.py` which of them happens when.
 """

@@ -1,9 +1,9 @@
-"""What becomes of robots that something befalls: `python -m benchmarks.mishaps [--seeds 10] [--case WORDS]`.
+"""How robots cope with mishaps: `python -m benchmarks.mishaps [--seeds 10] [--case WORDS]`.
 
 A yard robot of the sample store carries a sample from a door to an interchange, or Fred and Ginger carry a long one
 from the quarry to the lander between them; each case does something to a robot, to the sample or to a beacon while a
 packet runs. Prints a line a case: how often the robots recovered (goal reached in the world itself), one reported a
-failure, all finished without having reached the goal (wrong), or one came to no end (silent), and the seconds from the
+failure, all finished without having reached the goal (wrong), or one did not end (silent), and the seconds from the
 mishap to the last one's end. With --words also what they reported.
 """
 
@@ -23,7 +23,7 @@ def line(case: Case, outcomes: Sequence[Outcome]) -> str:
     counts = Counter(one.how for one in outcomes)
     spans = [one.took_s for one in outcomes if one.took_s is not None]
     how = "  ".join(f"{counts[how]:9d}" for how in OUTCOMES)
-    longest = f"{np.median(spans):6.1f} {max(spans):6.1f}" if spans else "  nothing befell"
+    longest = f"{np.median(spans):6.1f} {max(spans):6.1f}" if spans else "  no mishap"
     walled = f"  IN A WALL {sum(one.walled for one in outcomes)}" if any(o.walled for o in outcomes) else ""
     return f"{case!s:42}{how}  {longest}{walled}"
 
@@ -37,7 +37,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--case", default="", help="only cases whose name holds these words")
+    parser.add_argument("--case", default="", help="only cases whose name contains these words")
     parser.add_argument("--words", action="store_true", help="also what was reported")
     options = parser.parse_args()
     chosen = [(number, case) for number, case in enumerate(cases()) if options.case in str(case)]

@@ -1,4 +1,4 @@
-"""What may be done to a robot, to the sample it works on, or to a beacon while it is at work."""
+"""Mishaps of a robot at work, of the sample it works on, or of a beacon."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ from sim.world.simulation import Simulation
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
-    """An undertaking under way, and the robot of it that something befalls."""
+    """An undertaking under way, and its robot that has the mishap."""
 
     simulation: Simulation
     faults: FaultInjector
@@ -90,7 +90,7 @@ def knocked(by_m: float) -> Act:
 
 
 def put(point: tuple[float, float], sample: str = "") -> Act:
-    """A sample, the one that the robot works on unless named, is taken up and put down somewhere."""
+    """A sample, by default the one that the robot works on, is moved to a point."""
 
     def act(stage: Stage) -> None:
         stage.simulation.drop(sample or stage.sample)
@@ -117,7 +117,7 @@ def jaws_mended(stage: Stage) -> None:
 
 
 def twisted(turn_rad: float) -> Act:
-    """Turned by hand on the spot, by so much to one of both sides."""
+    """Turned by hand on the spot, by an angle to a random side."""
 
     def act(stage: Stage) -> None:
         turned_rad = stage.pose.heading_rad + stage.rng.choice([-1, 1]) * turn_rad
@@ -128,7 +128,7 @@ def twisted(turn_rad: float) -> Act:
 
 
 def nudged(ahead_m: float, left_m: float) -> Act:
-    """Pushed over the floor a little, to one of both sides."""
+    """Pushed over the floor a little, to a random side."""
 
     def act(stage: Stage) -> None:
         side = stage.rng.choice([-1, 1])

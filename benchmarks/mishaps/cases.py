@@ -1,4 +1,4 @@
-"""What befalls the robots, each in every part of an undertaking that it can befall."""
+"""The cases: each mishap in every part of an undertaking in which it can happen."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -29,14 +29,14 @@ from benchmarks.mishaps.undertakings import CARRIER, PARTNERS, Undertaking, erra
 from robots.physical.body import Sensor
 
 PASSES_S = 3.0
-"""How long something passing lasts."""
+"""Duration of a temporary mishap."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Something done while a packet runs, `after_s` after its patterns began to act; perhaps undone later.
+    """A mishap while a packet runs, `after_s` after its patterns began to act; perhaps undone later.
 
-    :param robot: whose packet it is, and whom it befalls.
+    :param robot: whose packet it is, and who has the mishap.
     """
 
     name: str
@@ -58,7 +58,7 @@ WAYS_M = {"ahead": (0.15, 0.0), "aside": (0.0, 0.15)}
 
 
 def cases() -> Iterator[Case]:
-    """All of them."""
+    """All cases."""
     yield from _alone()
     yield from _together()
 
@@ -102,7 +102,7 @@ def _sensors(tag: str) -> Iterator[Case]:
 
 
 def _together() -> Iterator[Case]:
-    """What befalls one of two that carry a long object between them, the first or the second to dock."""
+    """Mishaps of one of two robots that carry a long object, the first or the second to dock."""
     goal = relocation().goal
     first, second = PARTNERS
     joint = [

@@ -57,7 +57,7 @@ def beams_read(value_m: float, *beams: int) -> Fault:
 
 
 def sightings_read_nan(readings: Readings) -> Readings:
-    """Infra-red tells names, but neither range nor bearing."""
+    """Infra-red reads names, but neither range nor bearing."""
     if readings.sightings is None:
         return readings
     read = readings.sightings.read * (nan, nan, 1.0)
@@ -65,12 +65,12 @@ def sightings_read_nan(readings: Readings) -> Readings:
 
 
 def head_reads_nan(readings: Readings) -> Readings:
-    """The capture head tells no deflection."""
+    """The capture head reads no deflection."""
     return readings if readings.capture_head_m is None else replace(readings, capture_head_m=(nan, nan))
 
 
 def sees_nothing(readings: Readings) -> Readings:
-    """Infra-red runs and meets no beacon: a covered receiver."""
+    """Infra-red runs and detects no beacon: a covered receiver."""
     return readings if readings.sightings is None else replace(readings, sightings=NONE_IN_VIEW)
 
 
@@ -116,7 +116,7 @@ class FaultyBody:
 
 
 class SwitchableAgent:
-    """An agent that can be switched off: it stands still, hears nothing and says nothing. On again, it goes on."""
+    """An agent that can be switched off: it then stands still, and neither receives nor sends."""
 
     def __init__(self, agent: Agent, setup: AgentSetup) -> None:
         self._agent = agent

@@ -19,9 +19,9 @@ OUTCOMES = ("recovered", "reported", "wrong", "silent")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How one trial ended: `took_s` after the mishap, None if nothing befell; `walled`: the robot was in a wall.
+    """How one trial ended: `took_s` after the mishap, None without one; `walled`: the robot was in a wall.
 
-    `end`: where it truly came to.
+    `end`: its true pose.
     """
 
     how: str
@@ -97,7 +97,7 @@ class Trial:
         self._walled |= clearance_m((pose.x_m, pose.y_m), self._panels) < WALL_M
 
     def _make_safe(self) -> None:
-        """As the service does once one robot has failed: the others are to stop."""
+        """Stop the others once one robot has failed, as the service does."""
         for script in self._work.scripts:
             if script.id not in self._runner.ended:
                 self._runner.cancel(script)

@@ -1,4 +1,4 @@
-"""What robots are about when something befalls them: a sample brought by one robot, or a long one by two.
+"""What robots do when a mishap happens: one robot brings a sample, or two bring a long one.
 
 The scripts are written by hand, with timeouts as the mission organiser would give: four times the expected duration of
 a packet.
@@ -17,7 +17,7 @@ CARRIER, PARTNERS = "yard_1", ("fred", "ginger")
 PACKET_S, WAIT_S = 40.0, 60.0
 """Timeouts for packets of ten seconds."""
 JOINT_S, JOINT_WAIT_S = 180.0, 240.0
-"""TRANSPORT of two takes 45 s, and who docks second has seen its partner dock."""
+"""TRANSPORT by two takes 45 s, and the second to dock waits until its partner has docked."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,7 +29,7 @@ SIZES: Mapping[str, Sequence[int]] = {
 QUICK = (1, 2, 4, 16, 64)
 EXACT_UP_TO = 8
 CARRIED = ("store", "mixed", "retrieve", "paper")
-"""The families the exact model knows."""
+"""The families that the exact model supports."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class Options:
 
 
 def rows(options: Options) -> list[Row]:
-    """Measure everything; says on standard error where it is."""
+    """Measure everything; reports progress on standard error."""
     made: list[Row] = []
     beaten: set[tuple[str, str]] = set()
     for family in options.families:
@@ -107,7 +107,7 @@ def options_from(words: Sequence[str] | None = None) -> tuple[Options, argparse.
     parser.add_argument("--engines", nargs="*", choices=[name for name in ENGINES if name != OURS])
     parser.add_argument("--seeds", type=int)
     parser.add_argument("--limit", type=float, help="seconds an engine may take; 60")
-    parser.add_argument("--effort", type=float, help="seconds ours may improve; by size unless told")
+    parser.add_argument("--effort", type=float, help="seconds ours may improve (default: by size)")
     parser.add_argument("--exact", type=int, help="samples up to which the optimum is proven; 8, 4 if quick")
     parser.add_argument("--no-http", action="store_true", help="leave the service out")
     given = parser.parse_args(words)
@@ -126,7 +126,7 @@ def options_from(words: Sequence[str] | None = None) -> tuple[Options, argparse.
 
 
 def main() -> int:
-    """1 if any plan-net of ours is wrong or missing."""
+    """Returns 1 if any plan-net of ours is wrong or missing."""
     options, given = options_from()
     table = rows(options)
     wrong = [line for row in table for line in faults(row.by_engine)]

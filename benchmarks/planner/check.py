@@ -1,4 +1,4 @@
-"""Plan-nets checked once more, by carrying them out in time; shares no code with the planner's own validation.
+"""Checks plan-nets by carrying them out in time; shares no code with the planner's own validation.
 
 Semantics (planner/plan_nets/plan_net.py): pre-conditions hold from an action's start to its end except those it
 deletes itself, deletes happen at its start, effects at its end; what ends at a time comes before what starts then.
@@ -73,7 +73,7 @@ def fault_of(
     for start, taking in trials:
         if (late := _unkept(plan_net, start, taking)) is not None:
             return late
-        # Orderings are kept to the rounding, so times are: an end within it is not after the start.
+        # Orderings hold up to the rounding, so ends are that much earlier here.
         timed: list[Timed] = [
             (start[action.id], start[action.id] + taking[action.id] - ROUNDING_S, action)
             for action in plan_net.actions

@@ -1,4 +1,4 @@
-"""What a client waits for at paper size: from posting goals to the proposed plan, over HTTP on loopback."""
+"""A client's waiting time at paper size: from posting goals to the proposed plan, over HTTP on loopback."""
 
 from collections.abc import Mapping
 from statistics import median

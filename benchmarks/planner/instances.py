@@ -67,7 +67,7 @@ def _places(world: WorldFile, kind: str, chance: random.Random) -> list[str]:
 
 
 def _made(family: str, seed: int, world: WorldFile, ways: Sequence[tuple[str, str]]) -> Instance:
-    """The instance in which sample_1, sample_2, … go each its way, from place to place."""
+    """The instance in which sample_1, sample_2, … each go from one place to another."""
     lying = {f"sample_{number}": start for number, (start, _) in enumerate(ways, start=1)}
     first: dict[str, str] = {}
     for sample, start in lying.items():
@@ -105,7 +105,7 @@ def _paper(samples: int, seed: int) -> Instance:
 
 
 def _blocked(samples: int, seed: int) -> Instance:
-    """Samples to bays in which others lie that nobody wants elsewhere."""
+    """Samples to bays that are occupied by samples without a goal."""
     chance = random.Random(f"blocked/{samples}/{seed}")
     world = _world(2 * samples, 2, 4)
     bays = _places(world, "bay", chance)
@@ -141,4 +141,4 @@ FAMILIES: Mapping[str, Callable[[int, int], Instance]] = {
     "swap": _swap,
     "relocation": _relocation,
 }
-"""Family → its instance of so many samples, by seed."""
+"""Family → its instance by number of samples and seed."""

@@ -1,4 +1,4 @@
-"""A sample-store instance as a job shop for CP-SAT, milliseconds; what is decided is told in `optimum`."""
+"""A sample-store instance as a job shop for CP-SAT, milliseconds; `optimum` lists the decisions."""
 
 import math
 from collections import defaultdict
@@ -131,9 +131,7 @@ class Jobs:
                     if not self._shop.reaches(robot, place):
                         self.model.add_implication(chosen, absent)
         self.model.add_circuit(arcs)
-        self.model.add(
-            self._makespan >= sum(load)
-        )  # follows from the rest, but the solver's bound rests on it
+        self.model.add(self._makespan >= sum(load))  # implied by the rest, but improves the solver's bound
         self.model.add_no_overlap([self._busy(robot, self._jobs[number]) for number in numbers])
 
     def _busy(self, robot: str, job: Job) -> cp_model.IntervalVar:
@@ -232,7 +230,7 @@ class Jobs:
             self.model.add_no_overlap(intervals)
 
     def begin_with(self, solved: "Jobs", solver: cp_model.CpSolver) -> None:
-        """Begin with what the same jobs with other stops were solved to; its bound must hold for these, too."""
+        """Take the solution of the same jobs with other stops as a hint; its bound must hold for these, too."""
         self.model.add(self._makespan >= math.ceil(solver.best_objective_bound))
         flags = [(self._first[key], solved._first[key]) for key in self._first]
         flags += [(self._next[key], solved._next[key]) for key in self._next]

@@ -12,7 +12,7 @@ from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem
 
 MILLISECONDS = 1000
 ELSEWHERE = "elsewhere"
-"""Any place and none: as near to every place as its nearest neighbour, and always clear. For bounds."""
+"""A fictitious place: as near to each place as that one's nearest neighbour, always clear. For bounds."""
 
 
 class NotModelled(ValueError):
@@ -21,7 +21,7 @@ class NotModelled(ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leg:
-    """`step` counts the legs of the sample."""
+    """`step`: the leg's number among those of the sample."""
 
     sample: str
     step: int
@@ -68,7 +68,7 @@ class Shop:
         }
         return self._base.ground(tag, given, self._problem.functions, objects=self._problem.objects)
 
-    # Milliseconds. Robots of one area are alike, so any that reaches the places speaks for all.
+    # Milliseconds. Robots of one area are alike, so any that reaches the places represents all.
     def robot(self, area: str, *places: str) -> str:
         return next(r for r in self.robots[area] if all(self.reaches(r, place) for place in places))
 
@@ -79,7 +79,7 @@ class Shop:
         return place == ELSEWHERE or place in self.reach[robot]
 
     def drive(self, robot: str, one: str, other: str) -> int:
-        """Over the nearest place if one of the two is ELSEWHERE."""
+        """To or from the nearest place if one of the two is ELSEWHERE."""
         if ELSEWHERE not in (one, other):
             return in_ms(self.navigate(robot, one, other))
         known = other if one == ELSEWHERE else one
@@ -92,7 +92,7 @@ class Shop:
         return min(self.haul(leg, known, place) for _, place in self._beside(leg.area, known))
 
     def _beside(self, area: str, place: str) -> list[tuple[str, str]]:
-        """What some robot of the area drives to from a place."""
+        """Each robot of the area that reaches a place, with each other place it reaches."""
         able = [robot for robot in self.robots[area] if self.reaches(robot, place)]
         return [(robot, other) for robot in able for other in sorted(self.reach[robot]) if other != place]
 

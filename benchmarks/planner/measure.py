@@ -26,7 +26,7 @@ GRACE_S = 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What is asked of an engine. `effort_s` None: as much as it thinks fit."""
+    """One run of an engine. `effort_s` None: the engine decides."""
 
     engine: str
     family: str
@@ -38,8 +38,8 @@ class Task:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
-    """What came of it; times from the world's facts to the validated plan-net, seconds. `fault`: what the
-    benchmark's own check finds wrong with it."""
+    """The run's result; times from the world's facts to the validated plan-net, seconds. `fault`: what the
+    benchmark's own check finds wrong with the plan-net."""
 
     task: Task
     status: str = "killed"
@@ -60,7 +60,7 @@ class Measure:
 
 
 def measured(task: Task) -> Measure:
-    """Carry out a task in a fresh process that is ended if it outstays its limit."""
+    """Carry out a task in a fresh process that is ended if it exceeds its limit."""
     context = get_context("spawn")
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(task, there))
@@ -83,7 +83,7 @@ def _answer(task: Task, there: Connection) -> None:
 
 
 class _FirstPlan(Observer):
-    """Notes when the engine first tells of a plan."""
+    """Records when the engine first reports a plan."""
 
     def __init__(self) -> None:
         self.begun = time.perf_counter()
@@ -99,7 +99,7 @@ def _run(task: Task, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> M
     request = PlanningRequest(time_limit_s=task.limit_s, effort_s=task.effort_s, seed=task.seed)
     first: tuple[float, float] | None = None
     if task.engine == OURS:
-        # Without effort: an engine's first word of a plan comes before its validation, this answer after it.
+        # Without effort: an engine reports its first plan before validating it, and answers after that.
         begun = time.perf_counter()
         result = engine.plan(instance.problem(knowledge_base), replace(request, effort_s=0.0))
         if result.plan_net is not None:

@@ -1,8 +1,8 @@
 """The shortest makespan of a sample-store instance, proven: a job shop for CP-SAT that knows nothing of our engine.
 
-Decided at once: which robot carries which leg, the order of each robot's legs, when a place's area is clear and the
-place vacant, and where a robot stops on its way to leave a place to another (with a sample in its jaws only where
-somebody else has business at the place it leaves, else table 3 would not let the action be there).
+Decided together: which robot carries which leg, the order of each robot's legs, when a place's area is clear and the
+place vacant, and where a robot stops on its way to leave a place to another (with a sample in its jaws only if another
+robot needs the place that it leaves, else table 3 does not allow the action).
 Left out: setting a sample down anywhere but at an interchange and its goal, and more than one stop on a way.
 """
 
@@ -33,7 +33,7 @@ class Optimum:
 def optimum(
     knowledge_base: KnowledgeBase, problem: PlanningProblem, *, time_limit_s: float = 60.0
 ) -> Optimum:
-    """Solve the instance: first with stops that are in nobody's way, as a bound and a guess, then as it is.
+    """Solve the instance: first with stops that block no robot, for a bound and a hint, then as it is.
 
     :raises NotModelled: if it is not of the sample-store kind.
     """

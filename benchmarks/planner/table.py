@@ -48,7 +48,7 @@ class Row:
         return _median(shares)
 
     def against(self, engine: str) -> str:
-        """Solved of asked, median time, and how many times as long its plan-nets take as ours."""
+        """Solved of asked, median time, and its makespan as a multiple of ours."""
         asked = self.by_engine.get(engine, [])
         if not asked:
             return ""
@@ -135,7 +135,7 @@ def _percent(share: float | None) -> str:
 
 
 def faults(by_engine: Mapping[str, Iterable[Measure]]) -> list[str]:
-    """What went wrong, for whom."""
+    """The invalid plan-nets of all engines, and what ours did not solve."""
     found = []
     for name, measures in by_engine.items():
         for one in measures:

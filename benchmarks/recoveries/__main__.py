@@ -1,11 +1,11 @@
-"""What becomes of missions that something befalls: `python -m benchmarks.recoveries [--seeds 3] [--case WORDS]`.
+"""How missions cope with mishaps: `python -m benchmarks.recoveries [--seeds 3] [--case WORDS]`.
 
 The whole service and simulated robots in one process, at up to 20 times real time; an operator approves the plan,
-declares lost who stays silent for 100 s, and decides on repairs (with `--policy ask`). Each case does something to a
-robot, a sample or the way while a packet runs. Prints a line a case: how often the mission came true (completed, and so
-it is in the world), ended with a reason, waits for the operator, is wrong (completed, not so in the world) or came to
-no end (silent); how often what is believed in the end of where the mission's sample is, is not so, or robots are at
-work for a mission that has ended; median and longest seconds from the mishap to the end.
+declares robots lost that stay silent for 100 s, and approves repairs (with `--policy ask`). Each case does something to
+a robot, a sample or the way while a packet runs. Prints a line a case: how often the mission came true (completed, and
+the goal is true in the world), ended with a reason, waits for the operator, is wrong (completed, the goal is false) or
+did not end (silent); how often the final belief about the mission's sample is false, or robots are still at work for a
+mission that has ended; median and longest seconds from the mishap to the end.
 """
 
 import argparse
@@ -25,7 +25,7 @@ def line(case: Case, outcomes: Sequence[Outcome]) -> str:
     spans = [one.took_s for one in outcomes if one.took_s is not None]
     false = sum(any(case.of.sample in belief for belief in one.beliefs) for one in outcomes)
     unsafe = sum(bool(one.unsafe) for one in outcomes)
-    took = f"{statistics.median(spans):.0f} | {max(spans):.0f}" if spans else "nothing befell |"
+    took = f"{statistics.median(spans):.0f} | {max(spans):.0f}" if spans else "no mishap |"
     how = " | ".join(str(counts[how]) for how in OUTCOMES)
     return f"| {case} | {how} | {false} | {unsafe} | {took} |"
 
@@ -43,7 +43,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--case", default="", help="only cases whose name holds these words")
+    parser.add_argument("--case", default="", help="only cases whose name contains these words")
     parser.add_argument("--policy", choices=("auto", "ask", "never"), default="auto")
     parser.add_argument("--words", action="store_true", help="also what was said")
     options = parser.parse_args()

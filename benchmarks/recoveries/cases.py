@@ -1,4 +1,4 @@
-"""What befalls which robot of a mission, and when."""
+"""The cases: which mishap happens to which robot of a mission, and when."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ from benchmarks.mishaps.acts import (
 from benchmarks.recoveries.watch import Radios
 
 DISPATCH = "dispatch"
-"""Before the plan is approved, and its robots are sent anything."""
+"""Before the plan is approved and its robots receive scripts."""
 FAR_AWAY = (-20.0, -20.0)
-"""Where no robot comes to and none sees to."""
+"""A point that no robot reaches or sees."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What an operator asks for, in a world that ships with us."""
+    """What an operator asks for, in a shipped world."""
 
     world: str
     text: str
@@ -46,7 +46,7 @@ RELOCATION = Task(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionStage(Stage):
-    """A mission under way, and the robot of it that something befalls."""
+    """A mission under way, and its robot that has the mishap."""
 
     radios: Radios
 
@@ -56,9 +56,9 @@ MissionAct = Callable[[MissionStage], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Something done to a robot `after_s` after a packet of it began to run; perhaps undone `undo_s` later.
+    """A mishap of a robot, `after_s` after a packet of it began to run; perhaps undone `undo_s` later.
 
-    :param robot: how its name begins.
+    :param robot: the beginning of its name.
     """
 
     name: str
@@ -75,12 +75,12 @@ class Case:
 
 
 def radio_broken(stage: MissionStage) -> None:
-    """It goes on, and nothing is heard of it any longer."""
+    """The robot goes on, but its radio no longer works."""
     stage.radios[stage.robot].broken = True
 
 
 def cases() -> Iterator[Case]:
-    """All of them."""
+    """All cases."""
     yield from _samples()
     yield from _robots()
     yield from _ways()

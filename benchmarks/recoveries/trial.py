@@ -1,4 +1,4 @@
-"""One mission with one mishap: the whole service, simulated robots, and an operator who does what is asked of one."""
+"""One mission with one mishap: the whole service, simulated robots and a simulated operator."""
 
 import tempfile
 import time
@@ -31,9 +31,9 @@ RATE = 20.0
 PATIENCE_S = 2.0
 """Wall-clock seconds before a robot counts as silent."""
 GIVES_UP_S = 100.0
-"""World seconds for which an operator bears with a silent robot before declaring it lost."""
+"""World seconds after which the operator declares a silent robot lost."""
 LIMIT_S = 1500.0
-"""World seconds from the approval on; what has no end by then is told as silent."""
+"""World seconds from the approval; a mission that has not ended by then counts as silent."""
 LOOK_S = 0.05
 OPERATOR = "benchmark"
 OUTCOMES = ("came true", "ended", "asked", "wrong", "silent")
@@ -43,14 +43,14 @@ OUTCOMES = ("came true", "ended", "asked", "wrong", "silent")
 class Outcome:
     """How one trial ended.
 
-    :param how: of `OUTCOMES`. `came true`: completed, and so it is in the world; `ended`: not completed, with a
-        reason; `asked`: it waits for the operator, who is told why; `wrong`: completed, and not so in the world;
+    :param how: of `OUTCOMES`. `came true`: completed, and the goal is true in the world; `ended`: not completed,
+        with a reason; `asked`: it waits for the operator, who is told why; `wrong`: completed, but the goal is false;
         `silent`: none of these within the limit.
-    :param took_s: world seconds from the mishap to the end, None if nothing befell.
-    :param measures: what was done about it, attempt by attempt.
+    :param took_s: world seconds from the mishap to the end, None without a mishap.
+    :param measures: the recovery's measure and outcome, attempt by attempt.
     :param lost: the robots that the operator declared lost.
-    :param beliefs: what is believed of samples in the end, not listed as not known, and not so in the world.
-    :param unsafe: robots that are still at work for the mission though it has ended, and neither off nor unheard.
+    :param beliefs: final beliefs about samples that are false in the world, unless the sample is listed as unknown.
+    :param unsafe: robots still at work for the mission though it has ended, neither lost nor with a broken radio.
     """
 
     how: str
@@ -103,7 +103,7 @@ class Trial:
                 return self._carried_out(far, service)
 
     def _meddle(self, simulation: Simulation) -> None:
-        """In the world's thread, twenty times a second."""
+        """Cause or undo the mishap when it is due; called in the world's thread at 20 Hz."""
         now_s, case = simulation.clock.now_s(), self._case
         if self._befallen.is_set():
             if case.undo is not None and not self._undone and now_s - self._done_s >= case.undo_s:
@@ -117,7 +117,7 @@ class Trial:
             self._befallen.set()
 
     def _due(self, now_s: float) -> str | None:
-        """The robot that it befalls now."""
+        """The robot whose mishap is due now."""
         mine = [name for name in self._radios if name.startswith(self._case.robot)]
         if self._case.during == DISPATCH:
             return next((name for name in mine if name in self._planned), None)
@@ -156,7 +156,7 @@ class Trial:
             time.sleep(LOOK_S)
         if far.error is not None:
             raise RuntimeError(f"{self._case}: the world broke") from far.error
-        time.sleep(0.5)  # what is on its way arrives
+        time.sleep(0.5)  # for messages under way
         return self._outcome(service, mission, far.simulation.truth())
 
     def _plan(self, service: Service) -> PlanRow:
@@ -166,7 +166,7 @@ class Trial:
         return service.plans.get(plan_id)
 
     def _operate(self, service: Service, mission: MissionRow, now_s: float) -> None:
-        """Decide what is to be decided; give up who stays silent."""
+        """Approve pending repairs; declare silent robots lost."""
         if mission.recovery_step == RecoveryStep.DECIDING:
             self._decisions += 1
             service.plans.approve(mission.attempts[-1]["plan_id"], actor=OPERATOR, comment="")

@@ -1,4 +1,4 @@
-"""What goes over the radio of a world's robots, seen from outside: when packets run, who has ended its script."""
+"""Observes the radios of a world's robots: when packets run, and which robots have ended their scripts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,19 +18,19 @@ from sim.world.radio import Direction, Radio
 
 @dataclass(slots=True, kw_only=True)
 class RobotWatch:
-    """One robot, as its letters tell. `begun_s`: when the packet that it is at began to run, by its tag."""
+    """One robot's state by its messages. `begun_s`: tag of the running packet → when it began."""
 
     scripts: dict[str, BehaviourScript] = field(default_factory=dict)
     at_work: set[str] = field(default_factory=set)
     begun_s: dict[str, float] = field(default_factory=dict)
 
     def sent(self, message: Message) -> None:
-        """It is sent something."""
+        """Note a message to the robot."""
         if isinstance(message.body, ScriptRequest):
             self.scripts[message.body.script.id] = message.body.script
 
     def said(self, message: Message) -> None:
-        """It says something."""
+        """Note a message from the robot."""
         match message.body:
             case Acknowledgement(script_id=script_id) if message.in_reply_to == f"{script_id}:request":
                 self.at_work.add(script_id)
@@ -50,7 +50,7 @@ class RobotWatch:
 
 
 class WatchedRadio(Radio):
-    """A radio that is listened to, and can be broken: then nothing goes either way."""
+    """A radio that is observed and can be broken: then no message passes."""
 
     def __init__(self, link: LinkSpec, *, robot: str, seed: int) -> None:
         super().__init__(link, robot=robot, seed=seed)

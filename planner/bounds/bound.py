@@ -31,7 +31,7 @@ from planner.problem.interface import PlanningProblem
 
 
 def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> float:
-    """Seconds that no plan-net of the problem is quicker than; 0 where nothing is proven."""
+    """A makespan in seconds that no plan-net undercuts; 0 where nothing is proven."""
     try:
         return _Bounds(Network(World(knowledge_base, problem)), problem).best() / MILLISECONDS
     except NotModelled:

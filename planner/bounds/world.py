@@ -188,7 +188,7 @@ class World:
             self._rows.setdefault((predicate, place, arg), set()).add(row)
 
     def spans(self, step: Step, binding: Binding) -> tuple[Pools, Ints] | None:
-        """What the open parameters can be and the durations in milliseconds, an axis each; -1: impossible.
+        """The values of the open parameters, and the durations in milliseconds, an axis each; -1: impossible.
 
         Parameters that make no difference to durations, conditions and results have no axis.
         """
@@ -217,7 +217,7 @@ class World:
         return pools, spans
 
     def _pools_of(self, step: Step, binding: Binding) -> Pools | None:
-        """What the open parameters can be by static facts and conditions, one by one; None if one can be nothing."""
+        """The values of each open parameter that static facts and conditions allow; None if one has none."""
         op = step.op
         if not self._fits(op, binding):
             return None
@@ -287,7 +287,7 @@ class World:
 def _spread(values: NDArray[Any], names: Sequence[str], pools: Pools) -> NDArray[Any]:
     """Values with an axis for each of `names`, laid out along the axes of all the pools."""
     distinct = list(dict.fromkeys(names))
-    if len(distinct) < len(names):  # a function of twice the same: its diagonal
+    if len(distinct) < len(names):  # the same parameter twice: the diagonal
         values = np.einsum(values, [distinct.index(name) for name in names], list(range(len(distinct))))
     order = [distinct.index(name) for name in pools if name in distinct]
     shape = [len(pool) if name in distinct else 1 for name, pool in pools.items()]

@@ -10,7 +10,7 @@ def garbage_collection_paused() -> Iterator[None]:
     """Pause the collector of the whole process.
 
     Planning makes millions of long-lived objects and hardly any cycles; the collector took a third of the time for 256
-    samples. Of plans made at the same time in several threads, the first to start ends the pause.
+    samples. If several threads plan at a time, the first to start ends the pause.
     """
     was_on = gc.isenabled()
     gc.disable()

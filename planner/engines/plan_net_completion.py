@@ -21,7 +21,7 @@ def complete_plan_net(
     knowledge_base: KnowledgeBase,
     statics: StaticFacts,
 ) -> PlanNet | str:
-    """The checked plan-net with what keeps each ordering, or the reason if an action is there for no intended effect.
+    """The checked plan-net with what keeps each ordering, or the reason if one is there for no intended effect.
 
     :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
         own mistake.
@@ -69,7 +69,7 @@ def timed_result(
     request: PlanningRequest,
     plan: Callable[[], Outcome],
 ) -> PlanningResult:
-    """What `plan` answers, with the time it took; `FAILED` if the problem or its plan is not of the knowledge base."""
+    """The outcome of `plan` and its time; `FAILED` if the problem or its plan does not fit the knowledge base."""
     timer = request.timer()
     try:
         for fact in (*sorted(problem.facts), *problem.goals):

@@ -35,7 +35,7 @@ logger = logging.getLogger(__name__)
 class Portfolio:
     """Asks its engines in turn until one finds a plan or proves that there is none.
 
-    Each gets half of the time that is left, the last one all of it; what one does not use is the others'. The
+    Each gets half of the time that is left, the last one all of it; unused time goes to the others. The
     answer names the engine that gave it and carries the best bound that any of them proved.
     """
 

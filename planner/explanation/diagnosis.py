@@ -58,7 +58,7 @@ class _Diagnosis:
         goals = [goal for goal in dict.fromkeys(self._problem.goals) if present.missing(goal) is None]
         hopeless = [goal for goal in goals if not self._is_intended(goal)]
         for goal in hopeless:
-            by_the_way = ", it only comes about by the way" if present.holds(goal) else ""
+            by_the_way = ", it only comes about as a side effect" if present.holds(goal) else ""
             yield f"no action has the intended effect {goal.predicate}{by_the_way}"
         goals = [goal for goal in goals if goal not in hopeless]
         if goals:
@@ -125,7 +125,7 @@ class _Diagnosis:
         return sorted(kept)
 
     def _plausible(self, problem: PlanningProblem, *, strict: bool = True) -> Iterator[Fact]:
-        """The absent facts that may well be what is missing; if not strict, also statics that contradict."""
+        """The absent facts that are likely to be missing; if not strict, also statics that contradict present ones."""
         shapes = {(fact.predicate, self._shape(fact)) for fact in problem.facts}
         for predicate in sorted({need.predicate for op in self._base.operators for need in op.preconditions}):
             holding = [fact for fact in problem.facts if fact.predicate == predicate]
@@ -253,7 +253,7 @@ class _Reason:
         return f"{phrase(self._base, ties[0])}: " if ties else ""
 
     def _frontier(self) -> str:
-        """How far the goal's own predicate gets with what is known: its last argument's other values."""
+        """How far the goal's own predicate gets from the present facts: its last argument's other values."""
         *first, last = self._goal.args
         kind = self._problem.objects.get(last)
         others = naturally_sorted(name for name, other in self._problem.objects.items() if other == kind)

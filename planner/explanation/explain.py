@@ -15,11 +15,11 @@ from planner.problem.interface import UNOBSERVED, Observer, PlanningEngine, Plan
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionExplanation:
-    """Why an action is there, and there: the fields with words hold sentences.
+    """Why an action is in the plan, and where it is.
 
-    `goals` are those it serves, `chain` the links that lead to one of them, `because` the same in words;
-    `robots` says for each of its robots why not another, `order` what it comes after
-    and before, and why; `after` are the actions that the first of these sentences are about, one each.
+    `goals` are those it serves, `chain` the links that lead to one of them, `because` the same in sentences;
+    `robots`: for each of its robots why not another; `order`: sentences on what it comes after and before, and why;
+    `after`: the actions that the first of these sentences are about, one each.
     """
 
     action: str
@@ -58,8 +58,8 @@ def explain(
     """Why the plan-net is as it is.
 
     :param problem: the plan-net's.
-    :param engine: solves the problem again without robots, to say what that costs; None leaves it unsaid.
-    :param request: how; its time limit is for all trials together.
+    :param engine: solves the problem again without each robot, to find what that costs; None: not explained.
+    :param request: for these trials; its time limit is for all of them together.
     """
     names = {action.id: f"{action.id} {action.tag}" for action in plan_net.actions}
     reasons = Reasons(plan_net, names, knowledge_base)

@@ -32,7 +32,7 @@ def purposes(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mapping[str, P
     served: dict[str, frozenset[Fact]] = {}
     chains: dict[str, tuple[CausalLink, ...]] = {GOAL: ()}
     chosen: dict[str, tuple[CausalLink, ...]] = {}
-    # NOTE: actions stand in the order of a linearisation, so what needs one stands behind it.
+    # NOTE: actions are in the order of a linearisation, so consumers come after producers.
     for action in reversed(plan_net.actions):
         links = sorted(going[action.id])
         served[action.id] = frozenset().union(

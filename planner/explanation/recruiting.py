@@ -1,4 +1,4 @@
-"""Why this robot and not that one: what stands in the others' way, and what it costs to do without it."""
+"""Why this robot and not another: what keeps the others from its actions, and what a plan without it costs."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -60,7 +60,7 @@ def _sentence(robot: str, work: Mapping[str, Sequence[GroundAction]], statics: S
 
 
 MAX_TRIALS = 8
-"""So many robots are tried to do without, those with the most to do first."""
+"""Maximum number of robots to plan without, those with the most to do first."""
 MAX_NAMED = 3
 
 
@@ -98,7 +98,7 @@ def _trial(robot: str, result: PlanningResult, plan_net: PlanNet) -> str:
 
 
 class Rivals:
-    """Who else could do a plan's actions: no static fact keeps them from it, and they can come to where it is."""
+    """Which other robots could do a plan's actions: static facts permit it, and they can get to where it is done."""
 
     def __init__(self, plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
         self.statics = StaticFacts(knowledge_base, problem)
@@ -154,7 +154,7 @@ def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: str
 
 
 def _kept_away(obstacles: Mapping[str, Fact], knowledge_base: KnowledgeBase, *, alone: bool) -> Iterator[str]:
-    """What stands in robots' way, the same only once."""
+    """What keeps robots from the action, each obstacle once."""
     groups: dict[tuple[str, tuple[str, ...]], list[str]] = defaultdict(list)
     for robot, fact in obstacles.items():
         groups[fact.predicate, tuple("" if arg == robot else arg for arg in fact.args)].append(robot)

@@ -67,7 +67,7 @@ def _gaps(actions: Sequence[PlanNetAction]) -> Iterator[tuple[PlanNetAction, flo
 
 
 def _binding(plan_net: PlanNet) -> dict[str, Ordering]:
-    """For each action the ordering that it begins no earlier for."""
+    """For each action the ordering that determines its earliest start."""
     ends_s = {action.id: action.earliest_end_s for action in plan_net.actions}
     binding: dict[str, Ordering] = {}
     for ordering in plan_net.orderings:

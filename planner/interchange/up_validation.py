@@ -108,7 +108,7 @@ class _Stretch:
             self._atoms[mark, fact] = self._environment.expression_manager.FluentExp(fluent)
 
     def fault(self, before: Sequence[Atom], steps: Sequence[_Step], wanted: Sequence[Atom]) -> str | None:
-        """What the validator says against going from `before` to `wanted`."""
+        """The validator's objection to the steps from `before` to `wanted`."""
         from unified_planning.engines.plan_validator import SequentialPlanValidator
         from unified_planning.engines.results import ValidationResultStatus
         from unified_planning.plans import ActionInstance, SequentialPlan
@@ -142,7 +142,7 @@ class _Stretch:
 
 
 def _strips(environment: Any) -> Any:
-    """A problem that does not work out again each time it is asked that it is typed STRIPS."""
+    """A problem with the fixed kind typed STRIPS, which is else computed at each access."""
     from unified_planning.model import Problem, ProblemKind
 
     kind = ProblemKind({"ACTION_BASED", "FLAT_TYPING", "HIERARCHICAL_TYPING"})

@@ -16,7 +16,7 @@ MAX_PARTS = 4
 """Maximum number of patterns of a variable."""
 
 Admits = Callable[[str], bool]
-"""Whether an object of the sort looked at can be bound to a parameter of this type."""
+"""Whether an object of the sort considered can be bound to a parameter of this type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Variable:
         return next((one for one in literals if self.has(one.predicate, one.terms, name)), None)
 
     def value(self, facts: Iterable[Fact], name: str) -> Fact | None:
-        """What the variable of an object is among these facts."""
+        """The value of an object's variable among these facts."""
         return next((fact for fact in facts if self.has(fact.predicate, fact.args, name)), None)
 
     def is_single(self, facts: Iterable[Fact], name: str) -> bool:
@@ -69,7 +69,7 @@ def variables_of(
 ) -> tuple[Variable, ...]:
     """The variables of objects of some types, none of them contained in another.
 
-    :param present: the types of all objects that there are: what others could do is of no account.
+    :param present: the types of all objects of the problem: operators for others are ignored.
     """
     operators = knowledge_base.operators_among(present)
 
@@ -100,7 +100,7 @@ def _contains(parts: Iterable[Part], others: Iterable[Part]) -> bool:
 def _grown(
     parts: tuple[Part, ...], operators: tuple[Operator, ...], admits: Admits
 ) -> Iterator[tuple[Part, ...]]:
-    """The set made whole by parts that actions delete where they add one of it."""
+    """The set completed by the parts that actions delete when they add one of the set."""
     for op in operators:
         if _is_vague(op, parts, admits):
             return

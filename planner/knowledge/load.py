@@ -17,7 +17,7 @@ from planner.knowledge.schema import KnowledgeBaseFile
 _PLACE = re.compile(r"^(?:Value error, )?((?:[a-z_]+)(?:\.[A-Za-z0-9_]+)+): ")
 
 _QUICK = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's, some ten times as quick; a yaml that was built without it has none."""
+"""libyaml's loader where yaml was built with it, about ten times as fast."""
 
 _WORDS = {
     "a valid tuple": "a list",
@@ -53,7 +53,7 @@ def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
         root, data = _composed(text)
     except yaml.YAMLError as error:
         raise KnowledgeBaseError(f"{origin} is not YAML: {error}") from error
-    except ValueError as error:  # too much of it, or a number or date that cannot be
+    except ValueError as error:  # too large or deep, or an impossible number or date
         raise KnowledgeBaseError(f"{origin} cannot be read: {error}") from error
     if not isinstance(data, dict) or root is None:
         raise KnowledgeBaseError(f"{origin} does not contain a mapping of types, predicates and actions")
@@ -67,11 +67,11 @@ def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
 
 
 def _composed(text: str) -> tuple[yaml.Node | None, Any]:
-    """The nodes, which know their lines, and what they hold."""
+    """The YAML nodes, which have lines, and the data."""
     try:
         check_extent(text)
         return yaml.compose(text, Loader=_QUICK), yaml.load(text, Loader=_QUICK)
-    except yaml.YAMLError:  # yaml's own reader tells it better: it shows the line
+    except yaml.YAMLError:  # the message of yaml's own reader shows the line
         return yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
 
 

@@ -19,7 +19,7 @@ DISTANCE = ("distance", ())
 
 
 class TypeSpec(Slot):
-    """A type; `values` are its constants, or the names of the actions are."""
+    """A type; its constants are `values` or, with `action_names`, the actions' names."""
 
     parent: Word | None = None
     values: tuple[Word, ...] = ()

@@ -1,8 +1,8 @@
 """From a sequence of actions to a partial order: causal links, threats, orderings (MACTA §4: the plan-net).
 
 Works on positions in the sequence, as the causal links do. The order found is a sub-order of the sequence, so
-it cannot be cyclic. Only the nearest of what orders a fact's users or a robot's actions is written down where
-the rest follows from it, so the work grows with the plan, not with its square.
+it cannot be cyclic. Of the orderings between a fact's users or a robot's actions only the nearest are recorded,
+from which the others follow, so the work grows with the plan, not with its square.
 """
 
 from bisect import bisect_left, bisect_right

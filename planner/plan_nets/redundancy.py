@@ -1,8 +1,8 @@
 """Removes redundant actions from a sequence.
 
-First those whose effects no causal link carries on to a goal: linear. The rest by action elimination (Nakhost
-& Müller 2010): an action goes with all that then lack a condition if the goals are still achieved: quadratic,
-but most actions are spared the trial because they can be shown to be in every valid part of the sequence.
+First those from which no chain of causal links leads to a goal: linear. The rest by action elimination (Nakhost
+& Müller 2010): an action is removed, with all that then lack a condition, if the goals are still achieved: quadratic,
+but most actions need no trial because they are provably in every valid part of the sequence.
 """
 
 from collections import defaultdict
@@ -25,7 +25,7 @@ def without_redundant(
     """
     linked = _linked(sequence, facts, goals)
     trimmed = _eliminated(linked, facts, goals)
-    # What is gone may have been all that made another useful.
+    # A removed action may have been the only use of another.
     return trimmed if len(trimmed) == len(linked) else without_redundant(trimmed, facts, goals)
 
 

@@ -70,7 +70,7 @@ def keep_in_step(
     ideal.clear(*orderings)
     cleared = {ordering for ordering in orderings if not ideal.is_followed(ordering)}
     enforced.clear(*cleared)
-    # What is left would follow from sensing only if it were known already: one clearance may settle more.
+    # The rest depend on each other in a circle: one clearance may make sensing suffice for several.
     while (unkept := next((o for o in orderings if not enforced.keeps(o)), None)) is not None:
         cleared.add(unkept)
         enforced.clear(unkept)
@@ -102,9 +102,9 @@ _Links = Mapping[Part, list[tuple[Fact, str]]]
 
 
 def _sensed_links(plan_net: PlanNet, objects: Mapping[str, str], knowledge_base: KnowledgeBase) -> _Links:
-    """For each part the facts it can sense with the actions that bring them about, unless it did these alone.
+    """For each part the facts its robot can sense, with their producers, unless the robot alone does these.
 
-    Of what it did with others the fact tells that they, too, have ended their parts.
+    Where it does them with others, sensing the fact shows that the others have ended their parts, too.
     """
     actions = {action.id: action for action in plan_net.actions}
     found: dict[Part, list[tuple[Fact, str]]] = defaultdict(list)

@@ -13,8 +13,8 @@ def contradicting_goals(
 ) -> tuple[tuple[Fact, Fact], ...]:
     """The pairs of goals of which at most one can be true at a time; with one of them, there is no plan.
 
-    Two samples in a place with room for one, or a robot in two places: values of one variable (`planner.bounds.
-    invariants`) that has one value among the present facts. Not all contradictions are found.
+    Two samples in a place with room for one, or a robot in two places: values of one variable
+    (`planner.knowledge.invariants`) that has one value among the present facts. Not all contradictions are found.
     """
     from planner.knowledge.invariants import variables_of
 

@@ -53,7 +53,7 @@ class TimeLimitedEngine:
     def plan_if_time(
         self, problem: PlanningProblem, objective: Objective | None = None
     ) -> PlanningResult | None:
-        """The engine's answer; None if less time is left than an earlier problem took, or nobody waits any longer."""
+        """The engine's answer; None if less time is left than an earlier problem took, or it is to stop."""
         if self.timer.left_s < self._longest_s or self._observer.should_stop():
             return None
         return self.plan(problem, objective)

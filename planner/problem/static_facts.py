@@ -19,7 +19,7 @@ class StaticFacts:
 
     @cached_property
     def things(self) -> frozenset[str]:
-        """What is moved or worked on: the objects but robots that no static fact or function names."""
+        """What is moved or worked on: the objects other than robots that no static fact or function names."""
         placed = {arg for fact in self.facts for arg in fact.args}
         placed = placed.union(self.robots, *(args for _, args in self._problem.functions))
         return frozenset(self._problem.objects.keys() - placed)

@@ -9,7 +9,7 @@ Clock = Callable[[], float]
 
 
 class Timer:
-    """Runs from its making on; without a limit it is never over."""
+    """Starts when it is created; without a limit it is never over."""
 
     def __init__(self, limit_s: float = inf, clock: Clock = time.monotonic) -> None:
         self.limit_s = limit_s

@@ -95,7 +95,7 @@ class Network:
                 self._compile(rule)
 
     def give(self, fact: Fact, *, supposed: bool = False) -> None:
-        """Let the fact hold from the start, known to or only supposed to."""
+        """Let the fact hold from the start, as known or as supposed."""
         place = self._place(fact)
         if place is not None:
             self._facts.setdefault(place, fact)
@@ -118,7 +118,7 @@ class Network:
         return derivation.supposed if derivation else None
 
     def leaves(self, fact: Fact) -> frozenset[Fact]:
-        """All the facts given that the fact's derivation rests on."""
+        """All given facts that the fact's derivation rests on."""
         leaves = set()
         seen = set()
         stack = [place for place in [self._place(fact)] if place in self._reached]
@@ -257,7 +257,7 @@ class Network:
 
 
 def _columns(positions: tuple[int, ...]) -> Callable[[Row], Row]:
-    """What picks these positions out of a row."""
+    """A function that selects these positions of a row."""
     if len(positions) > 1:
         return itemgetter(*positions)
     if positions:

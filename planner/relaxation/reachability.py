@@ -49,7 +49,7 @@ class Relaxation:
         self._network.run(map(on_purpose, until))
 
     def missing(self, goal: Fact) -> frozenset[Fact] | None:
-        """The supposed facts that the goal rests on, as few as can be; None: out of reach even so."""
+        """The fewest supposed facts that the goal rests on; None: out of reach even with them."""
         return self._network.supposed(on_purpose(goal))
 
     def leaves(self, goal: Fact) -> frozenset[Fact]:
@@ -57,7 +57,7 @@ class Relaxation:
         return self._network.leaves(on_purpose(goal))
 
     def holds(self, fact: Fact) -> bool:
-        """True if the fact of an observed predicate is reached, on purpose or by the way."""
+        """True if the fact of an observed predicate is reached, by intended or other effects."""
         return self._network.supposed(fact) is not None
 
 

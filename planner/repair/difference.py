@@ -17,7 +17,7 @@ class Difference:
     """What became of the old plan's actions that had not ended.
 
     `kept`: old id → new id of what the same robots do with the same arguments, each robot in the same order.
-    `reassigned`: the same of what other robots do now. `dropped` are old ids, `added` new ones. `shifted`: new id →
+    `reassigned`: likewise for what other robots do now. `dropped` are old ids, `added` new ones. `shifted`: new id →
     seconds by which a kept action starts later (negative: earlier). `later_s`: by how much the plan ends later.
     `elapsed_s`: where the new plan's start lies on the old one's time axis.
     """
@@ -125,7 +125,7 @@ def _common(one: Sequence[Activity], other: Sequence[Activity]) -> Iterator[tupl
 
 
 def _reassigned(gone: Sequence[PlanNetAction], come: Sequence[PlanNetAction]) -> dict[str, str]:
-    """Of what is gone, what others do now: old id → new id, in order."""
+    """The actions gone that other robots do now: old id → new id, in order."""
     open_: dict[Activity, list[PlanNetAction]] = defaultdict(list)
     for action in come:
         open_[_anyone(action)].append(action)

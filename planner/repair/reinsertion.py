@@ -1,8 +1,8 @@
 """Moves new actions forward among kept ones where the sequence stays valid and its schedule improves.
 
-Extraction lets run side by side whatever may, but where two robots use one place it keeps them in the order of the
-sequence. So it matters who stands first there: a block of new actions (those for one goal, those of one robot) is
-tried in every place before the kept actions.
+Extraction makes actions parallel where possible, but keeps the order of the sequence where two robots use one place.
+So that order matters: a block of new actions (those for one goal, those of one robot) is tried at every position
+among the kept actions.
 """
 
 from collections import defaultdict
@@ -35,7 +35,7 @@ def insert_new_actions(
     """The kept actions with those of a plan-net for what comes after them, in a good order.
 
     :param kept: those under way first.
-    :param starts_by_s: position among the kept → latest start; what would break one is not done.
+    :param starts_by_s: position among the kept → latest start; orders that miss one are rejected.
     """
     actions = (*kept, *in_order(fresh))
     return _Reinsertion(actions, len(kept), remaining, starts_by_s or {}).run(
@@ -80,7 +80,7 @@ class _Reinsertion:
         best = self._cost(order)
         for block in blocks:
             if best is None:
-                break  # not a plan as it is: whoever finishes it says why
+                break  # not a plan as it is; the caller reports why
             for trial in self._trials(order, block):
                 cost = self._cost(trial)
                 if cost is not None and cost < best:
@@ -89,7 +89,7 @@ class _Reinsertion:
         return tuple(self._actions[position] for position in order)
 
     def _trials(self, order: Sequence[int], block: Sequence[int]) -> Iterator[list[int]]:
-        """The block in front of each kept action that stood before it, from the first not under way on."""
+        """The block moved before each kept action that precedes it and is not under way."""
         rest = [position for position in order if position not in set(block)]
         latest = order.index(block[0])
         for place in range(self._held, min(latest, len(rest))):

@@ -1,8 +1,8 @@
 """The rest of a plan-net that is being carried out, and the remaining problem.
 
-An action that is under way has deleted already and has its effects still to come. So that it stays an action of
-the plan-net like any other, the problem is told as of the moment it began: what it needed and has deleted is put
-back. It stands first in the sequence, hence nothing rests on what it takes away again.
+An action that is under way has made its deletes but not its effects. So that it stays an action of the plan-net like
+any other, the problem states the facts as of its start: what it needed and has deleted is put back. It is first in
+the sequence, hence no other action relies on what it deletes again.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ class MissionProgress:
 
     :param done: ids of the actions that have ended.
     :param under_way: id → seconds left, of the actions that run and are expected to end well.
-    :param lost: robots that are not to be planned with any longer; what they do counts as not done.
+    :param lost: robots that must no longer be recruited; what they do counts as not done.
     :param elapsed_s: since the plan's start.
     """
 
@@ -42,9 +42,9 @@ NOT_BEGUN = MissionProgress()
 class Remaining:
     """The actions of a plan-net that have not ended.
 
-    `problem`: the one that plan-nets from now on solve; its facts as of when what is under way began, without what
-    lets lost robots be planned with. `actions`: as they stand in the plan-net. `under_way` and `rest`: as the
-    knowledge base makes them now, in an order of the plan-net; `rest` lacks those it cannot make any longer.
+    `problem`: the one that plan-nets from now on solve, with the facts as of the start of what is under way, without
+    the static facts of lost robots. `actions`: as in the plan-net. `under_way` and `rest`: as the knowledge base
+    grounds them now, in an order of the plan-net; `rest` lacks those that it can no longer ground.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Remaining:
         knowledge_base: KnowledgeBase,
     ) -> None:
         """:param problem: the present facts, and all the goals from now on.
-        :raises UnknownAction: if the progress speaks of actions that the plan-net has not.
+        :raises UnknownAction: if the progress names actions that the plan-net lacks.
         """
         _refuse_unknown(plan_net, progress)
         self.knowledge_base = knowledge_base
@@ -91,14 +91,14 @@ class Remaining:
         return plan_net if isinstance(plan_net, str) else self._refused(plan_net) or plan_net
 
     def _refused(self, plan_net: PlanNet) -> str:
-        """What is wrong with it though it is valid; empty if nothing is."""
+        """Why a valid plan-net cannot be used; empty if it can."""
         if lost := sorted(self.progress.lost.intersection(plan_net.robots)):
-            return f"{', '.join(lost)} is not to be planned with"
+            return f"{', '.join(lost)} must not be recruited"
         held_up = (a for a in plan_net.actions if a.under_way and a.earliest_start_s > ROUNDING_S)
         return next((f"{a.id} {a.tag} is under way, yet would wait" for a in held_up), "")
 
     def _ground(self, action: PlanNetAction, problem: PlanningProblem) -> GroundAction | None:
-        """The action with its duration as it is expected now; None if it cannot be any longer."""
+        """The action with its duration as expected now; None if it is no longer possible."""
         if not self.progress.lost.isdisjoint(action.agents):
             return None
         try:
@@ -109,7 +109,7 @@ class Remaining:
             return None
 
     def _runs_on(self, action: PlanNetAction, ground: GroundAction, problem: PlanningProblem) -> bool:
-        """True if it is under way and what it needs to its end still holds."""
+        """True if it is under way and what it needs until its end still holds."""
         needs = set(ground.preconditions) - set(ground.deletes)
         return action.id in self.progress.under_way and problem.facts.issuperset(needs)
 

@@ -1,4 +1,4 @@
-"""Conditions made of conditions, and the type of all that data may state."""
+"""Composite conditions, and the type of any condition that data may state."""
 
 from collections.abc import Iterable
 from typing import Annotated

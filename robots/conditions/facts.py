@@ -33,7 +33,7 @@ LOOKED_AT_M = 1.5
 def perceived(percepts: Percepts | None) -> tuple[SymbolicFact, ...]:
     """The facts that the robot senses now: its gripper, its place, samples at places, vacant places in view.
 
-    None if the sensors for it are off.
+    Empty if the sensors for them are off.
     """
     if percepts is None or not percepts.data.holds(REPORTED):
         return ()
@@ -88,7 +88,7 @@ def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
         for name in percepts.profile.others
         if _held_by(tag, name, percepts.profile.lengths_m).check(percepts).holds
     ]
-    # NOTE: one tick does not show that it lies still; that no robot is by it does.
+    # NOTE: one tick cannot show that it lies still; instead, no robot may be near it.
     places = [
         name
         for name in percepts.profile.beacons
@@ -125,7 +125,7 @@ def condition_for(fact: SymbolicFact, profile: RobotProfile) -> Condition:  # no
         case "in", (thing, robot) if robot in profile.others and thing in profile.lengths_m:
             return AtHandle(object=thing, robot=robot)
         case "brought", (thing, place) if thing in profile.lengths_m and place in profile.places:
-            # NOTE: wider than where TRANSPORT ends, for the partner and noise have moved the object since.
+            # NOTE: wider than TRANSPORT's post-condition: the partner and noise have moved the object since.
             return JointNear(object=thing, place=place, within_m=0.3, facing_rad=0.3)
         case "holds_alone", (robot, thing) if robot == profile.name:
             return HoldsAlone(object=thing)

@@ -1,4 +1,4 @@
-"""What a condition is, and what it answers."""
+"""The base class of sensor conditions, and the verdict on one."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Verdict:
 
 
 class Condition(SensingVariant, ABC):
-    """A sensor condition: one subclass for each that data may state, `{sense: holding, object: rock}`."""
+    """A sensor condition. Data name the subclass and its fields: `{sense: holding, object: rock}`."""
 
     @abstractmethod
     def check(self, percepts: Percepts) -> Verdict:

@@ -48,7 +48,7 @@ from robots.wire import (
 
 TELEMETRY_S = 0.1
 FAULT_S = 5.0
-"""The robot stands still for this long with a sensor it cannot do without failing; then it gives up its script."""
+"""The robot stands still for this long while an essential sensor fails; then it gives up its script."""
 READ_ONCE = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))
 
 
@@ -172,7 +172,7 @@ class BehaviouralAgent:
         return self._percepts
 
     def _send_telemetry(self, now_s: float) -> None:
-        """Send telemetry; during a sensor fault of the last percepts, with the fault."""
+        """Send telemetry; during a sensor fault, the last percepts with the fault."""
         known = self._percepts
         if known is None or now_s - self._telemetry_s < TELEMETRY_S - 1e-6:
             return

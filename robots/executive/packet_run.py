@@ -67,10 +67,6 @@ class PacketRun:
         return self._memory.state
 
     @property
-    def over(self) -> bool:
-        return self.state in (PacketState.FINISHED, PacketState.FAILED)
-
-    @property
     def grips(self) -> bool:
         """True while it moves the jaws, which must not be interrupted."""
         gripping = any(one.dof is DegreeOfFreedom.GRIP for one in self.content.patterns)

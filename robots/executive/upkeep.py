@@ -35,7 +35,7 @@ class Upkeep:
         return recharge(self._profile.name, self._profile.home, self.state.count)
 
     def refusal(self, percepts: Percepts | None, *, current_tag: str | None) -> str | None:
-        """Why the battery is too low for a script; None if it is not, or not known. `current_tag`: of its packet."""
+        """Why the battery is too low for a script; None if it is not, or not known. `current_tag`: the packet's."""
         needed = self._levels.needed
         if percepts is None or percepts.battery >= needed:
             return None

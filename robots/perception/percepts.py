@@ -1,4 +1,4 @@
-"""What a robot perceives in one tick: readings, pose estimate, and a short memory of what it saw."""
+"""The percepts of one tick: readings, pose estimate, and a short memory of sightings."""
 
 from cmath import phase, rect
 from collections.abc import Callable, Hashable, Iterator, Mapping
@@ -24,7 +24,7 @@ from robots.physical.sightings import Sightings
 
 
 class DriveCommand(NamedTuple):
-    """What an operator who drives the robot commands, both in [-1, 1].
+    """The command of an operator who drives the robot, both in [-1, 1].
 
     `forward`: share of the speed that a driven robot may have, negative back; `left`: share of the robot's turn rate.
     """
@@ -60,7 +60,7 @@ TRACKING: Needs = SURROUNDINGS | TOUCH
 
 
 class SensingVariant(NamedVariant):
-    """Base of conditions and stimuli; `class Holding(Condition, needs=GRIP)` declares the sensors that it asks for."""
+    """Base of conditions and stimuli; `class Holding(Condition, needs=GRIP)` declares the sensors that it needs."""
 
     _needs: ClassVar[Needs]
 
@@ -70,7 +70,7 @@ class SensingVariant(NamedVariant):
 
     @property
     def needs(self) -> Needs:
-        """The sensors whose percepts it asks for."""
+        """The sensors whose percepts it reads."""
         return self._needs
 
 
@@ -78,12 +78,12 @@ class SensingVariant(NamedVariant):
 class Percepts:
     """All that conditions and stimuli may read. Points are complex, in the robot's frame, metres.
 
-    `data` holds the readings of the running sensors. `seen` (what is in view), `solid` (obstacles that infra-red tells
-    of) and `about` (all obstacles) are computed from them, None if a sensor they need is off; asking for them then
-    raises `SensorOff`, for not sensed does not mean "nothing there". `odometry` is the dead-reckoned pose. The packet
+    `data` holds the readings of the running sensors. `seen` (what is in view), `solid` (obstacles seen in infra-red)
+    and `about` (all obstacles) are computed from them, None if a sensor they need is off; their properties then raise
+    `SensorOff`, for not sensed does not mean "nothing there". `odometry` is the dead-reckoned pose. The packet
     fills in `progress`, the agent `drive_command` (None if no operator drives); nothing else is changed. `degraded`:
     readings that are left out. `last_seen`: when each beacon or tag that is out of view was last seen, and its range.
-    `last_held`: what the jaws were last sensed to hold, for telling; who acts on it asks for `holding`.
+    `last_held`: what the jaws were last sensed to hold, for telemetry; conditions and stimuli read `holding`.
     """
 
     profile: RobotProfile
@@ -106,7 +106,7 @@ class Percepts:
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def once(self, asked: Hashable, work: Callable[[], T]) -> T:
-        """The result of `work`, computed once a tick: several patterns ask for the same.
+        """The result of `work`, computed once a tick although several patterns need it.
 
         :param asked: the key of the result.
         """
@@ -126,7 +126,7 @@ class Percepts:
 
     @property
     def bodies(self) -> Obstacles:
-        """Obstacles that infra-red tells of: other robots and samples that lie about."""
+        """Obstacles seen in infra-red: other robots, and samples that are not held."""
         return _known(self.solid, LOCATING)
 
     @property
@@ -244,7 +244,7 @@ class Percepts:
         return left if which == "left" else 2 * middle - left
 
     def _side(self, thing: str) -> float | None:
-        """The direction from which a long object is gripped: where another robot stands at it, else the own one."""
+        """The direction from which a long object is gripped: another robot's if one stands at it, else this robot's."""
         middle = self.locate(thing)
         axis = self.axis(thing)
         if middle is None or axis is None:
@@ -302,5 +302,5 @@ def _waypoint(identity: str) -> complex | None:
 def _known(made: T | None, of: Needs) -> T:
     """:raises SensorOff: if a sensor it is made of does not run."""
     if made is None:
-        raise SensorOff(f"an action asks for what only {', '.join(sorted(of))} tell, and not all of them run")
+        raise SensorOff(f"an action reads percepts of {', '.join(sorted(of))}, not all of which run")
     return made

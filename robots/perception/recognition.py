@@ -1,4 +1,4 @@
-"""Object recognition: makes observations for object tracking of each sensor's readings.
+"""Object recognition: turns each sensor's readings into observations for object tracking.
 
 Infra-red identifies things by name. Hits of whiskers and bumper near a tracked thing are that thing, others become
 thing_1, thing_2 ... Whiskers tell walls from things by their width.

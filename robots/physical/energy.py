@@ -47,10 +47,10 @@ def load_powers() -> Powers:
 
 
 class SensingMeter:
-    """Adds up the energy of the sensors that run, and of those that might have run beside them; joules."""
+    """Adds up the energy that running sensors use, and that those that are off would have used; joules."""
 
     def __init__(self, powers: Powers, *, used_j: float = 0.0, saved_j: float = 0.0) -> None:
-        """:param used_j, saved_j: what has been added up before."""
+        """:param used_j, saved_j: initial sums."""
         self._powers = powers
         self._all_w = powers.sensing_w(ALL_SENSORS)
         self.used_j = used_j

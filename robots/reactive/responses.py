@@ -66,7 +66,7 @@ class Slow(Response):
 
 
 class Full(Response):
-    """sign(s) (our reading of table 2's `s1 + 1`, which no proximity keeps below 1)."""
+    """sign(s): our reading of table 2's `s1 + 1`, which is at least 1 for any proximity."""
 
     def at(self, s: float) -> float:
         return copysign(1.0, s) if s else 0.0

@@ -22,7 +22,7 @@ from robots.wire import BehaviourPacket
 
 TARGET = ("object", "x", "y")
 OBJECT_STAND_OFF_M = 0.6
-"""A robot stops this far from an object's middle, and on a way-point."""
+"""A robot stops this far from an object's middle; at a way-point it stops on the point."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """Berths: a location with room for several samples is a row of places, each with room for one and its own beacon.
 
 They stand side by side across the first direction that the location is approached from, so that a robot docks at each
-as at any other place; a berth of `rack_1` is `rack_1_2`, numbered from the south-west. The measures are our choice:
-robots docked at berths so far apart in the simulated world (see docs/decisions/berths.md).
+as at any other place; a berth of `rack_1` is `rack_1_2`, numbered from the south-west. The distances are our
+choice; robots dock at such berths in the simulated world (see docs/decisions/berths.md).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,7 +34,7 @@ def lay_out(
     panels: Sequence[Panel],
     reached_by: Callable[[Location], int],
 ) -> Rows:
-    """The places that each location is: its berths, or itself.
+    """The places of each location: its berths, or the location itself.
 
     :param reached_by: how many robots reach a location.
     :raises ValueError: if there is no room for a location's berths; names what is in the way.
@@ -125,9 +125,9 @@ class _Ground:
                 for panel in self.panels:
                     free_m = panel.distance_m(point) - WALL_THICKNESS_M / 2
                     if free_m < room_m - 1e-6:
-                        where = f"{ahead_m} m before it" if ahead_m else "there"
+                        where = f"{ahead_m} m in front of it" if ahead_m else "at it"
                         yield _cramped(
-                            berth, panel, f"{max(0.0, free_m):.2f} m {where}, {room_m} m is needed"
+                            berth, panel, f"{max(0.0, free_m):.2f} m free {where}, {room_m} m is needed"
                         )
 
 
@@ -141,7 +141,7 @@ def _before(berth: Location, ahead_m: float) -> Iterable[Point]:
 def _cramped(berth: Location, panel: Panel, words: str) -> str:
     hatch = " (each berth needs a hatch of its own, or one hatch wide enough for all)"
     wall = f"the wall {_point(panel.start)} to {_point(panel.end)}"
-    return f"leaves {wall} {words}{hatch if berth.kind == 'interchange' else ''}"
+    return f"is too near to {wall}: {words}{hatch if berth.kind == 'interchange' else ''}"
 
 
 def _point(point: Point) -> str:

@@ -88,7 +88,7 @@ class LinkSpec(Checked):
 
     A message is lost with probability `loss`, and if there is no contact when it leaves or when it would arrive. It
     takes `light_time_s` and `delay_s`, and up to `jitter_s` more, so that one may overtake another; with probability
-    `duplication` it arrives twice. Where there are `contacts` there is contact in them alone; never in `outages`.
+    `duplication` it arrives twice. With `contacts`, there is contact only within them; never within `outages`.
     World's clock throughout.
     """
 
@@ -126,9 +126,9 @@ class LinkSpec(Checked):
 
     @property
     def quiet_s(self) -> float:
-        """A silence in contact that the radio does not explain any longer.
+        """The shortest silence in contact that losses do not explain.
 
-        Long enough that loss alone swallows every message only once in `ONE_SILENCE_IN`, and at least `QUIET_S`, or
+        Long enough that loss alone explains it only once in `ONE_SILENCE_IN`, and at least `QUIET_S`, or
         one whole window where that is shorter.
         """
         words = ceil(log(1 / ONE_SILENCE_IN) / log(self.loss)) if self.loss > 0 else 1

@@ -1,6 +1,6 @@
 """The virtual avatar (SRA, Virtual Robotic Workbench): a robot without a physical body, which moves by itself.
 
-It collides with nothing; other robots see its beacon, and hear it by virtual sonar only. The floor map alone stops it.
+It collides with nothing; other robots see its beacon; only virtual sonar detects it. The floor map alone stops it.
 Its jaws work as all jaws do (our choice): what they hold goes with them.
 """
 

@@ -1,7 +1,7 @@
 """Two driven wheels on an axle through the body's middle: motors, inertia, traction.
 
 Our choices: impulses per tick instead of forces, so that any dimensions are stable; a wheel that does not slip takes
-the chassis with it, one whose traction is used up slips; slip sideways has the whole traction to itself. Speeds of
+the chassis with it, one whose traction is used up slips; sideways slip is braked by the whole traction. Speeds of
 wheels are those of their rims, metres a second; left is 0, right is 1.
 """
 
@@ -44,7 +44,7 @@ class Axle:
         self.state = AxleState()
         per_turn = ROVER_INERTIA_KG_M2 / spec.base_m**2
         self._wheel_kg = spec.inertia_kg_m2 / spec.radius_m**2
-        self._own_kg = ROVER_MASS_KG / 4 + per_turn  # mass of the chassis at a wheel that alone is pulled
+        self._own_kg = ROVER_MASS_KG / 4 + per_turn  # effective chassis mass at a wheel that is pulled alone
         self._cross_kg = ROVER_MASS_KG / 4 - per_turn  # and at the other wheel
         load_n = ROVER_MASS_KG * GRAVITY_M_S2 * ON_WHEELS
         self._torque_n_s = spec.torque_n_m / spec.radius_m * TICK_S

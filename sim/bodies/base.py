@@ -1,4 +1,4 @@
-"""What all simulated bodies share: the command that is held, gripper, sensors, battery."""
+"""The base class of simulated bodies: held command, gripper, sensors, battery."""
 
 from abc import ABC, abstractmethod
 from math import inf
@@ -14,7 +14,7 @@ from sim.snapshot import BodyState, RampedState, WheeledState
 
 
 class SimulatedBody(ABC):
-    """Implements `robots.body.Body`, and knows no more than a real one would. Subclasses decide how it moves."""
+    """Implements `robots.physical.body.Body`; knows no more than a real one. Subclasses decide how it moves."""
 
     def __init__(self, spec: RobotSpec, jaws: Jaws, scene: Scene) -> None:
         self.spec = spec

@@ -148,7 +148,7 @@ class Scene:
         """Advance by one tick of 1/60 s and put every body that moved back into its plane."""
         pybullet.stepSimulation(physicsClientId=self.client)
         self._contacts = pybullet.getContactPoints(physicsClientId=self.client) or ()
-        # NOTE: without gravity nothing but a rover moves that nothing touches.
+        # NOTE: without gravity, only rovers and bodies that something touches move.
         pushed = {body for contact in self._contacts for body in contact[1:3]}
         self._sample_points = None if pushed else self._sample_points
         for body in pushed:

@@ -1,4 +1,4 @@
-"""What rovers sense of the scene: one batch of whisker rays and one of lines of sight for all of them.
+"""The rovers' simulated sensors: one batch of whisker rays and one of lines of sight for all rovers.
 
 Whiskers (ultrasonic): shape (N,) each, metres from the body's edge, beam 0 ahead, counter-clockwise, inf
 where nothing is in range. Infra-red sightings: walls block them, rovers and samples are too low to.

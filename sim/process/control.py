@@ -30,14 +30,14 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Starting:
-    """What a process is doing before it is ready, where that takes time."""
+    """What the process is doing before it is ready; sent if that takes time."""
 
     doing: str
 
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The process has built the world: the world's run, and why it was not resumed where it might have been."""
+    """The process has built the world: its run, and why it was not resumed, if a snapshot was expected."""
 
     run: str
     not_resumed_because: str = ""

@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class StartedWorld:
-    """A world, and why it was not resumed if it might have been."""
+    """A world, and why it was not resumed, if a snapshot was expected."""
 
     simulation: Simulation
     not_resumed_because: str = ""

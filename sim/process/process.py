@@ -58,6 +58,7 @@ class SimulationProcess:
         self._control = control
         self._now_s = now_s
         self._lock = Lock()
+        self._answers_due = 0
         try:
             while isinstance(ready := self._receive(None), Starting):
                 tell(ready.doing)
@@ -69,7 +70,7 @@ class SimulationProcess:
         self.run = ready.run
         """Identifies the world, however often it is resumed."""
         self.not_resumed_because = ready.not_resumed_because
-        """Why it was built new where it might have been resumed; empty otherwise."""
+        """Why it was not resumed, if a snapshot was expected; else empty."""
 
     @classmethod
     def start(
@@ -85,8 +86,8 @@ class SimulationProcess:
         """Start a world and wait until it is built.
 
         :param speed: world seconds per wall second; None is as fast as possible.
-        :param snapshots: where it is stored on the disk, to resume from; not at all unless given.
-        :param tell: told what the process is doing before the world is built, where that takes time.
+        :param snapshots: where it is stored to be resumed; None: it is not stored.
+        :param tell: called with a message when the start takes long, such as while functions are compiled.
         :raises SimulationError: if it cannot be built; the message says why.
         """
         context = multiprocessing.get_context("spawn")
@@ -151,7 +152,12 @@ class SimulationProcess:
     def _ask(self, command: Command) -> Answer:
         with self._lock:
             self._send(command)
-            return self._receive(ANSWER_TIMEOUT_S)
+            self._answers_due += 1
+            while True:  # first the late answers to commands that timed out
+                answer = self._receive(ANSWER_TIMEOUT_S)
+                self._answers_due -= 1
+                if self._answers_due == 0:
+                    return answer
 
     def _send(self, command: Command) -> None:
         """Failure is ignored here: a world that broke has left its reason in the pipe, to be received next."""
@@ -159,7 +165,7 @@ class SimulationProcess:
             self._control.send(command)
 
     def _receive(self, timeout_s: float | None) -> Answer:
-        """:param timeout_s: None: as long as the process lives."""
+        """:param timeout_s: None waits as long as the process lives."""
         try:
             if not self._control.poll(timeout_s):
                 raise SimulationError(f"the world did not answer within {timeout_s} s")

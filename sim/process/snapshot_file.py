@@ -43,7 +43,7 @@ class SnapshotSettings:
 
 
 class SnapshotFile:
-    """A snapshot is replaced atomically. The clock is written before it is shown: a resumed world shows no time twice.
+    """Stores the snapshot atomically, and the clock before it is shown: a resumed world's clock does not go back.
 
     :raises SimulationError: if another process uses the file, or the folder cannot be written.
     """

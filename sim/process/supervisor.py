@@ -131,7 +131,11 @@ class SupervisedWorld:
             self._count_crash()
             try:
                 process = self._start_process(self._resume)
-                process.pause(self._paused)
+                try:
+                    process.pause(self._paused)
+                except SimulationError:
+                    process.stop()
+                    raise
             except SimulationError as error:
                 logger.error("the world cannot be resumed: %s", error)
                 raise LinkClosed(f"the world cannot be resumed: {error}") from error

@@ -122,7 +122,7 @@ class WorldLoop:
     def run(self) -> None:
         """Run until told to stop.
 
-        :raises EOFError: if the parent is gone; so does `LinkClosed`.
+        :raises EOFError, LinkClosed: if the parent is gone.
         """
         self._channels.control.send(Ready(self._simulation.run, self._not_resumed_because))
         try:

@@ -114,7 +114,7 @@ class Hub:
             self._link.send(self._waiting.popleft())
 
     def _due_telemetry(self) -> list[Message]:
-        """None while messages wait for room, or there is no room for it."""
+        """Empty while messages wait for room, or there is no room for it."""
         if not self._telemetry or self._waiting or not self._has_room():
             return []
         now_s = self._wall_clock.now_s()

@@ -2,7 +2,7 @@
 
 The fate of a message follows from the seed, the robot, the direction, the world's time and the number of messages
 before it, so a resumed world needs no random stream of its radio. Messages under way when the process ends are lost;
-repeating them is the ends' business.
+the ends of the link repeat them.
 """
 
 import heapq

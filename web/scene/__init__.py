@@ -1,4 +1,4 @@
-"""A page's scene in viser: the building drawn once, moving bodies updated. Knows nothing of the service."""
+"""A page's scene in viser: the building drawn once, moving bodies updated. Does not depend on the service."""
 
 from web.scene.frame import Frame
 from web.scene.page_scene import PageScene

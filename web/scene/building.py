@@ -93,14 +93,14 @@ def _draw_walls(scene: viser.SceneApi, walls: tuple[Wall, ...]) -> None:
 
 
 def _draw_obstacles(scene: viser.SceneApi, obstacles: tuple[Obstacle, ...]) -> None:
-    """Each where the world file has it; a seed may have moved it slightly."""
+    """Draw the obstacles at their places in the world file; a seed may have moved them slightly."""
     for one in obstacles:
         cone = cylinder(one.radius_m, 0.0, OBSTACLE_HEIGHT_M, top_radius_m=0.8 * one.radius_m, sides=12)
         add_mesh(scene, f"/obstacles/{one.name}", cone, palette.OBSTACLE, (*one.at, 0.0), flat_shading=True)
 
 
 class PlacesView:
-    """The pads of the places, a batched node a kind; those with a sample are darker."""
+    """The pads of the places, one batched node per kind; those with a sample are darker."""
 
     def __init__(self, scene: viser.SceneApi, layout: Layout, on_click: OnClick) -> None:
         self._kinds: dict[str, tuple[tuple[str, ...], viser.BatchedMeshHandle]] = {}
@@ -141,7 +141,7 @@ def place_labels(layout: Layout) -> list[FloorLabel]:
     labels = [
         _label(place, place.name, (place.at[0], south[place.name]))
         for place in layout.locations
-        if place.kind != "home" and place.name not in layout.berths  # a home's robot's label says enough
+        if place.kind != "home" and place.name not in layout.berths  # a home is labelled by its robot
     ]
     for rack in layout.racks:
         labels.append(_label(rack, rack.name, (rack.at[0], min(south[berth] for berth in rack.berths))))

@@ -1,4 +1,4 @@
-"""A page's camera: where the world's points are in its picture, and how it is moved."""
+"""A page's camera: projection of the world's points to its picture, and camera moves."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin, tan
@@ -69,7 +69,7 @@ class CameraView:
 
 
 def show_whole_world(client: viser.ClientHandle, layout: Layout) -> None:
-    """Place the camera south of the world and above it, as near as the whole of it stays in view."""
+    """Place the camera south of and above the world, at the smallest distance that shows all of it."""
     (west, south), (east, north) = layout.bounds
     middle = np.array([(west + east) / 2, (south + north) / 2, 0.0])
     corners = np.array([(x, y, 0.0) for x in (west, east) for y in (south, north)])

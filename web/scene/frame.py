@@ -17,7 +17,7 @@ RANGES_HEIGHT_M = 0.12
 JAW_OPEN_M = 0.095
 JAW_CLOSED_M = 0.068
 HIDDEN_M = -10.0
-"""Height below the floor, of what is not visible: the count of instances stays the same."""
+"""Height, below the floor, of bodies that are not visible, so that the count of instances stays the same."""
 
 Colours = NDArray[np.uint8]
 
@@ -70,7 +70,7 @@ class Frame:
 
 
 def range_segments(robots: Sequence[RobotTelemetry]) -> tuple[Floats, Colours]:
-    """Segments from the hull to what each beam meets and their colours, both of shape (N, 2, 3).
+    """Segments from the hull to the end of each beam and their colours, both of shape (N, 2, 3).
 
     A beam that meets nothing is a short line, so that the count stays the same between updates.
     """

@@ -1,6 +1,6 @@
 """A plan's routes: a line for each robot from place to place, in the plan's order.
 
-The lines are straight: the plan does not know how a robot avoids obstacles between two places.
+The lines are straight: the plan does not contain how robots avoid obstacles between two places.
 """
 
 from collections.abc import Mapping, Sequence

@@ -48,7 +48,7 @@ class SamplePositions:
             name: self._in_jaws(name, robots) for name in {r.holding for r in robots.values() if r.holding}
         }
         for sample in self._held.keys() - held.keys():
-            # Facts that changed while it was held to a new location know of the release already.
+            # If the facts changed to a new location while it was held, they include the release already.
             jaws, gripped_at = self._held[sample]
             if believed.get(sample) == gripped_at or believed.get(sample) not in self._locations:
                 self._dropped[sample] = (jaws, believed.get(sample))
@@ -77,7 +77,7 @@ class SamplePositions:
         return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
 
     def forget(self) -> None:
-        """Forget who held what; call it when the time jumps back."""
+        """Forget held and released samples; call it when the time jumps back."""
         self._dropped = {}
         self._held = {}
 

@@ -90,7 +90,7 @@ export function createLoading(store, track) {
     } catch (problem) {
       changes.all = true;
       clearTimeout(retry);
-      retry = setTimeout(refresh, RETRY_MS); // the next event may be long in coming
+      retry = setTimeout(refresh, RETRY_MS); // does not wait for the next event
       throw problem;
     }
   }

@@ -19,9 +19,10 @@ def resolve_berths(
     preferred: Collection[str] = (),
     avoid: Collection[str] = (),
 ) -> Mapping[SymbolicFact, SymbolicFact | None]:
-    """Each goal with the berth that it means; None where no berth is left for it.
+    """Each goal with the berth that is chosen for it; None where no berth is left.
 
-    A sample that lies in a berth stays there. Else it is one that nothing lies in and no other of the goals aims at.
+    A sample that lies in one of the berths stays there. Otherwise the berth has no sample that stays, and no other goal
+    aims at it.
 
     :param preferred: berths that an earlier plan of the goals aimed at: first choice.
     :param avoid: berths that others aim at: last choice.
@@ -49,14 +50,14 @@ def assign_berths(
     preferred: Collection[str] = (),
     avoid: Collection[str] = (),
 ) -> tuple[SymbolicFact, ...]:
-    """The goals as `resolve_berths`; where no berth is left one is named that `check_goals` finds occupied."""
+    """The goals with `resolve_berths`; where no berth is left, with an occupied one, which `check_goals` reports."""
     found = resolve_berths(goals, world, facts, preferred=preferred, avoid=avoid)
     aims = {goal.args[-1] for goal in found.values() if goal is not None}
-    return tuple(found[goal] or _in_vain(goal, world, aims) for goal in goals)
+    return tuple(found[goal] or _with_occupied_berth(goal, world, aims) for goal in goals)
 
 
-def _in_vain(goal: SymbolicFact, world: WorldFile, aims: Collection[str]) -> SymbolicFact:
-    """The goal with a berth that is not free, rather one that no other goal aims at."""
+def _with_occupied_berth(goal: SymbolicFact, world: WorldFile, aims: Collection[str]) -> SymbolicFact:
+    """The goal with a berth that is not free, preferably one that no other goal aims at."""
     berth = min(_berths(goal, world), key=lambda berth: berth in aims)
     return goal.model_copy(update={"args": (goal.args[0], berth)})
 
@@ -71,12 +72,12 @@ def remaining_samples(
 
 
 Aims = Mapping[tuple[str, str], str]
-"""Who is to be in, or near, a place."""
+"""By predicate and place, the sample or robot that is to be in or near the place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Request:
-    """What berths are chosen by: see `resolve_berths`."""
+    """The arguments of `resolve_berths`."""
 
     goals: Sequence[SymbolicFact]
     world: WorldFile
@@ -101,7 +102,7 @@ class _Request:
         )
 
     def _is_free(self, berth: str, goal: SymbolicFact, aims: Aims) -> bool:
-        """Nobody else is to be there, and no other sample stays there."""
+        """True if no other goal aims at the berth and no other sample stays in it."""
         subject = goal.args[0]
         stay = remaining_samples(berth, self.goals, self.world, self.facts) if goal.predicate == IN else ()
         return aims.get((goal.predicate, berth), subject) == subject and set(stay) <= {subject}

@@ -52,7 +52,7 @@ def check_goals(
 
 
 def blocking(issues: Sequence[GoalIssue]) -> tuple[GoalIssue, ...]:
-    """The issues that are more than a note."""
+    """The issues except notes."""
     return tuple(issue for issue in issues if issue.kind != "note")
 
 
@@ -73,7 +73,7 @@ def _check(
 
 
 def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
-    """Names that the world does not have, in goals on a sample or robot and a place."""
+    """Names that the world does not have, in goals about a sample or robot and a place."""
     samples = tuple(sorted((sample.name for sample in world.samples), key=natural_key))
     robots = tuple(sorted(robot.name for robot in world.robots))
     places = tuple(sorted(world.places_by_location, key=natural_key))
@@ -106,7 +106,7 @@ def _unknown(what: str, name: str, names: Sequence[str]) -> GoalIssue:
 
 
 def _malformed(goal: SymbolicFact, world: WorldFile, knowledge_base: KnowledgeBase) -> Iterator[GoalIssue]:
-    """Goals that are not of the vocabulary, or that no plan-net action intends."""
+    """Goals that are not in the vocabulary, or are no plan-net action's intended effect."""
     choices = knowledge_base.relation_names()
     try:
         fact = planner_fact(goal, knowledge_base, objects_of(world))
@@ -127,7 +127,7 @@ def _malformed(goal: SymbolicFact, world: WorldFile, knowledge_base: KnowledgeBa
         yield GoalIssue(
             code="goal-not-intended",
             kind="invalid",
-            detail=f"no action is meant to bring about {goal}",
+            detail=f"no action has {goal} as an intended effect",
             thing=goal.predicate,
             choices=tuple(sorted(intended)),
         )
@@ -153,7 +153,7 @@ def _against_facts(
 def _storing(
     sample: str, place: str, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> Iterator[GoalIssue]:
-    """A sample is to lie in a location."""
+    """Issues with a goal that a sample lies in a location."""
     free = free_for(sample, world, facts)
     if world.location(place).capacity == 0:
         yield GoalIssue(
@@ -178,7 +178,7 @@ def _storing(
 def _no_berth(
     goal: SymbolicFact, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> Iterator[GoalIssue]:
-    """Every berth of the location that the goal names holds a sample that stays, or another goal aims at it."""
+    """The issue that each berth of the goal's location holds a sample that stays or is another goal's."""
     unknown = list(_unknown_names(goal, world))
     yield from unknown
     if unknown:
@@ -204,7 +204,7 @@ def _no_berth(
 
 
 def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Iterator[GoalIssue]:
-    """Some robot reaches the place, two for a long sample, and a chain of robots can hand the sample on to it."""
+    """Issues unless a crew for the sample reaches the place, and a chain of crews can bring the sample to it."""
     if (lacking := lacking_crew(sample, world, facts)) is not None:
         yield GoalIssue(code="too-few-robots", kind="conflict", detail=lacking, thing=sample)
         return
@@ -238,7 +238,7 @@ def _reachable(sample: str, place: str, world: WorldFile, facts: Facts) -> Itera
 
 
 def _standing(robot: str, place: str, facts: Facts) -> Iterator[GoalIssue]:
-    """A robot is to stand near a location."""
+    """Issues with a goal that a robot stands near a location."""
     reached = tuple(
         sorted((f.args[1] for f in facts if f.predicate == "reaches" and f.args[0] == robot), key=natural_key)
     )

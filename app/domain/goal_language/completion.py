@@ -15,7 +15,7 @@ PREPOSITIONS = TARGETS | ORIGINS
 def completions(text: str, asked: Clarification, world: WorldFile, facts: Facts) -> tuple[str, ...]:
     """Whole sentences that complete the text, the likeliest first.
 
-    :param asked: what `parse_goal` asks of the text.
+    :param asked: what `parse_goal` found missing in the text.
     """
     said, _, last = text.rstrip().rpartition(" ")
     if (
@@ -50,7 +50,7 @@ def _filled_in(said: str, asked: Clarification) -> tuple[str, ...]:
 
 
 def _begun(asked: Clarification) -> Sequence[str]:
-    """The choices that the word in question is the beginning of."""
+    """The choices that start with the word in question."""
     letters = _letters(asked.thing)
     return sorted((one for one in asked.choices if _letters(one).startswith(letters)), key=natural_key)
 

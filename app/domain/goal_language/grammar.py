@@ -29,7 +29,7 @@ FILLERS = frozenset({"please", "back", "now", "over"})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clarification:
-    """What is missing or not understood.
+    """What is missing or not understood in a sentence.
 
     :param thing: the word in question.
     :param choices: words that would be understood.
@@ -146,7 +146,7 @@ def _goal(clause: Clause, world: WorldFile, facts: Facts) -> SymbolicFact | Clar
         return place
     lies = place_of(sample, facts)
     if origin is not None and facts and lies not in {origin, *berths_of(origin, world)}:
-        where = f"in {lies}" if lies else "nowhere known"
+        where = f"in {lies}" if lies else "in an unknown place"
         return Clarification(
             code="sample-elsewhere",
             detail=f"{sample} is {where}, not in {origin}",

@@ -1,6 +1,6 @@
-"""Where samples can be carried to: who reaches a place, and which places a chain of robots connects.
+"""Where samples can be carried to: which crews reach a place, and which places a chain of crews connects.
 
-A crew carries a sample from one location to another: one robot, or two side by side if it is a long one.
+A crew carries a sample from one location to another: one robot, or two side by side for a long sample.
 """
 
 from collections import defaultdict
@@ -21,15 +21,15 @@ from app.domain.world_model.beliefs import (
 from robots.world import WorldFile
 
 CARRYING = frozenset({"DOCK", "TRANSPORT", "RELEASE2"})
-"""What a robot must be able to do to carry samples from one location to another."""
+"""The packets that a robot needs to carry samples from one location to another."""
 FIRST = frozenset({"DOCK", "TRANSPORT"})
 SECOND = frozenset({"TRACK", "DOCK2", "TRANSPORT"})
-"""What two robots must be able to do to carry a long sample between them: who grips it first, and who joins."""
+"""The packets that two robots need to carry a long sample: the robot that grips first, and the one that joins."""
 LETTING_GO = ("RELEASE1", "RELEASE2")
-"""One of the two releases it to the other, who puts it down."""
+"""The packets of release: one robot releases the sample to the other, which puts it down."""
 
 Crews = Mapping[tuple[str, ...], frozenset[str]]
-"""Who can carry something together → the locations they reach."""
+"""Robots that can carry a sample together → the locations that all of them reach."""
 
 
 def crews_for(sample: str, world: WorldFile, facts: Facts) -> Crews:
@@ -47,7 +47,7 @@ def crews_for(sample: str, world: WorldFile, facts: Facts) -> Crews:
 
 
 def is_long(sample: str, world: WorldFile) -> bool:
-    """True if it takes two robots."""
+    """True if two robots are needed to carry the sample."""
     return any(one.length_m > 0 for one in world.samples if one.name == sample)
 
 
@@ -71,14 +71,14 @@ def lacking_crew(sample: str, world: WorldFile, facts: Facts) -> str | None:
 
 
 def reachers(place: str, crews: Crews) -> tuple[tuple[str, ...], ...]:
-    """The crews that can carry it to the place."""
+    """The crews that reach the place."""
     return tuple(sorted(crew for crew, reach in crews.items() if place in reach))
 
 
 def chain_from(start: str, facts: Facts, crews: Crews) -> frozenset[str]:
     """The locations that a sample in `start`, a place or a robot's gripper, can be carried to.
 
-    Robots hand it on at places that hold samples; whether those are free just now is the planner's business.
+    Robots hand it on at places that hold samples; the planner considers whether those are free.
     """
     places = storing(facts)
     reaches = {crew: reach & places for crew, reach in crews.items()}
@@ -93,15 +93,15 @@ def chain_from(start: str, facts: Facts, crews: Crews) -> frozenset[str]:
 
 
 def free_places(world: WorldFile, facts: Facts) -> tuple[str, ...]:
-    """The places that could take a sample now."""
+    """The places with room for a sample now."""
     free = [p.name for p in world.places if p.capacity > 0 and not occupants(p.name, facts)]
     return tuple(sorted(free, key=natural_key))
 
 
 def free_for(sample: str, world: WorldFile, facts: Facts) -> tuple[str, ...]:
-    """The locations that could take the sample now, in a berth if they have several, and that it can be carried to.
+    """The locations with room for the sample now, in a berth if they have several, and that it can be carried to.
 
-    Of a sample that is lost: those that some robots can carry it to.
+    For a lost sample: those that some crew for it reaches.
     """
     lies = place_of(sample, facts)
     crews = crews_for(sample, world, facts)
@@ -119,7 +119,7 @@ def _carry_together(one: frozenset[str], other: frozenset[str]) -> bool:
 
 
 def _tags(facts: Facts) -> dict[str, frozenset[str]]:
-    """What each robot can do."""
+    """The packet tags of each robot."""
     return _second_by_first(facts, CAN)
 
 

@@ -54,10 +54,10 @@ def joined(names: Sequence[str], *, last: str = "or") -> str:
 
 
 def _plain(name: str) -> str:
-    """Without underscores, but for those between digits: `sample 1 0` is not `sample_10`."""
+    """Without underscores, except those between digits: `sample 1 0` is not `sample_10`."""
     return re.sub(r"(?<![0-9])_|_(?![0-9])", "", name)
 
 
 def _separates(character: str) -> bool:
-    """True for white space and punctuation, but for what binds."""
+    """True for white space and punctuation except hyphens and underscores."""
     return character.isspace() or (character not in "-_" and unicodedata.category(character).startswith("P"))

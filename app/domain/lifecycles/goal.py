@@ -9,14 +9,14 @@ from app.domain.lifecycles.transitions import Stateful, change_state
 
 
 class GoalState(StrEnum):
-    """Where a goal is between being submitted and being over."""
+    """The state of a goal between its submission and its end."""
 
     SUBMITTED = "submitted"
     """Queued for planning, for the first time or, with a reason, again."""
     PLANNING = "planning"
     """A planning process works on it."""
     WAITING = "waiting"
-    """There is no plan now; it is planned again when something of its world becomes free. The reason names what."""
+    """There is no plan now; it is planned again when something in its world becomes free. The reason names it."""
     PLANNED = "planned"
     """At least one plan waits for an operator's decision."""
     UNSOLVABLE = "unsolvable"
@@ -40,7 +40,7 @@ _TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
     GoalState.SUBMITTED: (
         GoalState.PLANNING,
         GoalState.WAITING,  # its world was started again
-        GoalState.UNSOLVABLE,  # its planning cannot even begin
+        GoalState.UNSOLVABLE,  # its planning keeps failing at its start
         GoalState.WITHDRAWN,
     ),
     GoalState.PLANNING: (
@@ -73,7 +73,7 @@ _TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
 
 
 class Goal(Stateful, Protocol):
-    """What of a goal its life cycle assigns."""
+    """The fields of a goal that its life cycle assigns."""
 
     reason: str
     outcome: str | None
@@ -92,20 +92,20 @@ def begin_planning(goal: Goal) -> None:
 
 
 def wait(goal: Goal, reason: str) -> None:
-    """Have the goal planned again when something of its world becomes free."""
+    """Have the goal planned again when something in its world becomes free."""
     _change(goal, GoalState.WAITING, reason)
 
 
 def wait_for(goal: Goal, blockers: Blockers) -> None:
-    """Have the goal planned again when something of its world becomes free; or note what is known of the same now."""
+    """As `wait`, for these blockers; also updates the blockers of a goal that waits already."""
     wait(goal, blockers.reason)
     goal.waits_for = blockers.to_json()
 
 
 def propose(goal: Goal, plan_id: str, reason: str = "") -> None:
-    """Have a plan of the goal decided on.
+    """Submit a plan of the goal to an operator's decision.
 
-    :param reason: what speaks against the plan, such as a missed deadline.
+    :param reason: a drawback of the plan, such as a missed deadline.
     """
     _change(goal, GoalState.PLANNED, reason)
     goal.plan_id = plan_id

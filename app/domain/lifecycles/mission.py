@@ -1,6 +1,6 @@
 """A mission's life cycle: its states, the allowed transitions, and the only code that assigns them.
 
-A paused mission keeps the state that it resumes to. What happens meanwhile changes that state, by the same table.
+A paused mission keeps the state that it resumes to. Transitions during the pause change that state, by the same table.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ OVERDUE = "its deadline has passed"
 
 
 class MissionState(StrEnum):
-    """Where a mission is between the approval of its plan and its end."""
+    """The state of a mission between the approval of its plan and its end."""
 
     PENDING = "pending"
     """Its plan is approved; its scripts are not made yet."""
@@ -26,7 +26,7 @@ class MissionState(StrEnum):
     PAUSED = "paused"
     """An operator has stopped it for a while; it keeps the state that it resumes to."""
     UNKNOWN = "unknown"
-    """A robot owes an answer for longer than its radio explains, or claims what cannot be so."""
+    """A robot has not answered for longer than its radio explains, or reports implausibly."""
     RECOVERING = "recovering"
     """Something has gone wrong: its robots are made safe and its plan is repaired."""
     COMPLETED = "completed"
@@ -94,9 +94,9 @@ _TRANSITIONS: Mapping[MissionState, frozenset[MissionState]] = {
 
 
 class Mission(Stateful, Protocol):
-    """What of a mission its life cycle assigns.
+    """The fields of a mission that its life cycle assigns.
 
-    `resume_to` is set while it is paused; `reason` says why it is in its state, without that it is overdue.
+    `resume_to` is set while it is paused; `reason` says why it is in its state, but not that it is overdue.
     """
 
     resume_to: str | None
@@ -122,7 +122,7 @@ def active_state(mission: Mission) -> MissionState:
 
 
 def full_reason(mission: Mission) -> str:
-    """Why the mission is in its state, in words, and that it is overdue while it goes on."""
+    """Why the mission is in its state, in words; while it runs, also that it is overdue."""
     return with_overdue(mission.reason, is_overdue=mission.is_overdue and not has_ended(mission))
 
 
@@ -131,14 +131,14 @@ def with_overdue(reason: str, *, is_overdue: bool) -> str:
 
 
 def dispatch(mission: Mission) -> None:
-    """Have scripts made of the plan that the mission carries out from now on, and delivered."""
+    """Have the scripts of the mission's current plan written and delivered."""
     _change(mission, MissionState.DISPATCHING)
     mission.reason = ""
     mission.failure = None
 
 
 def begin_work(mission: Mission) -> bool:
-    """Note that a robot is at work; True if that is news of a mission that goes on."""
+    """Note that a robot is at work; True if the mission was not running before."""
     if mission.state != MissionState.DISPATCHING:
         return False
     _change(mission, MissionState.RUNNING)
@@ -148,7 +148,7 @@ def begin_work(mission: Mission) -> bool:
 def assess(
     mission: Mission, state: MissionState, *, reason: str, failure: FailureCategory | None, is_overdue: bool
 ) -> None:
-    """Note how the mission stands; `paused` leaves its state as it is."""
+    """Record the monitor's assessment of the mission; `paused` leaves its state unchanged."""
     if state not in (MissionState.PAUSED, active_state(mission)):
         _change(mission, state)
     mission.reason = reason

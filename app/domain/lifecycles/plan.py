@@ -8,14 +8,14 @@ from app.domain.lifecycles.transitions import Stateful, change_state
 
 
 class PlanState(StrEnum):
-    """Where a plan is with respect to an operator's decision on it."""
+    """The state of the decision on a plan."""
 
     PROPOSED = "proposed"
     """Open to decision."""
     APPROVED = "approved"
     """A mission carries it out, or has carried it out."""
     REJECTED = "rejected"
-    """An operator does not want it."""
+    """An operator has rejected it."""
     SUPERSEDED = "superseded"
     """Another plan of the goal was approved, or newer alternatives took its place."""
     EXPIRED = "expired"
@@ -37,7 +37,7 @@ _TRANSITIONS: Mapping[PlanState, tuple[PlanState, ...]] = {
 
 
 class Plan(Stateful, Protocol):
-    """What of a plan its life cycle assigns."""
+    """The fields of a plan that its life cycle assigns."""
 
     reason: str
     comment: str | None
@@ -57,6 +57,6 @@ def decide(plan: Plan, state: PlanState, *, actor: str, comment: str, at: str) -
 
 
 def close(plan: Plan, state: PlanState, reason: str) -> None:
-    """Take the plan from decision: it expires or is superseded."""
+    """End the plan without a decision: it expires or is superseded."""
     change_state(plan, state, _TRANSITIONS, what="plan")
     plan.reason = reason

@@ -1,4 +1,4 @@
-"""A mission's recovery: the step that it is at, the outcomes of its attempts, and the only code that assigns them."""
+"""A mission's recovery: its current step, the outcomes of its attempts, and the only code that assigns them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
@@ -12,22 +12,22 @@ Attempt = dict[str, Any]
 
 
 class RecoveryStep(StrEnum):
-    """Where the recovery of a mission stands, once its robots are safe; none while nothing is to be recovered."""
+    """The current step of a mission's recovery, once its robots are safe; none while nothing is to be recovered."""
 
     PLANNING = "planning"
     """A repaired plan is sought."""
     DECIDING = "deciding"
     """A repaired plan waits for an operator's decision."""
     WAITING = "waiting"
-    """Others use what a plan would need; it is planned again later."""
+    """A plan needs robots, places or samples that are not available; it is planned again later."""
     STUCK = "stuck"
-    """There is no plan, or it was tried too often: an operator must see to it."""
+    """There is no plan, or no try is left: an operator has to act."""
     ENDING = "ending"
-    """An operator has turned the repair down: the mission ends."""
+    """An operator has rejected the repair: the mission ends."""
 
 
 class AttemptOutcome(StrEnum):
-    """What came of one attempt at recovering a mission."""
+    """The outcome of one attempt at recovering a mission."""
 
     PLANNING = "planning"
     """A repaired plan is sought."""
@@ -36,13 +36,13 @@ class AttemptOutcome(StrEnum):
     APPROVED = "approved"
     """The mission carries the repaired plan out, or has carried it out."""
     REJECTED = "rejected"
-    """An operator does not want the repaired plan."""
+    """An operator has rejected the repaired plan."""
     OVERTAKEN = "overtaken"
-    """The world had changed under the repaired plan before it was approved."""
+    """The world changed so that the repaired plan could not be approved any longer."""
     NO_PLAN = "no plan"
     """No repaired plan was found."""
     TAKEN_UP = "taken up"
-    """An operator has had the mission tried again after it was stuck."""
+    """An operator has resumed the mission after it was stuck."""
 
 
 _STEPS: Mapping[RecoveryStep | None, tuple[RecoveryStep | None, ...]] = {
@@ -59,7 +59,7 @@ _STEPS: Mapping[RecoveryStep | None, tuple[RecoveryStep | None, ...]] = {
         RecoveryStep.ENDING,
     ),
     RecoveryStep.WAITING: (RecoveryStep.PLANNING, RecoveryStep.STUCK),
-    RecoveryStep.STUCK: (None,),  # an operator has had it tried again
+    RecoveryStep.STUCK: (None,),  # an operator has resumed the mission
     RecoveryStep.ENDING: (),
 }
 _OUTCOMES: Mapping[AttemptOutcome, tuple[AttemptOutcome, ...]] = {
@@ -78,7 +78,7 @@ _OUTCOMES: Mapping[AttemptOutcome, tuple[AttemptOutcome, ...]] = {
 
 
 class Recovery(Protocol):
-    """What of a mission its recovery assigns; the last of `attempts` is the present one."""
+    """The fields of a mission that its recovery assigns; the last of `attempts` is the present one."""
 
     recovery_step: str | None
     tries_left: int
@@ -90,8 +90,8 @@ def begin_attempt(
 ) -> Attempt:
     """Have the mission's plan repaired; this uses up one of its tries.
 
-    :param troubles: what befell the scripts of its present plan; what an attempt has recorded already is not
-        recorded again.
+    :param troubles: the troubles of its present plan's scripts; those of scripts in earlier attempts are not recorded
+        again.
     :param at_s: world's clock.
     :param failure: the failure category that the attempt is recorded under.
     """
@@ -115,7 +115,7 @@ def begin_attempt(
 
 
 def note_left_out(mission: Recovery, names: Sequence[str]) -> None:
-    """Note what the present attempt does not plan with: robots, and packets of robots."""
+    """Note what the present attempt excludes from planning: robots, and packets of robots."""
     _note(mission, without=list(names))
 
 
@@ -125,7 +125,7 @@ def propose(mission: Recovery, *, plan_id: str, measure: Measure, detail: str) -
 
 
 def ask_operator(mission: Recovery) -> None:
-    """Have an operator decide on the repaired plan."""
+    """Let the repaired plan wait for an operator's decision."""
     _set_step(mission, RecoveryStep.DECIDING)
 
 
@@ -135,13 +135,13 @@ def approve(mission: Recovery, plan_id: str) -> None:
 
 
 def reject(mission: Recovery, plan_id: str, detail: str) -> None:
-    """Have the mission end, for the operator does not want it repaired this way."""
+    """Let the mission end, because the operator has rejected the repair."""
     _conclude(mission, AttemptOutcome.REJECTED, plan_id=plan_id, detail=detail)
     _set_step(mission, RecoveryStep.ENDING)
 
 
 def overtake(mission: Recovery, reason: str) -> None:
-    """Note that the world has changed under the repaired plan."""
+    """Note that the world has changed so that the repaired plan cannot be approved."""
     _conclude(mission, AttemptOutcome.OVERTAKEN, detail=reason)
 
 
@@ -151,14 +151,14 @@ def find_no_plan(mission: Recovery, reason: str) -> None:
 
 
 def wait_for(mission: Recovery, blockers: Blockers) -> None:
-    """Have the plan sought again later."""
+    """Let the repair wait for the blockers; it is planned again later."""
     _conclude(mission, AttemptOutcome.NO_PLAN)
     note_blockers(mission, blockers)
     _set_step(mission, RecoveryStep.WAITING)
 
 
 def note_blockers(mission: Recovery, blockers: Blockers) -> None:
-    """Note what is known now of what the mission waits for."""
+    """Record the current state of what the mission waits for."""
     _note(mission, detail=blockers.reason, waits_for=blockers.to_json())
 
 
@@ -169,12 +169,12 @@ def waits_for(mission: Recovery) -> Blockers:
 
 
 def get_stuck(mission: Recovery) -> None:
-    """Have an operator see to the mission."""
+    """Let the mission wait for an operator."""
     _set_step(mission, RecoveryStep.STUCK)
 
 
 def try_again(mission: Recovery) -> None:
-    """Have a mission that is stuck recovered as if nothing had been tried. Robots that are lost stay so."""
+    """Let a stuck mission be recovered with all its tries again. Troubles no longer count, except lost robots."""
     _conclude(mission, AttemptOutcome.TAKEN_UP)
     answer_troubles(mission, lambda trouble: not trouble.is_loss)
     _set_step(mission, None)
@@ -182,7 +182,7 @@ def try_again(mission: Recovery) -> None:
 
 
 def answer_troubles(mission: Recovery, is_answered: Callable[[Trouble], bool]) -> None:
-    """Have troubles of the mission speak against their robots no more."""
+    """Mark troubles of the mission as answered: they no longer count against their robots."""
 
     def told(known: Mapping[str, Any]) -> Mapping[str, Any]:
         return {**known, "answered": True} if is_answered(Trouble.from_json(known)) else known
@@ -198,12 +198,12 @@ def end(mission: Recovery) -> None:
 
 
 def troubles_of(mission: Recovery) -> list[Trouble]:
-    """All that has befallen the mission so far."""
+    """All troubles of the mission so far."""
     return [Trouble.from_json(one) for attempt in mission.attempts for one in attempt["troubles"]]
 
 
 def why_no_plan(mission: Recovery) -> str:
-    """Why the last attempt came to nothing, in words; empty if it has not."""
+    """Why the last attempt brought no plan, in words; empty if it did or is still open."""
     fruitless = (AttemptOutcome.NO_PLAN, AttemptOutcome.REJECTED)
     if not mission.attempts or mission.attempts[-1]["outcome"] not in fruitless:
         return ""

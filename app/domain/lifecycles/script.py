@@ -1,7 +1,7 @@
-"""A script's life cycle: its delivery, the robot's state with it, and the orders on it.
+"""A script's life cycle: its delivery, its execution state as reported by the robot, and the orders on it.
 
-Orders (cancel, pause, resume) are numbered, for they overtake each other on their way to the robot. The last one stands
-in the record until the robot has answered it.
+Orders (cancel, pause, resume) are numbered, because they may overtake each other on the way to the robot. The last one
+is kept in the record until the robot has answered it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,16 +14,16 @@ from robots.wire import Control, ControlVerb, FailureCategory, ScriptState
 
 
 class Delivery(StrEnum):
-    """Where a script is on its way to its robot."""
+    """The state of a script's delivery to its robot."""
 
     PENDING = "pending"
     """It is sent until the robot answers."""
     ACKNOWLEDGED = "acknowledged"
     """The robot has agreed to it."""
     REFUSED = "refused"
-    """The robot has not agreed to it."""
+    """The robot has refused it."""
     WITHDRAWN = "withdrawn"
-    """It is not to be carried out any longer: its mission or its world has ended, or it was cancelled on the way."""
+    """It is no longer to be carried out: its mission or its world has ended, or it was cancelled on the way."""
 
 
 DELIVERABLE = (Delivery.PENDING, Delivery.ACKNOWLEDGED)
@@ -34,7 +34,7 @@ _ACTIVE = frozenset({ScriptState.ACCEPTED, ScriptState.RUNNING, ScriptState.PAUS
 
 _DELIVERIES: Mapping[Delivery, tuple[Delivery, ...]] = {
     Delivery.PENDING: (Delivery.ACKNOWLEDGED, Delivery.REFUSED, Delivery.WITHDRAWN),
-    Delivery.ACKNOWLEDGED: (Delivery.WITHDRAWN,),  # of a lost robot whose world was started again
+    Delivery.ACKNOWLEDGED: (Delivery.WITHDRAWN,),  # its robot was lost, and the world was started again
     Delivery.REFUSED: (),
     Delivery.WITHDRAWN: (),
 }
@@ -44,16 +44,16 @@ _STATES: Mapping[ScriptState | None, frozenset[ScriptState]] = {
     **dict.fromkeys(TERMINAL_SCRIPTS, frozenset[ScriptState]()),
 }
 _FOLLOWED = {ControlVerb.PAUSE: ScriptState.PAUSED, ControlVerb.RESUME: ScriptState.RUNNING}
-"""The state of a script whose robot has agreed to an order."""
+"""The state of a script after its robot has agreed to an order."""
 
 
 class Script(Protocol):
     """The fields of a script that its life cycle reads and assigns.
 
-    `control` and `control_number` are the order that the robot has not answered, `orders` the greatest number given;
-    `question` is the id of the open status query, `clearance` of the open clearance; `stopping` once the robot was
-    ordered to cancel; `abandoned` once it was lost; `heard_at_s`: when it last reported its state (world's clock);
-    `doubt`: why what the robot claims is not believed, in words, empty if it is.
+    `control` and `control_number`: the order that the robot has not answered; `orders`: the greatest number given;
+    `question`: the id of the open status query, `clearance`: of the open clearance; `stopping`: the robot was ordered
+    to cancel; `abandoned`: the robot was declared lost; `heard_at_s`: when it last reported its state (world's clock);
+    `doubt`: why the robot's report was held back as implausible, in words; empty if none was.
     """
 
     id: str
@@ -81,7 +81,7 @@ class MissionOfScript(Mission, Protocol):
 
 
 def has_terminated(script: Script) -> bool:
-    """True if the robot has ended the script, well or badly."""
+    """True if the robot has ended the script, finished or not."""
     return script.state in TERMINAL_SCRIPTS
 
 
@@ -96,7 +96,7 @@ def acknowledge(script: Script) -> None:
 
 
 def refuse(script: Script, reason: str) -> None:
-    """Note that the robot does not agree to the script; one that was told to drop it before has cancelled it."""
+    """Note that the robot has refused the script; if it was ordered to cancel it before, the script is cancelled."""
     if script.stopping:
         _deliver(script, Delivery.WITHDRAWN)
         _set_state(script, ScriptState.CANCELLED)
@@ -106,7 +106,7 @@ def refuse(script: Script, reason: str) -> None:
 
 
 def hear(script: Script, state: str | None, at_s: float) -> None:
-    """Record the state that the robot reported. The newest report counts, in whatever order they arrive.
+    """Record the state that the robot reported. The newest report counts, not the last to arrive.
 
     :param at_s: when the robot sent it (world's clock).
     """
@@ -136,7 +136,7 @@ def end(
 
 
 def forget(script: Script, detail: str) -> None:
-    """Record that the robot no longer knows the script, which counts as failed."""
+    """Record that the robot reports that it does not have the script, which then counts as failed."""
     _set_state(script, ScriptState.FAILED)
     script.category = FailureCategory.ROBOT
     script.detail = detail
@@ -172,13 +172,13 @@ def ask(script: Script, question_id: str) -> None:
 
 
 def note_answer(script: Script, question_id: str | None) -> None:
-    """Note that the robot has answered a question; an answer to an earlier one leaves the open one open."""
+    """Note that the robot has answered a status query; the answer to an earlier query leaves the open one open."""
     if script.question == question_id:
         script.question = None
 
 
 def doubt(script: Script, why: str) -> bool:
-    """Note that what the robot claims is not believed; True if that is news of a script that goes on."""
+    """Note that a report of the robot is implausible; True if that is new and the script has not ended."""
     if script.doubt or has_terminated(script):
         return False
     script.doubt = why
@@ -186,7 +186,7 @@ def doubt(script: Script, why: str) -> bool:
 
 
 def settle_doubt(script: Script) -> None:
-    """Note that the robot claims what can be so."""
+    """Note that the robot reports plausibly again."""
     script.doubt = ""
 
 
@@ -239,9 +239,7 @@ def can_be_ordered(script: Script, mission: MissionOfScript) -> bool:
 
 
 def reissue_if_diverged(script: Script, mission: MissionOfScript) -> None:
-    """Repeat the order if the robot has answered all orders, but its script is paused and its mission is not, or the
-    reverse.
-    """
+    """Order a pause or resumption again if all orders are answered, but only one of script and mission is paused."""
     if script.control is not None or not can_be_ordered(script, mission):
         return
     should_pause = is_paused(mission)

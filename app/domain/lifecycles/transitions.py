@@ -21,7 +21,7 @@ def change_state(
     """Assign `target` if the table allows it.
 
     :param transitions: the states that may follow each state.
-    :raises IllegalTransition: if the table does not allow it, or does not know the present state.
+    :raises IllegalTransition: if the table does not allow it, or lacks the present state.
     """
     check_transition(thing.state, target, transitions, what=what)
     thing.state = target
@@ -36,7 +36,7 @@ def check_transition(
 ) -> None:
     """Refuse a change that the table does not allow; None stands for no state.
 
-    :raises IllegalTransition: if the table does not allow it, or does not know the present state.
+    :raises IllegalTransition: if the table does not allow it, or lacks the present state.
     """
     allowed = next((follow for state, follow in transitions.items() if state == present), ())
     if target not in allowed:

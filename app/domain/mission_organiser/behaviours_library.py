@@ -43,7 +43,7 @@ class Template:
         return cls(match[1], terms)
 
     def matched(self, fact: Fact, known: Substitution) -> Substitution | None:
-        """`known` widened so that the template becomes the fact; None if it cannot."""
+        """`known` extended so that the template equals the fact; None if that is impossible."""
         if fact.predicate != self.predicate or len(fact.args) != len(self.terms):
             return None
         found = dict(known)
@@ -56,7 +56,7 @@ class Template:
 def matches(
     templates: Sequence[Template], facts: Sequence[Fact], known: Substitution
 ) -> Iterator[Substitution]:
-    """Every way to make each template a fact of its own among `facts`."""
+    """Every substitution by which the templates equal different facts among `facts`."""
     if not templates:
         yield known
         return
@@ -68,7 +68,7 @@ def matches(
 
 
 class LibraryError(MactaError):
-    """Raised when a behaviours library does not fit; names the packet and the slot."""
+    """Raised when a behaviours library is not valid; names the packet and the slot."""
 
     code = "behaviours-library"
 
@@ -99,7 +99,7 @@ class LibraryFile(_Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """A packet: what it requires of the plan and what it achieves; `agent` is the robot's own variable."""
+    """A packet: what it requires and what it achieves; `agent` is the variable for the robot itself."""
 
     tag: str
     agent: str
@@ -107,9 +107,9 @@ class Entry:
     achieves: tuple[Template, ...]
 
     def fits(self, action: PlanNetAction, agent: str, linking_goals: Sequence[Fact]) -> Substitution | None:
-        """How the packet becomes `agent`'s part in the action; None if it does not.
+        """The substitution by which the packet is `agent`'s part in the action; None if there is none.
 
-        Every linking goal must be one that it achieves, every requirement a pre-condition of the action.
+        The packet must achieve every linking goal, and each requirement must be a pre-condition of the action.
         """
         start = {f"?{name}": value for name, value in action.arguments.items()} | {self.agent: agent}
         for found in matches(self.requires, action.preconditions, start):
@@ -186,7 +186,10 @@ def _entry(packet: PacketFile) -> Entry:
 
 
 def _check(entry: Entry, knowledge_base: KnowledgeBase, origin: str) -> None:
-    """The library speaks of the knowledge base's predicates and of its own variables only."""
+    """Check that the entry names only predicates and constants of the knowledge base, and uses its agent variable.
+
+    :raises LibraryError: if not.
+    """
     for slot, templates in (("requires", entry.requires), ("achieves", entry.achieves)):
         for template in templates:
             where = f"{origin}: {entry.tag}.{slot}: {template}"

@@ -1,4 +1,4 @@
-"""What a mission may take beyond its expected time before the robots are asked (MACTA §4)."""
+"""The margin: time that a mission may take beyond its estimate before the robots are asked (MACTA §4)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,17 +9,17 @@ from app.domain.mission_organiser.synchronisation import message_count
 from planner import PlanNet
 
 ENOUGH = 5
-"""So many samples of each action on the critical path make the learned spread worth more than the fixed part."""
+"""The learned spread is used once there are this many samples of each action on the critical path."""
 DEVIATIONS = 3.0
 """How many standard deviations of the mission's duration the margin covers (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Margin:
-    """What a mission may take beyond its estimate: what the learned spreads ask for, but `absolute_s` at least.
+    """The time that a mission may take beyond its estimate: by the learned spreads, but at least `absolute_s`.
 
-    As long as too little is learned: `relative` times the estimate, and `absolute_s`. Beyond that, what the radio may
-    take: `answers_s` says by world how long a word to a robot and its answer may.
+    Until enough is learned: `relative` times the estimate, plus `absolute_s`. In both cases the time of the radio is
+    added: `answers_s` is, by world, how long a message to a robot and its answer may take.
     """
 
     relative: float = 0.5
@@ -31,7 +31,7 @@ class Margin:
         return self._of_work(plan_net, learned) + message_count(plan_net) * self.answers_s.get(world, 0.0)
 
     def _of_work(self, plan_net: PlanNet, learned: Durations) -> float:
-        """The durations along the critical path vary independently (our choice)."""
+        """The margin without the radio's. Durations along the critical path vary independently (our choice)."""
         critical = [plan_net.action(action_id) for action_id in plan_net.critical_path]
         known = [learned.get((action.tag, len(action.agents)), PRIOR) for action in critical]
         if any(one.samples < ENOUGH for one in known):

@@ -1,4 +1,4 @@
-"""The mission organiser: turns an approved plan-net into one behaviour script for each robot (MACTA §4)."""
+"""The mission organiser: turns an approved plan-net into a behaviour script for each robot (MACTA §4)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -137,13 +137,13 @@ class _ScriptWriter:
         )
 
     def _after(self, action: PlanNetAction, robot: str) -> tuple[str, ...]:
-        """The actions whose clearance the packet waits for: not those that its robot does alone, whose end it knows."""
+        """The actions whose clearance the packet waits for, without those that its robot itself does alone."""
         before = self._clearances.get(action.id, ())
         return tuple(one for one in before if self._agents[one] != (robot,))
 
 
 def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:
-    """The arguments that tell a robot its part in an action of several robots."""
+    """The arguments for a robot's part in an action of several robots."""
     others = [agent for agent in action.agents if agent != robot]
     return {"robot": robot, "partner": TEAM_SEPARATOR.join(others)} if others else {}
 

@@ -1,8 +1,8 @@
 """How robots keep the plan-net's orderings: by facts that they await with their sensors, and by clearances.
 
-Robots do not communicate with each other: what one brings about, the next perceives (MACTA §3, "the pre-condition for
-the next is encountered"; §5, no need for robots to communicate directly). Where that does not suffice, the robot waits
-for clearance: a message of the service that another action has ended.
+Robots do not communicate with each other: a robot perceives the effects of another one's action (MACTA §3, "the
+pre-condition for the next is encountered"; §5, no need for robots to communicate directly). Where that does not
+suffice, it waits for clearance: a message of the service that another action has ended.
 """
 
 from collections import defaultdict
@@ -16,7 +16,7 @@ Awaits = Mapping[tuple[str, str], tuple[Fact, ...]]
 
 
 def awaited_facts(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Awaits:
-    """For each robot's start of an action the conditions that other robots bring about and it can sense."""
+    """For each robot's part in an action, the conditions that other robots bring about and that it can sense."""
     changed = (f for action in plan_net.actions for f in (*action.deletes, *action.effects))
     facts = [*changed, *(f for action in plan_net.actions for f in action.preconditions)]
     return awaits_of(plan_net, types_in(facts, knowledge_base), knowledge_base)
@@ -28,10 +28,10 @@ def message_count(plan_net: PlanNet) -> int:
 
 
 def clearances(plan_net: PlanNet) -> Mapping[str, tuple[str, ...]]:
-    """For each action those whose end its robots have to be told of before they start it."""
+    """For each action, those whose end must be reported to its robots by clearance before they start."""
     found: dict[str, list[str]] = defaultdict(list)
     for ordering in plan_net.orderings:
-        # Clearance also keeps an ordering for which no means is stated.
+        # An ordering without a stated means is also kept by clearance.
         if ordering.kept_by not in (Keeping.ROBOT, Keeping.SENSING):
             found[ordering.after].append(ordering.before)
     return {action: tuple(before) for action, before in found.items()}

@@ -1,8 +1,8 @@
 """Beliefs about a world: facts in the planner's form, and how news revises them so that they stay consistent.
 
-A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one
-object: news of one of them replaces what was believed. `vacant` and `clear` follow from where objects lie and
-robots stand; `brought` and `holds_alone` last as long as a robot holds the object, and holds it alone.
+A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object: a new
+fact about one of them replaces the old one. `vacant` and `clear` are derived from the positions of objects and robots;
+`brought` lasts as long as a robot holds the object, `holds_alone` as long as it holds it alone.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -69,7 +69,7 @@ def robots_in(facts: Iterable[Fact]) -> frozenset[str]:
 
 
 def belief_change(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Change:
-    """What changes when `news` become known and `gone` prove false; the facts are consistent after it."""
+    """The change when `news` become known and `gone` prove false; the resulting facts are consistent."""
     after = revise_beliefs(facts, news, gone)
     return Change(add=after - facts, remove=facts - after)
 
@@ -95,9 +95,9 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
 
 
 def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
-    """Two of the news that cannot both hold, whichever is heard last; None if there are none.
+    """Two of the news that cannot both hold, in whichever order; None if there are none.
 
-    NOTE: `clear` as news is passed over, for it is always derived.
+    NOTE: `clear` as news is ignored: it is always derived.
     """
     after = revise_beliefs(facts, news)
     for lost in news:
@@ -110,7 +110,7 @@ def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | Non
 
 
 def _is_outdated(fact: Fact, facts: Collection[Fact]) -> bool:
-    """True for what is said of an object that two robots carry, when they do not any longer."""
+    """True for a fact about an object held by robots (`brought`, `holds_alone`) whose holders have changed."""
     match fact.predicate, fact.args:
         case "brought", (item, _):
             return not _holding(item, facts)
@@ -153,7 +153,7 @@ def storing(facts: Facts) -> frozenset[str]:
 
 
 def _with_derived(facts: Facts, places: frozenset[str]) -> Facts:
-    """The facts with `vacant` and `clear` worked out from where objects lie and robots stand."""
+    """The facts with `vacant` and `clear` derived from the positions of objects and robots."""
     areas = {f.args[0]: f.args[1] for f in facts if f.predicate == IN_AREA}
     filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION}
     stands = {(f.args[2], areas.get(f.args[0])) for f in facts if f.predicate == ROBOT_POSITION}
@@ -164,9 +164,9 @@ def _with_derived(facts: Facts, places: frozenset[str]) -> Facts:
 
 
 def _with_grippers(facts: Facts, held_before: frozenset[str], news: Iterable[Fact]) -> Facts:
-    """A gripper that something is known to be in is full; one that held something and does not is empty.
+    """The facts with a gripper that holds an object full, and one that no longer holds its object empty.
 
-    NOTE: what a robot tells of its gripper stands: it may be full of something nobody knows.
+    NOTE: a robot's own report on its gripper is kept: it may hold an object that is in no fact.
     """
     told = {f.args[0] for f in news if f.predicate == ROBOT_ATTRIBUTE and f.args[1] == GRIPPER}
     holding = _holders(facts)

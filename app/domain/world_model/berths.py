@@ -1,4 +1,4 @@
-"""Locations with several berths, and which of them statements about such a location mean."""
+"""Locations with several berths, and the berths that statements about such a location refer to."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -13,19 +13,19 @@ ALL_BERTHS = frozenset({VACANT, CLEAR, REACHES})
 
 
 def berths_of(name: str, world: WorldFile) -> tuple[str, ...]:
-    """The names of a location's berths; empty if it is one place itself, or no location."""
+    """The names of a location's berths; empty if it has only one, or is no location."""
     row = world.places_by_location.get(name, ())
     return tuple(place.name for place in row) if len(row) > 1 else ()
 
 
 def resolve_statements(statements: Iterable[Statement], world: WorldFile, facts: Facts) -> list[Statement]:
-    """The statements with berths in the place of locations that have several.
+    """The statements with berths instead of locations that have several.
 
-    A sample that is said to lie in such a location lies where it is believed to, if that is one of its berths, else
-    in the first that is free. One that is said not to lie there lies in none of them.
+    A sample stated to lie in such a location gets its believed berth if that is one of the location's, else the first
+    free one. A sample stated not to lie there lies in none of the berths.
 
     :raises Conflict: if no berth is free.
-    :raises Invalid: if a statement does not tell which berth it is about.
+    :raises Invalid: if a statement must name a berth and does not.
     """
     said = list(statements)
     moved = {args[0] for predicate, args, _ in said if predicate == IN and args}

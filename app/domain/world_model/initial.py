@@ -36,14 +36,14 @@ HOME_RADIUS_M = 1.5
 def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     """The facts that hold at the start, in the planner's form.
 
-    The file's extra facts win over what the layout says of the same robot or object.
+    The file's extra facts override those that the layout implies for the same robot or object.
 
-    :raises planner.KnowledgeBaseError: if an extra fact is not of the vocabulary.
-    :raises Invalid: if it does not tell which of a location's berths it is about, or contradicts another of them.
+    :raises planner.KnowledgeBaseError: if an extra fact is not in the vocabulary.
+    :raises Invalid: if an extra fact must name a berth and does not, or contradicts another one.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
     if any(sample.length_m for sample in world.samples):
-        # Only who releases a long object to another robot backs off to its own spot.
+        # Only a robot that releases a long object to another robot backs off to its own spot.
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
     layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.initial_places.items()}
@@ -60,7 +60,7 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
 
 
 def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
-    """Where the robots that start away from any home stand: location → (x, y) in metres."""
+    """The start positions of robots that start away from any home: location → (x, y) in metres."""
     return {
         spot_of(robot.name): robot.start[:2] for robot in world.robots if not _starts_at_home(world, robot)
     }

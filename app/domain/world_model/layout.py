@@ -6,7 +6,7 @@ from robots.world import WorldFile
 
 
 def layout_of(world: WorldFile) -> dict[str, Any]:
-    """The world file, but with the places that facts name for locations, and those that have berths as `racks`."""
+    """The world file, with the places that facts name as `locations`, and locations with several berths as `racks`."""
     written = world.model_dump(mode="json")
     lying = world.initial_places
     racks = [

@@ -7,7 +7,7 @@ from planner import INITIAL, Fact, PlanNet, PlanNetAction
 def apply_action(facts: Facts, action: PlanNetAction) -> Facts:
     """The facts once the action has ended: without its deletes, with all its effects (table 3).
 
-    Beliefs that the effects contradict go too: facts may have been corrected while the action went on.
+    Beliefs that the effects contradict are removed, too: facts may have been corrected during the action.
     """
     return revise_beliefs(facts, action.effects, gone=action.deletes)
 

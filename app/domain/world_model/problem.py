@@ -1,4 +1,4 @@
-"""The planning problem from the world model: objects, facts, and the distances and speeds durations depend on."""
+"""The planning problem from the world model: objects, facts, and the distances and speeds for durations."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -34,10 +34,10 @@ def planning_problem(
     spots: Mapping[str, Point] | None = None,
     reserved: Reservation = NOTHING_RESERVED,
 ) -> PlanningProblem:
-    """The planning problem for these goals from what is believed.
+    """The planning problem for these goals from the believed facts.
 
-    :param spots: where open-floor locations are, (x, y) in metres; a robot's start where it is not told.
-    :param reserved: what running missions still need and the plan must leave alone.
+    :param spots: positions of open-floor locations, (x, y) in metres; by default the robot's start.
+    :param reserved: what running missions still need and the plan must not use.
     """
     free = frozenset(fact for fact in facts if not is_withheld(fact, reserved))
     functions: dict[tuple[str, tuple[str, ...]], float] = {
@@ -56,13 +56,13 @@ def planning_problem(
 
 
 def _points(world: WorldFile, spots: Mapping[str, Point]) -> dict[str, Point]:
-    """Where everything is that a robot drives to or from; a robot's spot is its start where it is not told."""
+    """The positions of all locations; a robot's spot is at its start unless given."""
     starts = {spot_of(robot.name): robot.start[:2] for robot in world.robots}
     return {place.name: place.at for place in world.places} | starts | dict(spots)
 
 
 def _ways(facts: Facts) -> Mapping[str, set[str]]:
-    """For each place those that some robot drives to from there: what it reaches, and where it stands or backs off."""
+    """For each place, those that some robot can drive to from there: what it reaches, and its own open-floor spot."""
     driven: dict[str, set[str]] = defaultdict(set)
     for fact in facts:
         if fact.predicate in (REACHES, OWN_SPOT):

@@ -1,4 +1,4 @@
-"""Belief after a script ended early: what the robot perceives, not the effects of what it had begun."""
+"""Beliefs after a script ended early: by what the robot perceives, not by the effects of actions it had begun."""
 
 from collections.abc import Collection, Sequence
 
@@ -30,23 +30,23 @@ from robots.wire import SymbolicFact
 def reconcile_report(
     facts: Facts, robot: str, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
 ) -> Change:
-    """How the facts change by what `robot` perceives after it failed or was stopped.
+    """The change of the facts by what `robot` perceives after it failed or was stopped.
 
-    A robot that names no place it is at stands on the open floor, at its own spot. An object that it was
-    believed to hold and does not is lost unless it is perceived where it lies. `transported` of the robot is
-    given up, for its next transport starts from where it stands; but for what it still holds where it has brought it.
+    A robot that reports no place stands on the open floor, at its own spot. An object that it was believed to hold and
+    does not is lost, unless it is perceived in a place. `transported` facts of the robot are removed, because its next
+    transport starts from where it stands; except for an object that it still holds at its destination.
 
-    Our choices: a robot that says nothing of its gripper holds what it was believed to hold; what it says of
-    another robot is not taken, for that robot knows better; with an empty gripper, at a place counts as near
-    it, for only what holds something drives off from there (knowledge base).
+    Our choices: without a report on its gripper, a robot holds what it was believed to hold; reports about another
+    robot are ignored, because that robot's own are better; with an empty gripper, `at` a place counts as `near` it,
+    because only a robot that holds something drives off from `at` (knowledge base).
     """
     known, misfits = _understood(facts, perceived, knowledge_base)
     robots = robots_in(facts)
     places = storing(facts)
-    # NOTE: a robot does not know which of the places that it sees nothing at could hold something.
+    # NOTE: a robot also reports places as vacant that cannot hold an object.
     known = [fact for fact in known if fact.predicate != VACANT or fact.args[0] in places]
     news = [fact for fact in known if not _of_another(fact, robot, robots)]
-    # What it dropped may be perceived where it lies, so the empty gripper comes first.
+    # A dropped object may be perceived in a place, so the empty gripper comes first.
     news.sort(key=lambda fact: fact.predicate == OBJECT_POSITION)
     stands = [f for f in news if f.predicate == ROBOT_POSITION]
     if (joint := _joint_place(facts, robot, news)) is not None:
@@ -73,8 +73,9 @@ def reconcile_report(
 
 
 def _brought(facts: Facts, robot: str, news: Sequence[Fact]) -> frozenset[Fact]:
-    """What the robot has brought to where it stands and still holds, ready to be put down. It may have driven up to the
-    place already, to put it down: what holds something counts as near it then, and may try again.
+    """The `transported` facts of objects that the robot still holds at their destination, ready to be put down.
+
+    It may already have driven up to the place to put the object down: it then counts as near it, and may try again.
     """
     stands = {f.args[2] for f in news if f.predicate == ROBOT_POSITION}
     emptied = Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news
@@ -90,10 +91,10 @@ def _brought(facts: Facts, robot: str, news: Sequence[Fact]) -> frozenset[Fact]:
 
 
 def _joint_place(facts: Facts, robot: str, news: Sequence[Fact]) -> str | None:
-    """Where two robots stand that hold an object between them; None if this one does not.
+    """The place of two robots that hold an object together; None if this robot does not.
 
-    Our choice: in one place, from which both may carry the object on, however each of them stands to a beacon: where
-    they have brought it, else on the open floor, at the spot of the partner that stands there already, else at its own.
+    Our choice: both are in one place, from which they may carry the object on, whatever beacon each of them perceives:
+    where they have brought it, else at the open-floor spot of a partner that is there already, else at its own spot.
     """
     held = () if Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, EMPTY)) in news else occupants(robot, facts)
     partners = sorted(_holders_of(held, facts) - {robot})
@@ -105,7 +106,7 @@ def _joint_place(facts: Facts, robot: str, news: Sequence[Fact]) -> str | None:
 
 
 def _holders_of(items: Collection[str], facts: Facts) -> frozenset[str]:
-    """The robots that have one of these in their jaws."""
+    """The robots that hold one of these objects."""
     robots = robots_in(facts)
     return frozenset(
         f.args[2]
@@ -115,7 +116,7 @@ def _holders_of(items: Collection[str], facts: Facts) -> frozenset[str]:
 
 
 def _of_another(fact: Fact, robot: str, robots: frozenset[str]) -> bool:
-    """True if the fact is about where another robot is, its attributes, or what it holds."""
+    """True if the fact is about another robot's position, attributes or load."""
     match fact.predicate, fact.args:
         case (("robot_position" | "robot_attribute"), (other, *_)):
             return other != robot
@@ -128,12 +129,12 @@ def _of_another(fact: Fact, robot: str, robots: frozenset[str]) -> bool:
 def _understood(
     facts: Facts, perceived: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
 ) -> tuple[list[Fact], list[str]]:
-    """The percepts in the planner's form, and in words those that are not of the vocabulary."""
+    """The percepts in the planner's form, and in words those that are not in the vocabulary."""
     objects = types_in(facts, knowledge_base)
     understood: list[Fact] = []
     misfits: list[str] = []
     for percept in perceived:
-        # NOTE: a lost sample is in no fact any longer; the robot that finds it names it again.
+        # NOTE: a lost sample is in no fact; the robot that finds it names it again.
         unknown = {name: OBJECT for name in percept.args[:1] if name not in objects}
         try:
             fact = planner_fact(percept, knowledge_base, {**objects, **unknown})

@@ -1,4 +1,4 @@
-"""Reservations: the robots, places and samples that a mission still needs, and those that a new plan would take.
+"""Reservations: the robots, places and samples that a mission still needs, and those that a new plan would reserve.
 
 Two missions that share none of these cannot disturb each other, whatever their delays.
 """
@@ -44,16 +44,15 @@ def union_of(reservations: Iterable[Reservation]) -> Reservation:
 
 
 def needed_by(action: PlanNetAction) -> Reservation:
-    """Everything an action names until it has ended, the place that it leaves included."""
+    """Everything that the action names, including the place that it leaves; needed until it has ended."""
     named = named_in((*action.preconditions, *action.deletes, *action.effects))
     return union_of([named, Reservation(robots=frozenset(action.agents))])
 
 
 def taken_by(plan_net: PlanNet) -> Reservation:
-    """What a plan-net takes for itself once it starts.
+    """What a plan-net reserves once it starts.
 
-    Not the places that its robots only leave: a robot that stands where another mission is still at work
-    does no harm by going away.
+    Not the places that its robots only leave: a robot may leave a place that another mission needs.
     """
     return union_of(_taken_by(action) for action in plan_net.actions)
 
@@ -61,13 +60,13 @@ def taken_by(plan_net: PlanNet) -> Reservation:
 def _taken_by(action: PlanNetAction) -> Reservation:
     facts = [f for f in (*action.preconditions, *action.deletes) if f.predicate != ROBOT_POSITION]
     facts += [f for f in action.effects if f.predicate != CLEAR]
-    samples = [f for f in facts if f.predicate == TRANSPORTED]  # it names where the robot comes from
+    samples = [f for f in facts if f.predicate == TRANSPORTED]  # also names the place that is left
     named = named_in(f for f in facts if f.predicate != TRANSPORTED)
     return union_of([named, _samples_of(samples), Reservation(robots=frozenset(action.agents))])
 
 
 def named_in(facts: Iterable[Fact]) -> Reservation:
-    """The robots, locations and samples that facts speak of."""
+    """The robots, locations and samples that the facts name."""
     known = list(facts)
     robots = robots_in(known)
     locations = frozenset(place for fact in known for place in _locations(fact)) - robots
@@ -93,7 +92,7 @@ def _locations(fact: Fact) -> Sequence[str]:
 
 
 def is_withheld(fact: Fact, reserved: Reservation) -> bool:
-    """True if a plan that leaves the reserved things alone must not rest on the fact.
+    """True if a plan that must not use the reserved things must not depend on the fact.
 
     Without these facts no plan moves a reserved robot or sample, goes to a reserved place or uses what lies
     there; robots that stand at one may leave it.

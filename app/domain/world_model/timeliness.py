@@ -1,4 +1,4 @@
-"""Outdated reports: what a report says of something of which newer facts are known is not believed.
+"""Outdated reports: a reported fact is not believed if newer facts about the same thing are known.
 
 A reported fact is compared with facts about the same thing: a robot's position, one of its attributes, an object's
 position, what lies in a place. `vacant` and `clear` follow from these.
@@ -25,7 +25,7 @@ Subject = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DatedFact:
-    """A fact that is believed, who said so and when (world's clock)."""
+    """A believed fact with its source and time (world's clock)."""
 
     fact: Fact
     source: str
@@ -44,7 +44,7 @@ def subjects_of(fact: Fact) -> frozenset[Subject]:
 
 
 def beliefs_contradicting(fact: Fact, believed: Iterable[DatedFact]) -> list[DatedFact]:
-    """The beliefs about the things that a fact is about which is not believed itself."""
+    """The beliefs about the same things as a fact that is not believed."""
     match fact.predicate, fact.args:
         case "vacant", (place,):
             return [one for one in believed if ("place", place) in subjects_of(one.fact)]
@@ -75,7 +75,7 @@ def _subject(fact: Fact) -> Subject:
 def newer_subjects(
     known: Iterable[DatedFact], at_s: float, *, but: Collection[str] = ()
 ) -> frozenset[Subject]:
-    """The things of which a newer fact is known.
+    """The things about which a newer fact is known.
 
     :param but: sources whose facts do not count.
     """
@@ -84,11 +84,11 @@ def newer_subjects(
 
 
 def without_outdated(facts: Facts, change: Change, newer: Collection[Subject]) -> Change:
-    """The change without what it says of things of which newer facts are known."""
+    """The change without its facts about things about which newer facts are known."""
     said = [f for f in sorted(change.add) if f.predicate not in (CLEAR, VACANT)]
     gone = [f for f in sorted(change.remove) if f.predicate not in (CLEAR, VACANT)]
     late = {f for f in (*said, *gone) if not subjects_of(f).isdisjoint(newer)}
-    # Whether a gripper is full follows from what is in it.
+    # Whether a gripper is full depends on what is in it.
     places = {f.args[2] for f in late if f.predicate == OBJECT_POSITION}
     late |= {f for f in (*said, *gone) if f.predicate == ROBOT_ATTRIBUTE and f.args[0] in places}
     kept = [f for f in said if f not in late]

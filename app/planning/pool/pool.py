@@ -1,6 +1,6 @@
-"""The planning processes: warm, so that work pays no import; a few, so that a long problem blocks no short one.
+"""The pool of planning processes: kept warm to avoid imports, several so that a long problem does not block short ones.
 
-One is started with the service, the others when work first finds none free.
+One is started with the service, the others when work finds none free.
 """
 
 import logging
@@ -28,15 +28,15 @@ from planner import PlanningStatus
 logger = logging.getLogger(__name__)
 
 ATTEMPTS = 2
-"""How often work is tried when its process dies, and a process is started when it dies at its start."""
+"""Attempts at work whose process ends unexpectedly, and at starting a process that ends at its start."""
 
 
 class WorkerClosed(Exception):
-    """Raised when the worker is closed before work has a result: nothing is known of its problem."""
+    """Raised when the worker is closed before work has a result."""
 
 
 class PlanningWorker:
-    """Does work in warm processes, each replaced when it dies or hangs. Thread-safe; work waits for a process."""
+    """Does work in warm processes, each replaced when it ends or hangs. Thread-safe; work waits for a free process."""
 
     def __init__(
         self,
@@ -50,13 +50,13 @@ class PlanningWorker:
     ) -> None:
         """
         :param make_engine: picklable; builds the warm engine inside a process.
-        :param processes: the most there are; with none, one is started with the first work: a plan to explain, say.
-        :param memory_mb: what a process may hold beyond what it holds when warm, native engines included.
-        :param grace_s: past a work's time limit and this much more its process is ended.
-        :param tell: told what the first process is doing before it can plan, where that takes time.
+        :param processes: the maximum; if 0, one is started with the first work, such as a plan to explain.
+        :param memory_mb: limit of a process's memory beyond that after warm-up, native engines included.
+        :param grace_s: a process is ended when its work exceeds its time limit by this.
+        :param tell: called with messages about the start of processes, where it takes time.
         """
         self.doing = "loading"
-        """What the first process is doing before it can plan."""
+        """The newest message about the start of a process."""
         self._tell = tell
         self._start_process = partial(
             PlanningProcess, make_engine, memory_mb=memory_mb, grace_s=grace_s, clock=clock
@@ -79,14 +79,11 @@ class PlanningWorker:
 
     @property
     def free_count(self) -> int:
-        """How many processes are warm and without work."""
+        """The number of processes that are warm and without work."""
         return self._free.qsize()
 
     def warm_up(self) -> "Future[bool]":
-        """Start the first process; the future is done once it can plan.
-
-        It raises Unavailable if that does not start.
-        """
+        """Start the first process; the future is done once it can plan, and raises Unavailable if it does not start."""
         with self._lock:
             was_started = self._started
             self._started = True
@@ -98,9 +95,9 @@ class PlanningWorker:
         return self._ready
 
     def do(self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None) -> WorkResult[Answer]:
-        """Have the work done in a process; that the process died or hung is a result, too.
+        """Do the work in a process; if the process ends unexpectedly or hangs, that is a result, too.
 
-        The time limit begins when a process takes the work up.
+        The time limit begins when a process begins the work.
 
         :raises WorkerClosed: if the worker is closed before there is a result.
         """
@@ -135,7 +132,7 @@ class PlanningWorker:
         )
 
     def close(self) -> None:
-        """End the processes; `do` raises WorkerClosed for whoever waits for a result."""
+        """End the processes; callers of `do` that wait for a result get WorkerClosed."""
         with self._lock:
             self._closed = True
             processes = list(self._all)
@@ -187,14 +184,14 @@ class PlanningWorker:
                 self._starting -= 1
 
     def _take_in(self, process: PlanningProcess) -> None:
-        """Hand the process out once it is warm."""
+        """Make the process available once it is warm."""
         try:
             process.wait_until_ready(self._is_told)
         except ProcessDied as death:
             if self._may_try_another():
                 self._give_back(process)
                 return
-            # NOTE: it is handed out all the same, so that whoever waits learns of its death and does not wait for ever.
+            # NOTE: made available nevertheless, so that a waiting caller gets the error and does not wait for ever.
             self._report(Unavailable(f"the planning process does not start ({death}); the log says why"))
         else:
             self._failed_starts = 0
@@ -206,7 +203,7 @@ class PlanningWorker:
         self._tell(doing)
 
     def _may_try_another(self) -> bool:
-        """True if a process died at its start for what may be a passing cause, such as a lack of memory."""
+        """Count a failed start; True if another is to be tried: the cause may be temporary, e.g. a lack of memory."""
         with self._lock:
             self._failed_starts += 1
             return self._failed_starts < ATTEMPTS

@@ -1,4 +1,4 @@
-"""One planning process: an engine that runs beside the service, warm, watched, and ended at any time."""
+"""One planning process: a warm engine in a child process that is supervised and can be ended at any time."""
 
 import gc
 import multiprocessing
@@ -16,20 +16,20 @@ from app.planning.pool.work import Answer, Work, WorkResult
 from planner import Observer, PlanningEngine, PlanningStatus, Progress
 
 GRACE_S = 10.0
-"""An engine keeps its own time limit; past this much more its process is ended."""
+"""An engine keeps its time limit itself; its process is ended when it exceeds the limit by this."""
 POLL_S = 0.1
-"""How often a process at work is looked at, and at most tells its progress."""
+"""Interval of checks of a process at work, and least interval of its progress messages."""
 TERMINATE_S = 0.5
-"""An engine may take this long to end by itself, with its native engines; then all of it is killed."""
+"""Time for an engine to end by itself after SIGTERM, with its native engines; then all are killed."""
 MEMORY_MB = 2048
 EXIT_S = 5.0
-"""A process whose pipe is closed may take this long to end, and so may one whose service is gone."""
+"""Time for a process to end after its pipe was closed or its service has ended."""
 
 CANCELLED = "planning was cancelled"
 
 Tell: TypeAlias = Callable[[str], None]
 MakeEngine: TypeAlias = Callable[[Tell], PlanningEngine]
-"""Builds the warm engine inside a process; tells meanwhile what it is doing where that takes time."""
+"""Builds the engine inside a process; calls its argument with messages about what takes time."""
 Pipe: TypeAlias = "Connection[Any, Any]"
 
 
@@ -42,11 +42,11 @@ class Watch(Observer):
 
 
 class ProcessDied(Exception):
-    """Raised when the planning process is gone; the message names its exit code."""
+    """Raised when the planning process has ended; the message names its exit code."""
 
 
 class _GivenUp(Exception):
-    """Raised when work is not waited for any longer."""
+    """Raised when the service stops waiting for work."""
 
     def __init__(self, status: PlanningStatus, reason: str) -> None:
         super().__init__(status, reason)
@@ -60,12 +60,12 @@ class _Order:
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """To the process: end soon, with the best plan so far."""
+    """To the process: end the work soon, with the best plan so far."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Begun:
-    """From the process: it has taken up the work it was given."""
+    """From the process: it has begun the work it was given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +94,8 @@ class PlanningProcess:
         """Start the process.
 
         :param make_engine: picklable.
-        :param memory_mb: what it may hold beyond what it holds when warm, native engines included.
-        :param grace_s: past a work's time limit and this much more the process is ended.
+        :param memory_mb: limit of its memory beyond that after warm-up, native engines included.
+        :param grace_s: the process is ended when its work exceeds its time limit by this.
         """
         context = multiprocessing.get_context("spawn")
         self._pipe, child_end = context.Pipe()
@@ -110,17 +110,17 @@ class PlanningProcess:
         self._grace_s = grace_s
         self._clock = clock
         self.is_idle = False
-        """Warm and without work: if it dies then, no work is to blame."""
+        """Warm and without work: if it ends then, the work did not cause it."""
 
     @property
     def pid(self) -> int | None:
         return self._process.pid
 
     def wait_until_ready(self, tell: Tell) -> None:
-        """Wait for as long as the process takes.
+        """Wait until the process is warm, without a limit.
 
-        :param tell: told what it is doing.
-        :raises ProcessDied: if it does not come up.
+        :param tell: called with messages about what it is doing.
+        :raises ProcessDied: if it ends before.
         """
         while isinstance(message := self._receive(), _Starting):
             tell(message.doing)
@@ -128,9 +128,9 @@ class PlanningProcess:
         self.is_idle = True
 
     def do(self, work: Work[Answer], time_limit_s: float, watch: Watch) -> WorkResult[Answer]:
-        """The work's result. If it hangs, needs too much memory or is cancelled, the process is ended.
+        """The work's result. If the work hangs, needs too much memory or is cancelled, the process is ended.
 
-        :param time_limit_s: the work keeps it by itself; if it runs much longer, it is taken to hang.
+        :param time_limit_s: the work keeps it itself; if it exceeds it by `grace_s`, it counts as hanging.
         :raises ProcessDied: if the process ends meanwhile.
         """
         try:
@@ -139,7 +139,7 @@ class PlanningProcess:
             self.end()
             return given_up.result
         except BaseException:
-            self.end()  # a late answer must not be taken for the next work's
+            self.end()  # so that a late result is not taken for that of the next work
             raise
 
     def _supervise(self, work: Work[Answer], time_limit_s: float, watch: Watch) -> WorkResult[Answer]:
@@ -237,17 +237,17 @@ class _ProgressSender(Observer):
 
 
 def _serve(make_engine: MakeEngine, pipe: Pipe) -> None:
-    """The process: do the work that comes, until the service ends it or is itself gone."""
-    # NOTE: while functions are compiled an exception cannot unwind the stack: the compiler's callbacks drop it.
+    """The process's main function: do the work received, until the service ends it or has ended itself."""
+    # NOTE: while functions are compiled, an exception cannot unwind the stack: the compiler's callbacks drop it.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         engine = make_engine(lambda doing: pipe.send(_Starting(doing)))
         signal.signal(signal.SIGTERM, _exit)
-        gc.freeze()  # each collection would look through the libraries, a fifth of a second each time
+        gc.freeze()  # keeps the collector from scanning the libraries' objects, 0.2 s each time
         pipe.send(_Ready())
         while True:
-            # NOTE: an order to stop may come after its work was answered; it is not meant for the next one.
+            # NOTE: a stop order that arrives after its work has ended does not apply to the next work.
             if isinstance(order := pipe.recv(), _Order):
                 pipe.send(_Begun())
                 pipe.send(_result(engine, order, _ProgressSender(pipe, SYSTEM_CLOCK)))
@@ -259,7 +259,7 @@ def _result(engine: PlanningEngine, order: _Order, observer: Observer) -> WorkRe
     try:
         return order.work(engine, observer)
     except Exception as error:
-        return WorkResult(status=PlanningStatus.FAILED, reason=f"{engine.name} has a defect: {error!r}")
+        return WorkResult(status=PlanningStatus.FAILED, reason=f"{engine.name} raised {error!r}")
 
 
 def _exit(*_: object) -> None:
@@ -268,7 +268,7 @@ def _exit(*_: object) -> None:
 
 
 def _end_with_parent() -> None:
-    """Without this the process would wait for work for ever if the service were killed."""
+    """End this process after its parent: if the service is killed, it would otherwise wait for work for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -279,7 +279,7 @@ def _end_with_parent() -> None:
 
 
 def _start_with_interrupts_blocked(start: Callable[[], None]) -> None:
-    """A child inherits the signal mask: Ctrl-C is the parent's to handle, also while the child starts."""
+    """Start a child with SIGINT blocked, by the inherited signal mask: only the parent handles Ctrl-C."""
     previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         start()

@@ -1,4 +1,4 @@
-"""A process and all that it has started: what memory they hold, and how to end them."""
+"""A process and all its descendants: their memory, and how to kill them."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A process by its id and the instant it began, in the kernel's ticks: ids are given out again."""
+    """A process by its id and start time, in the kernel's ticks, because ids are reused."""
 
     pid: int
     began: str
@@ -24,7 +24,7 @@ class Running:
 
     @property
     def memory_mb(self) -> float:
-        """What it holds in memory right now; 0 once it is gone."""
+        """Its resident memory; 0 once it has ended."""
         try:
             return int((PROCESSES / str(self.pid) / "statm").read_text().split()[1]) * PAGE_BYTES / 2**20
         except (OSError, IndexError):
@@ -32,12 +32,12 @@ class Running:
 
 
 def tree_of(pid: int) -> list[Running]:
-    """The process and all that it has started and that still runs, itself first; empty where that cannot be told."""
+    """The process and its running descendants, itself first; empty if it has ended or there is no /proc."""
     return [Running(one, began) for one in _pids(pid) if (began := _began(one))]
 
 
 def kill(tree: list[Running]) -> None:
-    """End what still runs of it, at once."""
+    """Send SIGKILL to those that still run."""
     for one in tree:
         if one.is_alive:
             with suppress(ProcessLookupError, PermissionError):
@@ -49,14 +49,14 @@ def _pids(pid: int) -> Iterator[int]:
     try:
         tasks = list((PROCESSES / str(pid) / "task").iterdir())
         children = [int(child) for task in tasks for child in (task / "children").read_text().split()]
-    except OSError:  # it is gone, or this is no Linux
+    except OSError:  # the process has ended, or there is no /proc
         return
     for child in children:
         yield from _pids(child)
 
 
 def _began(pid: int) -> str:
-    """Empty if there is no such process, or it has ended and only its name is left."""
+    """The start time of the process; empty if it does not exist or is a zombie."""
     try:
         fields = (PROCESSES / str(pid) / "stat").read_text().rsplit(")", 1)[1].split()
     except (OSError, IndexError):

@@ -1,4 +1,4 @@
-"""What planning processes do: the engine that each makes, the kinds of work, and the one type of their results.
+"""The work of planning processes: the engine that each makes, the kinds of work, and the type of their results.
 
 Everything here is picklable, as it passes between the service and a planning process.
 """
@@ -29,11 +29,11 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkResult(Generic[Answer]):
-    """What came of work; that there is no answer is expected, and no exception.
+    """The result of work; a missing answer is a result, not an exception.
 
     :param answer: set exactly when solved.
-    :param reason: why there is no answer, for operators; empty if only the status tells.
-    :param waits_for: the missions and robots that may stand in the way of an answer.
+    :param reason: why there is no answer, for operators; may be empty.
+    :param waits_for: the missions and robots that may prevent an answer.
     """
 
     status: PlanningStatus
@@ -47,7 +47,7 @@ class WorkResult(Generic[Answer]):
 
     @property
     def why(self) -> str:
-        """The reason, never empty."""
+        """The reason, or the status if the reason is empty."""
         return self.reason or self.status.value
 
 
@@ -55,7 +55,7 @@ class WorkResult(Generic[Answer]):
 class Solution:
     """A plan that was found.
 
-    :param repair: how it was made from another plan, if it was.
+    :param repair: how it was made from another plan; None if it was not.
     :param label: what it is best at among the alternatives.
     :param comparison: what it costs and saves against the shortest alternative, in words.
     """
@@ -83,7 +83,7 @@ class PlanWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairWork:
-    """Repair a plan, of which some may be done."""
+    """Repair a plan, parts of which may be done."""
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
@@ -120,7 +120,7 @@ class AlternativesWork:
         )
         if not found:
             return WorkResult(
-                status=PlanningStatus.NOT_FOUND, reason="no plan was found as the world is by now"
+                status=PlanningStatus.NOT_FOUND, reason="no plan was found for the present world"
             )
         return WorkResult.solved(
             tuple(Solution(result=one.result, label=one.label, comparison=one.words) for one in found)
@@ -129,7 +129,7 @@ class AlternativesWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExplainWork:
-    """Explain a plan, with what it costs to do without each of its robots."""
+    """Explain a plan, with the cost of omitting each of its robots."""
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
@@ -140,7 +140,7 @@ class ExplainWork:
         return WorkResult.solved(self._explained(engine, observer))
 
     def without_costs(self) -> Explanation:
-        """The explanation as far as it takes no planning."""
+        """The explanation without what needs planning."""
         return self._explained(None, Observer())
 
     def _explained(self, engine: PlanningEngine | None, observer: Observer) -> Explanation:
@@ -156,9 +156,9 @@ def _of_result(result: PlanningResult, repaired: Repair | None = None) -> WorkRe
 def make_engine(tell: Callable[[str], None]) -> PlanningEngine:
     """The planning engine, warm. Called inside the planning process.
 
-    :param tell: told what is being done where it takes time.
+    :param tell: called with messages about what takes time.
     """
-    # NOTE: imported here, for only the planning process needs the engines, and they take seconds.
+    # NOTE: imported here: only the planning process needs the engines, whose import takes seconds.
     from planner.engines.registry import portfolio
 
     engine = portfolio(load_knowledge_base())

@@ -89,21 +89,21 @@ class _Run:
         return status, plan_net, reason
 
     def _first(self, small: PlanningProblem) -> Outcome:
-        """The first plan-net, else what the searches for all goals at once say."""
+        """The first plan-net, else the outcome of the searches for all goals at once."""
         search = self._search
         problem = self._problem
         outcome = first = self._best(search.for_all_goals(small))
         if outcome[1] is None and len(problem.goals) > 1:
             outcome = self._best([search.goal_by_goal(problem, self._statics)])
         if outcome[1] is None and small.objects != problem.objects:
-            # Bystanders are left out at first; who knows whether one of them helps.
+            # Bystanders are left out at first, but one of them may help.
             outcome = first = self._best(search.for_all_goals(problem))
         if outcome[1] is None and first[0] is PlanningStatus.TIMED_OUT and not search.is_over:
             outcome = first = self._best(search.for_all_goals(problem, patient=True))
         return outcome if outcome[1] is not None else first
 
     def _best(self, found: Iterable[SequenceResult]) -> Outcome:
-        """The best plan-net of what was found; if there is none, what the first one says."""
+        """The best plan-net of the sequences found; if there is none, the first failure."""
         plan_nets: list[PlanNet] = []
         failures: list[Outcome] = []
         for one in found:

@@ -16,13 +16,13 @@ from planner.problem.interface import PlanningProblem, PlanningStatus
 from planner.problem.static_facts import StaticFacts
 
 SECOND_TIME_S = 0.3
-"""For a second opinion when there is a plan already."""
+"""Time of the second configuration if the first has found a plan."""
 SEARCH_TIME_S = 2.0
 """A search that takes longer than this is on a plateau; one goal at a time does better."""
 
 
 class Search:
-    """Runs the searches; all of them end at their limits or when it is enough."""
+    """Runs the searches; each ends at its limits or once `is_enough()`."""
 
     def __init__(
         self, knowledge_base: KnowledgeBase, limits: Limits, is_enough: Callable[[], bool] = never
@@ -38,7 +38,7 @@ class Search:
     def for_all_goals(self, problem: PlanningProblem, *, patient: bool = False) -> Iterator[SequenceResult]:
         """What each configuration finds for all the goals together; at least one answer.
 
-        :param patient: share out all the time that is left.
+        :param patient: divide all the time that is left among them.
         """
         time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
         task = PddlTask(self._base, problem, Form.CLASSICAL)
@@ -48,7 +48,7 @@ class Search:
             if failure is not None:
                 yield failure
                 return
-            # A* on the costs first: it seldom sits on a plateau, the greedy one now and then does for long.
+            # A* on the costs first: it is stuck on a plateau less often than greedy search.
             cheap = process.search(CHEAP, time_s)
             yield cheap
             if cheap.status is not PlanningStatus.UNSOLVABLE:
@@ -84,12 +84,12 @@ class Search:
             sequence += found.sequence
             achieved.append(goal)
             waiting.remove(goal)
-        # A goal may have been undone by a later one, or have come about by the way, which does not count.
+        # A goal may have been undone by a later one, or reached by an effect not intended, which does not count.
         if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
             return SequenceResult(status=PlanningStatus.NOT_FOUND, reason=fault)
         return SequenceResult(status=PlanningStatus.SOLVED, sequence=tuple(sequence))
 
 
 def _cost(found: SequenceResult) -> tuple[bool, float]:
-    """Solved before not, then the least time of all robots together."""
+    """Sort key: solved ones first, then by the sum of durations."""
     return found.status is not PlanningStatus.SOLVED, sum(action.duration_s for action in found.sequence)

@@ -22,7 +22,7 @@ GREEDY = (
     "let(hff,eval_modify_costs(ff(),cost_type=one),"
     "lazy_greedy([hff,hlm],preferred=[hff,hlm],cost_type=one,reopen_closed=false,max_time={max_time_s})))"
 )
-"""As the alias lama-first: quick, blind to costs."""
+"""As the alias lama-first: quick, ignores costs."""
 CHEAP = (
     "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),"
     "let(hff,ff(),lazy_wastar([hff,hlm],preferred=[hff,hlm],w=1,max_time={max_time_s})))"

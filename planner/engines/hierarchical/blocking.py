@@ -25,7 +25,7 @@ class FindFragments(Protocol):
     ) -> Sequence[Fragment]:
         """The fragments that reach goals from facts, quickest first; none if none was found.
 
-        :param levels: how wide a world is searched; 0: none, there is only what other goals' fragments tell.
+        :param levels: how wide a world is searched; 0: none, only fragments known from other goals are used.
         """
 
 
@@ -41,7 +41,7 @@ MAX_DETOURS = 8
 SMALLEST_WORLD_ONLY = 1
 """Search levels for fragments that put something aside: the smallest world only."""
 PLACES = 40
-"""Of a type with more objects than this, only places are considered at which a fragment has put things."""
+"""If a type has more objects than this, only those where a fragment has put things are considered as places."""
 
 
 class BlockingTasks:
@@ -56,10 +56,10 @@ class BlockingTasks:
         self.has_blocking = False
 
     def ways(self, tasks: Sequence[Group]) -> Mapping[Group, Sequence[Fragment]] | list[Group]:
-        """The fragments of each task with something to do, none of which moves what another is about; else some
-        tasks that must be one, or a single one that has no fragment.
+        """The fragments of each open task, none of which moves another task's things; else a list of tasks that
+        must be merged, or of the one task that has no fragment.
 
-        What stands in the way takes part even if its goals hold, or if it has none.
+        A group that stands in the way takes part even if its goals hold, or if it has none.
         """
         found: dict[Group, list[Fragment]] = {}
         away: dict[Group, Sequence[PlacesAside]] = {}
@@ -96,8 +96,8 @@ class BlockingTasks:
     def _guessed(
         self, task: Group, things: Sequence[Group]
     ) -> tuple[Sequence[Fragment], Sequence[PlacesAside]]:
-        """The fragments from where what lies at the task's place has been put elsewhere, if they need that and
-        known fragments tell how; saves the search for a way to clear the place."""
+        """The task's fragments from the facts after its place is cleared, if it must be and known fragments clear
+        it; saves the search for a way to clear it."""
         asides = self._guess(task, things, ())
         if not asides or not self._made_way(task, things, [asides], SMALLEST_WORLD_ONLY):
             return (), ()
@@ -107,7 +107,7 @@ class BlockingTasks:
         return free, [asides, self._guess(task, things, asides.values()) or asides]
 
     def _guess(self, task: Group, things: Sequence[Group], taken: Collection[Goals]) -> PlacesAside:
-        """What lies at the task's place, each put somewhere else that is not taken; empty where that is unknown."""
+        """A free place elsewhere for each group that lies at the task's place; empty if one has none."""
         beside = self._groups.linked_by_fluents(task)
         asides: dict[Group, Goals] = {}
         for each in things:
@@ -132,7 +132,7 @@ class BlockingTasks:
     def _freed(
         self, task: Group, straight: Sequence[Fragment], things: Sequence[Group]
     ) -> tuple[Sequence[Fragment], Sequence[PlacesAside]]:
-        """Those fragments that move no other things, else those from where these have been put aside."""
+        """The fragments that move no other things, else those from the facts after these are put aside."""
         free = [f for f in straight if not self._groups.moved(f.actions, things)]
         if free:
             return free, ()
@@ -140,7 +140,7 @@ class BlockingTasks:
         return self._made_way(task, things, asides), asides
 
     def _places_aside(self, fragments: Sequence[Fragment], things: Sequence[Group]) -> Iterator[PlacesAside]:
-        """What the fragments put aside, of those that move the fewest things."""
+        """Where the fragments that move the fewest other things put them."""
         moved = [self._groups.moved(fragment.actions, things) for fragment in fragments]
         least = min(map(len, moved), default=0)
         for fragment, groups in zip(fragments, moved, strict=True):
@@ -151,7 +151,7 @@ class BlockingTasks:
     def _made_way(
         self, task: Group, things: Sequence[Group], asides: Sequence[PlacesAside], levels: int = ALL_LEVELS
     ) -> Sequence[Fragment]:
-        """The fragments from where things have been put aside."""
+        """The task's fragments from the facts after things are put aside."""
         for aside in asides:
             cleared = self._cleared(aside, [task, *things])
             if cleared is not None:
@@ -198,7 +198,7 @@ class BlockingTasks:
     def _through(
         self, facts: frozenset[Fact], group: Group, place: Goals, things: Sequence[Group], levels: int
     ) -> list[Fragment]:
-        """Fragments that go to the group's goals over the place."""
+        """Fragments that reach the group's goals via the place."""
         found = []
         for aside in self._find(facts, place, levels=levels)[:WAYS_ASIDE]:
             after = self._return_home.after(facts, aside.actions)
@@ -211,7 +211,7 @@ class BlockingTasks:
         return found
 
     def _alike(self, group: Group, place: Goals) -> Iterator[Goals]:
-        """The place, and the like with another object of the same type in it."""
+        """The place, and the same with another object of the same type."""
         yield place
         objects = self._problem.objects
         named = sorted({arg for fact in place for arg in fact.args if arg in objects} - group.things)

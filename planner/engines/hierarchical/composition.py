@@ -17,7 +17,7 @@ from planner.problem.timer import Timer
 
 MAX_EFFORT_S = 4.0
 UNLIMITED_TRIALS = 10**9
-"""Trials where the request says how long."""
+"""Trials if the request sets the time."""
 TRIALS = 40
 TRIALS_A_LEG = 3
 MAX_LEGS_DECODED = 3_500_000
@@ -34,14 +34,14 @@ def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, floa
         return UNLIMITED_TRIALS, request.effort_s
     if choices:
         return min(MAX_TRIALS_INTERACTING, TRIALS * legs * max(legs, choices)), MAX_EFFORT_S
-    # By the square of the legs, of many by their cube, up to so many legs decoded.
+    # As the square of the number of legs, as the cube if many, up to a maximum of legs decoded.
     trials = legs**2 * max(TRIALS, TRIALS_A_LEG * legs)
     return min(trials, MAX_LEGS_DECODED // max(1, legs)), MAX_EFFORT_S
 
 
 MIN_CHUNK = 8
 CHUNK_WORK = 4000
-"""Trials times legs between two looks at the clock: some milliseconds."""
+"""Trials times legs between two readings of the clock: some milliseconds."""
 DISPATCHED_CHOICES = 8
 ORDERED_CHOICES = 8
 """Initial choices of the annealing: dispatched ones, then other orders."""
@@ -119,9 +119,9 @@ class Composition:
             self._choice = schedule.choice
 
     def improve(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
-        """Anneal until the trials or the seconds are used up or `go_on(best makespan in seconds)` says no.
+        """Anneal until the trials or the seconds are used up or `go_on(best makespan in seconds)` is False.
 
-        What comes out depends on the clock only where the seconds are the scarcer.
+        The result depends on the clock only if the seconds are used up first.
         """
         if self._schedule is None or self._choice is None:
             return

@@ -70,8 +70,8 @@ MAX_GOALS_TOGETHER = 4
 class HierarchicalEngine:
     """Plans goals by fragments found from the knowledge base, composed by scheduling.
 
-    Every plan-net is validated. What it cannot compose it leaves to other engines (`NOT_FOUND`); it says
-    `UNSOLVABLE` only where goals contradict each other or even the delete relaxation does not reach one. A long-lived
+    Every plan-net is validated. What it cannot compose it leaves to other engines (`NOT_FOUND`); it returns
+    `UNSOLVABLE` only if goals contradict each other or even the delete relaxation does not reach one. A long-lived
     process calls `warm_up()` first: it imports unified-planning and compiles the inner loop (seconds, the first time).
     """
 
@@ -226,7 +226,7 @@ class _Run:
             lambda best_s: self._go_on(best_s) and best_s > least_s + ROUNDING_S,
         )
         composed = composition.composed
-        # NOTE: an agent may end where it is to be by an effect nobody intended, which does not count.
+        # NOTE: an agent may reach its final configuration by an effect not intended, which does not count.
         if (
             composed is None
             or fault_of(composed.actions, self._problem.facts, self._problem.goals) is not None
@@ -255,7 +255,7 @@ class _Run:
             return PlanningStatus.TIMED_OUT, None, f"no plan within {self._request.time_limit_s:g} s"
         if isinstance(tasks, Unmet):
             return PlanningStatus.NOT_FOUND, None, f"found no way to {', '.join(map(str, tasks.goals))}"
-        return PlanningStatus.NOT_FOUND, None, "the ways to the goals do not compose"
+        return PlanningStatus.NOT_FOUND, None, "the fragments for the goals cannot be combined"
 
 
 def _without(

@@ -62,8 +62,8 @@ class TaskFinder:
             groups = [Group.of(found), *(group for group in groups if group not in found)]
 
     def chain(self) -> Chain | None:
-        """The tasks one after the other, None if they do not work in the order looked at: those first that leave
-        the others' things alone; what was reached is never touched again."""
+        """The tasks in sequence, those first that leave the others' things alone; reached goals are not touched
+        again. None if they cannot be carried out in this order."""
         facts = self._problem.facts
         groups = self._groups
         tasks: dict[Group, Task] = {}

@@ -1,7 +1,7 @@
 """Aries: planning as constraint solving with optional activities (Bit-Monnot, ECAI 2023); the wheel `up-aries`.
 
-It is a server that unified-planning's side talks to by gRPC. Both run in a process of their own, for it overruns
-its limits and wants a real standard output.
+It is a server that unified-planning calls by gRPC. Both run in a process of their own, for it overruns its limits
+and needs a real standard output.
 """
 
 import pickle
@@ -26,7 +26,7 @@ class Aries:
         return find_spec("up_aries") is not None and find_spec("grpc") is not None
 
     def run(self, folder: Path, limits: Limits, seed: int, best: BestPlan) -> ProcessEnd:
-        """`seed` has no meaning to it."""
+        """`seed` is ignored."""
         task = best.task
         (folder / PROBLEM).write_bytes(pickle.dumps((task.knowledge_base.file, task.problem)))
         found = PlanFiles(folder, best)
@@ -34,7 +34,7 @@ class Aries:
             [sys.executable, "-m", "planner.engines.temporal.aries_process", str(limits.left_s)],
             folder=folder,
             limits=limits,
-            # It leaves its log in the folder for temporary files.
+            # It writes its log to the folder for temporary files.
             environment={"PYTHONPATH": str(Path(__file__).parents[3]), "TMPDIR": str(folder)},
             is_enough=found.is_enough,
         )

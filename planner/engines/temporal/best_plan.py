@@ -28,7 +28,7 @@ class Step:
 def sequence_of(task: PddlTask, schedule: Sequence[Step]) -> tuple[GroundAction, ...]:
     """The schedule as a sequence that reaches the goals: by start or, where those overlap too much, by end.
 
-    :raises InvalidPlan: if a step is of no operator.
+    :raises InvalidPlan: if a step names no operator.
     """
     problem = task.problem
     orders = (
@@ -44,7 +44,7 @@ MIN_EFFORT_S = 1.0
 
 
 class BestPlan:
-    """Makes plan-nets of schedules, keeps the best, tells of it, and says when it is good enough."""
+    """Converts schedules to plan-nets, keeps and reports the best, and decides when to stop."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class BestPlan:
         self._timer = Timer(clock=request.clock)
 
     def take(self, schedule: Sequence[Step]) -> None:
-        """Consider one more schedule; a faulty one is the engine's mistake and passed over."""
+        """Consider one more schedule; a faulty one is the engine's mistake and ignored."""
         try:
             base = self.task.knowledge_base
             sequence = without_detours(sequence_of(self.task, schedule), self.problem, base)
@@ -81,7 +81,7 @@ class BestPlan:
             self._keep(plan_net)
 
     def is_enough(self) -> bool:
-        """True once the effort is spent, or whoever watches wants the best so far."""
+        """True once the effort is spent, or the observer asks to stop."""
         return self._timer.is_over or self._observer.should_stop()
 
     def _keep(self, plan_net: PlanNet) -> None:

@@ -12,7 +12,7 @@ from planner.engines.temporal.plan_files import PlanFiles
 from planner.native_process import Limits, ProcessEnd, run
 
 MANY = "10000"
-"""So many plans, each better than the one before: until it is ended."""
+"""Plans asked for, each better than the last: more than it finds before it is ended."""
 
 
 class Lpg:

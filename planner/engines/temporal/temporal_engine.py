@@ -68,7 +68,7 @@ class TemporalEngine:
             return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
         timer = request.timer()
         small = StaticFacts(self._base, problem).without_bystanders(problem)
-        # Bystanders are left out at first; who knows whether one of them helps.
+        # Bystanders are left out at first, but one of them may help.
         if small.objects == problem.objects:
             return self._search(problem, problem, request, observer, timer.left_s)
         outcome = self._search(problem, small, request, observer, timer.left_s / 2)

@@ -160,7 +160,7 @@ def _check_concurrency(read: ReadAction, up_action: Any) -> None:
 
 
 def _feature(expression: Any) -> str:
-    """What unified-planning calls it."""
+    """The feature's name in unified-planning."""
     if expression.is_exists():
         return "EXISTENTIAL_CONDITIONS"
     if expression.is_forall():

@@ -1,4 +1,4 @@
-"""What of unified-planning's features plan-net actions can express, and what to do about the others."""
+"""The unified-planning features that plan-net actions can express, and workarounds for the others."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ def unsupported_feature(feature: str, where: str) -> Unsupported:
 
 
 def check_problem_features(up_problem: Any) -> None:
-    """Refuse what concerns the problem as a whole.
+    """Refuse unsupported features of the problem as a whole.
 
     :raises Unsupported: naming the first feature that does not fit.
     """

@@ -21,7 +21,7 @@ def import_domain(domain: str, *, agents: Collection[str] = ()) -> KnowledgeBase
     """The knowledge base of a PDDL domain.
 
     :param agents: the types of agents; an action without them has its first parameter as its agent.
-    :raises Unsupported: for what is no PDDL or does not fit; names the line, the feature and the way out.
+    :raises Unsupported: for what is no PDDL or does not fit; names the line, the feature and a workaround.
     """
     return _read(domain, None, agents).knowledge_base.file
 
@@ -37,7 +37,7 @@ def _read(domain: str, problem: str | None, agents: Collection[str]) -> ReadProb
     _check_names(domain, problem)
     with UNIFIED_PLANNING_LOCK:
         try:
-            with warnings.catch_warnings():  # the reader's own parser is used as it should not be any longer
+            with warnings.catch_warnings():  # the reader uses deprecated calls of its parser
                 warnings.simplefilter("ignore", DeprecationWarning)
                 up_problem = PDDLReader().parse_problem_string(domain, problem)
         except RecursionError as error:

@@ -1,7 +1,7 @@
-"""A unified-planning problem as knowledge base and planning problem: the way in for other people's domains.
+"""Reads a unified-planning problem as knowledge base and planning problem.
 
 What fits: typed (durative) actions with literals as conditions and effects, durations and costs of static
-functions. Negative conditions become complementary predicates, which the actions keep up.
+functions. Negative conditions become complementary predicates, which the actions maintain.
 
 A durative action is taken as a plan-net action: conditions hold from its start to its end, deletes happen at
 its start, effects at its end. That asks for no less than the original does, so plans found are plans of the
@@ -41,8 +41,8 @@ PERFORMER = "performer"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadProblem:
-    """What was read. `actions` leads from our tags to what was read of them, `objects` from our names to
-    unified-planning's objects; only if it `is_exact` does having no plan say so of the original.
+    """The result of reading. `actions` maps our tags to the actions read, `objects` our names to
+    unified-planning's objects. Only if it `is_exact`, having no plan proves the same of the original.
     """
 
     knowledge_base: KnowledgeBase
@@ -56,7 +56,7 @@ def read_up_problem(up_problem: Any, *, agents: Collection[str] = ()) -> ReadPro
     """The knowledge base and the problem of a `unified_planning.model.Problem`.
 
     :param agents: the types of agents, as the problem names them.
-    :raises Unsupported: for what does not fit, naming the feature, the action and the way out.
+    :raises Unsupported: for what does not fit, naming the feature, the action and a workaround.
     """
     return _Reader(up_problem, agents).read()
 
@@ -135,7 +135,7 @@ class _Reader:
                 yield self._complements[name], PredicateSpec(arguments=kinds)
 
     def _spec(self, read: ReadAction) -> ActionSpec | None:
-        """The plan-net action; None for one that could only do harm."""
+        """The plan-net action; None for one that adds nothing."""
         deletes = [literal for literal in read.deletes if literal not in read.adds]
         distinct = [*read.distinct, *self._kept_apart(read)]
         adds = [*read.adds, *(self._complement(literal) for literal in deletes if self._is_watched(literal))]

@@ -14,10 +14,10 @@ _NOT_ALLOWED = re.compile(r"[^a-z0-9_]")
 
 
 class Names:
-    """A namespace: names in lower case, unique, no keywords; `original` leads back.
+    """A namespace: names in lower case, unique, no keywords; `original` inverts it.
 
-    :param reserved: names that are not given.
-    :param others: namespaces whose names are left to them: PDDL does not ask for that, some readers do.
+    :param reserved: names that are not assigned.
+    :param others: namespaces whose names are not reused: PDDL allows that, some readers do not.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Names:
             self.add(original)
 
     def add(self, original: str) -> str:
-        """The name for ours, the same one each time."""
+        """The name for an original, the same one each time."""
         if original not in self._given:
             name = _NOT_ALLOWED.sub("_", original.lower())
             if not name[:1].isalpha():
@@ -54,5 +54,5 @@ class Names:
         return self._given[original]
 
     def original(self, name: str) -> str:
-        """:raises KeyError: if no name is written so, in whatever case."""
+        """:raises KeyError: if there is no such name; case is ignored."""
         return self._original[name.lower()]

@@ -57,9 +57,9 @@ class PddlTask:
 
 
 def problem_text(words: Vocabulary, problem: PlanningProblem) -> str:
-    """The problem in PDDL; goals whose predicate may come about by the way ask for the intended twin.
+    """The problem in PDDL; a goal whose predicate is also an other effect is stated with its intended twin.
 
-    The words learn the problem's objects.
+    The problem's objects are added to the words.
     """
     objects = sorted(problem.objects.items())
     lines = [f"{words.objects.add(name)} - {words.types[kind]}" for name, kind in objects]
@@ -102,7 +102,7 @@ def _initial(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
 
 
 def _functions(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
-    """The functions' values, and that they have one."""
+    """The functions' values, and that they are defined."""
     if words.is_simplified or not words.is_temporal:
         return
     for (name, args), value in sorted(problem.functions.items()):
@@ -122,5 +122,5 @@ def _measured(seconds: float, words: Vocabulary) -> str:
 
 
 def _number(value: float) -> str:
-    """As a decimal without an exponent, for that is what PDDL readers know."""
+    """As a decimal: PDDL readers may not accept an exponent."""
     return f"{value:.6f}".rstrip("0").rstrip(".")

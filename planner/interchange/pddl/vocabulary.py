@@ -35,7 +35,7 @@ class Vocabulary:
         self.twins = {effect.predicate for op in knowledge_base.operators for effect in op.other_effects}
 
     def word(self, name: str, kind: str = "") -> str:
-        """A predicate's or function's name; with a kind, of one that says something more about it."""
+        """A predicate's or function's name; with a kind, the name of an auxiliary one."""
         return self._words.add(f"{kind}_{name}") if kind else self._words.add(name)
 
     def atom(self, word: str, terms: Iterable[str], op: Operator | None = None) -> str:
@@ -58,7 +58,7 @@ class Vocabulary:
         )
 
     def is_tabled(self, op: Operator) -> bool:
-        """True if what the operator takes is a table: all costs are, and durations that a team shares."""
+        """True if the operator's cost or duration is a table: all costs are, and durations that a team shares."""
         return bool(duration_parameters(op)) and (
             not self.is_temporal or self.is_simplified or len(op.members) > 1
         )
@@ -69,12 +69,12 @@ class Vocabulary:
         return {name: op.parameters[name] for name in used}
 
     def measure(self, op: Operator) -> str:
-        """The function that says what the operator takes: its cost, its duration, or the factor of it."""
+        """The function for the operator's cost, its duration, or the factor of its duration."""
         kind = "cost" if not self.is_temporal else "duration" if self.is_tabled(op) else "scale"
         return self.word(op.name, kind)
 
     def guards(self, op: Operator) -> Iterator[str]:
-        """What says that the functions which the operator needs have values."""
+        """The atoms which state that the functions the operator needs have values."""
         if self.is_tabled(op):
             yield self.atom(self.word(op.name, "defined"), self.measured(op), op)
         elif self.is_temporal:

@@ -19,7 +19,7 @@ class BrokerError(ValueError):
 class Broker:
     """An MQTT 5 broker. `tls`: the certificate is checked against `ca`, or the system's authorities; None: no TLS.
 
-    `has_certificate`: we have one of our own for it.
+    `has_certificate`: the client has one, too.
     """
 
     host: str
@@ -67,7 +67,7 @@ class Broker:
 
     @property
     def is_anonymous(self) -> bool:
-        """True if it is to let us in without knowing who we are, and so anybody."""
+        """True if clients do not authenticate themselves, so that the broker accepts any."""
         return self.username is None and not self.has_certificate
 
     @property

@@ -1,7 +1,7 @@
 """A client that reads its socket in large chunks, by paho's private method `_sock_recv`.
 
 paho reads each packet's first byte, its length byte by byte, and then the rest: four system calls and a select() for
-every message of telemetry. `tests/robots/link/mqtt/test_buffered_client.py` says what breaks.
+every message of telemetry. `tests/robots/link/mqtt/test_buffered_client.py` is its contract test.
 """
 
 from typing import Any

@@ -29,8 +29,7 @@ QUEUED_A_ROBOT = 100
 class FleetLink:
     """One end for all robots of a world; implements `robots.link.channel.Link`. `start` before use.
 
-    Only what is of this run of the world gets in: an order that was given to the robots of another run, whose place in
-    the world is another, is dropped.
+    Messages of other runs of the world are dropped: they are orders for robots that stand elsewhere.
     """
 
     def __init__(
@@ -47,7 +46,7 @@ class FleetLink:
         """
         :param run: the run of the world, see `WorldAnnouncement`.
         :param digest: of the world file.
-        :param epoch_s: gives a first fleet its number; what a clock that is wrong says does no harm.
+        :param epoch_s: gives a first fleet its number; a wrong clock does no harm.
         """
         self._number = epoch_s()
         self._is_first_heard = True
@@ -156,9 +155,8 @@ class FleetLink:
     def _compare(self, publication: Publication) -> None:
         """Number this fleet after its predecessor; retire if a successor drives the world.
 
-        The first announcement that it hears is what the broker remembers of a fleet that began before it, or its own.
-        A greater number that it hears later is of a fleet that began later: the world is left to it, unless it has said
-        that it leaves.
+        The first announcement received is an earlier fleet's, retained by the broker, or this fleet's own. A greater
+        number received later belongs to a fleet that began later: this fleet retires, unless the other is offline.
 
         NOTE: two fleets have the same client names, so the broker disconnects the earlier one. If both reconnected,
         they would disconnect each other for ever.

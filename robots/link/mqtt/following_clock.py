@@ -38,7 +38,7 @@ class FollowingClock:
             self._running = running
 
     def stop(self) -> None:
-        """The fleet is disconnected."""
+        """Stop at the present time: the fleet is disconnected."""
         with self._lock:
             self._latest_s = self._estimate_s()
             self._announced_s = self._latest_s

@@ -1,4 +1,4 @@
-"""One thread that serves any number of MQTT clients: a thread for each of a fleet's would contend for the GIL."""
+"""One thread that serves any number of MQTT clients: with a thread each, a fleet's would contend for the GIL."""
 
 import logging
 import selectors

@@ -12,7 +12,7 @@ SERVICE = "service"
 AT_MOST_ONCE = 0
 AT_LEAST_ONCE = 1
 GREATEST_NUMBER = 1e15
-"""Of a fleet: up to here a number has a successor as a float."""
+"""The greatest number of a fleet: a float to which 1 can still be added."""
 
 
 class Channel(StrEnum):
@@ -86,8 +86,8 @@ class WorldAnnouncement(Wire):
 
     `run` changes when the world starts again. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
     None as fast as possible; `digest`: of the world file; `began_at`: the number of the fleet, greater than that of the
-    fleet before it. Of two that are there the one with the greater number drives the world. A first fleet takes the
-    epoch seconds at which it began.
+    fleet before it. Of two running fleets the one with the greater number drives the world. A first fleet takes
+    the epoch seconds at which it began.
     """
 
     state: ConnectionState

@@ -79,12 +79,12 @@ class Interferer:
             self.done[-1].until_s = now_s
 
     def note_contact(self) -> None:
-        """One tick of the world: does the robot run into the obstacle?"""
+        """One tick of the world: note whether the robot runs into the obstacle."""
         if self._body is not None and self._simulation.scene.meets(ROBOT, self._body):
             self.done[-1].touched = True
 
     def note_detection(self) -> None:
-        """One control tick, after the robot has sensed: does it detect the obstacle?
+        """One control tick, after the robot has sensed: note whether it detects the obstacle.
 
         The box counts if the sonar beam that points at it reads less than the threshold before the robot runs into it;
         the ball if the bumper reports the contact.

@@ -111,7 +111,7 @@ def test_the_address_without_its_slash_leads_to_the_page(relay: Relay) -> None:
 def test_a_missing_viser_server_is_a_problem_one_can_read(relay: Relay) -> None:
     upstream, relay.upstream = relay.upstream, None
     try:
-        assert get(relay, "/viewer/").json()["title"] == "The view of the world is not running"
+        assert get(relay, "/viewer/").json()["detail"] == "the view of the world is not running"
         relay.upstream = f"http://127.0.0.1:{free_port()}"
         assert get(relay, "/viewer/").status_code == 503
     finally:

@@ -18,7 +18,7 @@ def test_an_anonymous_broker_beyond_this_machine_is_warned_of_in_one_line_that_n
 ) -> None:
     broker = Broker.at(url)
     (line,) = said(broker, capsys)
-    assert line.startswith(f"{broker} lets in whoever reaches it")
+    assert line.startswith(f"{broker} accepts anonymous clients")
     assert "MACTA_BROKER_USERNAME" in line
 
 

@@ -39,7 +39,7 @@ def test_a_terminal_shows_a_table_of_plans_and_the_reasons(monkeypatch: pytest.M
     assert "without yard_1 57.4" in words
     assert "no other robot reaches bay_7" in words
     assert "brings about that sample_1 is in bay_7: a goal" in words
-    assert "What makes the time" in words
+    assert "What determines the makespan" in words
 
 
 def test_without_a_plan_no_extras_are_sought() -> None:

@@ -181,7 +181,7 @@ def test_a_cancelled_mission_says_if_what_it_was_to_achieve_has_come_true(
     stopped = replace(AT_WORK, state=ScriptState.CANCELLED, stopping=True)
     verdict = review(mission(stopped, cancel_requested=True, missed=missed), patience_s=PATIENCE_S)
     assert (verdict.state, verdict.failure) == (MissionState.CANCELLED, FailureCategory.CANCELLED)
-    assert ("has come true" in verdict.reason) is says_so
+    assert ("all its goals are true" in verdict.reason) is says_so
 
 
 def test_a_mission_that_finished_before_the_cancel_reached_it_is_completed() -> None:

@@ -1,6 +1,7 @@
 """Which of the goals that wait is planned next."""
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -102,6 +103,39 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
         goals.release(session, "lab")
     assert [planned.get(timeout=30) for _ in names] == names
     until(lambda: steps_of(database) == [GOALS_PER_WORKFLOW + 1, GOALS_PER_WORKFLOW + 1, 2])
+    workflows.close()
+    database.close()
+
+
+def test_an_available_robot_is_not_forgotten_while_the_database_is_away_or_another_comes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'away.sqlite'}")
+    migrate(database)
+    with database.write() as session:
+        session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
+    workflows = Workflows(database.url)
+    goals = WaitingGoals(core_of(database, workflows))
+    write = database.write
+
+    def away() -> AbstractContextManager[Session]:
+        raise ConnectionError("away")
+
+    def another_comes() -> AbstractContextManager[Session]:
+        goals.robot_available("lab")
+        return write()
+
+    goals.robot_available("lab")
+    monkeypatch.setattr(database, "write", away)
+    with pytest.raises(ConnectionError):
+        goals.handle_availability("lab")
+    monkeypatch.setattr(database, "write", another_comes)
+    goals.handle_availability("lab")
+    monkeypatch.setattr(database, "write", write)
+    for _ in range(2):
+        goals.handle_availability("lab")
+    with database.read() as session:
+        assert session.get_one(WorldRow, "lab").releases == 2
     workflows.close()
     database.close()
 

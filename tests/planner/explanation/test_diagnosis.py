@@ -88,7 +88,7 @@ def test_a_missing_number_is_named(knowledge_base: KnowledgeBase, name: str) -> 
 def test_an_effect_that_no_action_intends_is_said_so(knowledge_base: KnowledgeBase) -> None:
     problem = replace(FETCHING, goals=(Fact("vacant", ("bay_9",)),))
     reason = why_unsolvable(knowledge_base, problem)
-    assert reason == "no action has the intended effect vacant, it only comes about by the way"
+    assert reason == "no action has the intended effect vacant, it only comes about as a side effect"
 
 
 def test_several_goals_have_each_their_reason(knowledge_base: KnowledgeBase) -> None:

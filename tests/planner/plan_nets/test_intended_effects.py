@@ -103,7 +103,7 @@ def test_an_intended_effect_achieves_a_goal(plan: Plan) -> None:
 def test_a_goal_that_only_comes_about_by_the_way_is_unsolvable(plan: Plan) -> None:
     result = plan(WARM)
     assert result.status is PlanningStatus.UNSOLVABLE
-    assert "only comes about by the way" in result.reason
+    assert "only comes about as a side effect" in result.reason
 
 
 def test_a_goal_that_already_holds_needs_no_action(plan: Plan) -> None:

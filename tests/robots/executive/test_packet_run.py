@@ -70,7 +70,7 @@ def test_a_maintained_condition_that_stays_unmet_fails_the_packet(unseen: bool, 
     maintain.unseen = unseen
     assert failure(this.step(borne_s - 2 * STEP_S)) is None
     assert failure(this.step(4 * STEP_S)) is FailureCategory.WORLD_CHANGED
-    assert this.run.over
+    assert this.run.state is PacketState.FAILED
 
 
 def test_a_maintained_condition_that_flickers_is_borne_however_often() -> None:

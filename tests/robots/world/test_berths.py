@@ -133,7 +133,7 @@ def test_facts_of_the_file_may_name_the_location_or_the_berth_of_a_sample(tmp_pa
     [
         (
             location("rack_1", [0.5, 0.9], capacity=3),
-            "berth rack_1_1 at (0.5, 0.4) leaves the wall (0, 0) to (6, 0) 0.36 m 0.8 m before it, 0.42 m is needed",
+            "berth rack_1_1 at (0.5, 0.4) is too near to the wall (0, 0) to (6, 0): 0.36 m free 0.8 m in front of it",
         ),
         (
             location("rack_1", [0.5, 3], capacity=3, berth_pitch_m=1.2),

@@ -54,6 +54,19 @@ def test_telemetry_comes_over_the_link(shared: SimulationProcess) -> None:
     assert isinstance(arrived[0].body, Telemetry)
 
 
+def test_a_late_answer_is_not_taken_for_the_next_commands(
+    shared: SimulationProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert shared.pid is not None
+    os.kill(shared.pid, signal.SIGSTOP)
+    with monkeypatch.context() as impatient:
+        impatient.setattr("sim.process.process.ANSWER_TIMEOUT_S", 0.1)
+        with pytest.raises(SimulationError, match="did not answer"):
+            shared.pause(False)
+    os.kill(shared.pid, signal.SIGCONT)
+    assert set(shared.truth().robots) == {"fred"}
+
+
 def test_ctrl_c_does_not_end_the_world(shared: SimulationProcess) -> None:
     assert shared.pid is not None
     os.kill(shared.pid, signal.SIGINT)

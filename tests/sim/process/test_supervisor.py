@@ -303,3 +303,34 @@ def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
     with pytest.raises(LinkClosed, match="crashed 6 times"):
         world.receive()
     assert [(order.run, order.resume_only) for order in orders] == [(None, False)] + [("r", True)] * 5
+
+
+def test_a_new_process_that_cannot_be_commanded_is_ended() -> None:
+    class Deaf:
+        run = "r"
+        not_resumed_because = ""
+        pid = 1
+        is_stopped = False
+
+        def __init__(self) -> None:
+            self.link = self
+
+        def receive(self, timeout_s: float) -> None:
+            raise LinkClosed("gone")
+
+        def stop(self) -> None:
+            self.is_stopped = True
+
+        def pause(self, paused: bool) -> None:
+            raise SimulationError("it does not answer")
+
+    started: list[Deaf] = []
+
+    def start(settings: SnapshotSettings) -> Deaf:
+        started.append(Deaf())
+        return started[-1]
+
+    world = SupervisedWorld(start, SnapshotSettings(folder=Path("unused")), wall_clock=ManualClock())  # type: ignore[arg-type]
+    with pytest.raises(LinkClosed, match="does not answer"):
+        world.receive()
+    assert [process.is_stopped for process in started] == [True, True]

@@ -23,7 +23,7 @@ export function mountGoalForm(store, { select, refresh }) {
     const number = ++requests;
     /** @type {CheckedSentence | null} */
     const checked = await post("/v1/goals:check", { world: store.get().world, text: text.value }).catch(() => null);
-    if (number !== requests || checked === null) return; // the text has changed, or the badge shows that the service is away
+    if (number !== requests || checked === null) return; // the text has changed, or the badge shows that the service is unavailable
     const isEmpty = text.value.trim() === "";
     hint.textContent = isEmpty ? "" : checked.issue ? checked.issue.detail : `understood: ${facts(checked.goals)}`;
     hint.className = checked.issue || isEmpty ? "hint" : "hint good";

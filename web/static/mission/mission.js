@@ -58,7 +58,7 @@ function controls(mission, problem, refresh) {
   const first = isStuck ? ["resume", "Try again"] : mission.state === "paused" ? ["resume", "Resume"] : ["pause", "Pause"];
   /** @param {HTMLButtonElement} button */
   const done = (button) => {
-    button.disabled = false; // the mission may stay as it is for a while, and is not drawn again then
+    button.disabled = false; // an unchanged mission is not drawn again
     refresh();
   };
   return [first, ["cancel", "Cancel"]].map(([verb, label]) =>

@@ -40,7 +40,7 @@ export function words(identifier) {
   return String(identifier ?? "").replaceAll("_", " ");
 }
 
-/** The tone of a badge is its colour, and its shape where nothing is known. @type {Record<string, string[]>} */
+/** The tone of a badge: its colour, and for an unknown state also its shape. @type {Record<string, string[]>} */
 const TONES = {
   good: ["completed", "finished", "approved", "online"],
   bad: ["failed", "unsolvable", "no_plan_found", "rejected", "cancelled", "expired", "partially_completed", "connection_broken"],

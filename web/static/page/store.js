@@ -1,4 +1,4 @@
-// The page's state, and the order and rate of what changes it.
+// The page's state, and the order and rate of its changes.
 
 /** @param {State} initial @returns {Store} */
 export function createStore(initial) {
@@ -62,7 +62,7 @@ export function throttled(work, quietMs = 80, apartMs = 250) {
       }
     }
   };
-  // Later calls do not postpone it: a steady stream of events must not starve the page.
+  // Later calls do not postpone it: otherwise a steady stream of events would prevent any update.
   const call = () => {
     timer ??= setTimeout(run, Math.max(quietMs, startedAt + apartMs - performance.now()));
   };

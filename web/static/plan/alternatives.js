@@ -87,7 +87,7 @@ function figure(name, value, all, format) {
   );
 }
 
-/** A lane a robot; those of robots that this plan does not use stay empty. @param {Plan} plan @param {string[]} robots @param {number} end */
+/** One lane per robot; those of robots that this plan does not use stay empty. @param {Plan} plan @param {string[]} robots @param {number} end */
 function miniature(plan, robots, end) {
   const bars = robots.flatMap((robot, lane) => (plan.lanes[robot] ?? []).map(([from, to, tag]) => svg("rect", { x: (100 * from) / end, y: lane * 8 + 1, width: Math.max(0.6, (100 * (to - from)) / end), height: 6, class: `bar ${kind(tag)}` })));
   const lanes = robots.map((_, lane) => (lane % 2 ? null : svg("rect", { y: lane * 8, width: 100, height: 8, class: "lane" })));

@@ -1,4 +1,4 @@
-// Draws the elements of a plan's picture: a lane a robot, a bar an action, causal links, and beneath the bars what happened.
+// Draws the elements of a plan's picture: a lane per robot, a bar per action, causal links, and the actual times beneath.
 
 import { planStart } from "../mission/timing.js";
 import { svg } from "../page/dom.js";

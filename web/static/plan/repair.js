@@ -28,7 +28,7 @@ export function planChanges(plan, previousPlan) {
   /** @param {string} name @param {PreviousAction["kind"]} kind @param {string} text @param {PlannedAction} [successor] */
   const addPrevious = (name, kind, text, successor) => {
     const action = old.get(name);
-    if (!action || plan.state === "approved") return; // the actual times take their room
+    if (!action || plan.state === "approved") return; // the actual times are drawn in their place
     const from = action.earliest_start_s - elapsed_s;
     const to = from + action.duration_s;
     if (to > 0) previous.push({ kind, words: text, agents: action.agents, tag: action.tag, from: Math.max(0, from), to, successor });

@@ -9,7 +9,7 @@ const SPEEDS = [1, 2, 5, 10, 20, 50];
  * @param {object} parts
  * @param {Recording} parts.recording @param {WorldDrawing} parts.drawing @param {Picture} parts.picture
  * @param {Node[]} [parts.more] further controls in the same row
- * @param {(robots: Record<string, RobotTelemetry>, time: number) => void} [parts.onSeek] hears the telemetry at the shown instant
+ * @param {(robots: Record<string, RobotTelemetry>, time: number) => void} [parts.onSeek] receives the telemetry at the shown instant
  */
 export function createControls({ recording, drawing, picture, more = [], onSeek = () => {} }) {
   const duration = recording.to - recording.from;
@@ -120,7 +120,7 @@ function createEvents(recording, seek) {
     return share < 0 ? null : svg("rect", { x: 1000 * share, y: 0, width: 2, height: 6, class: MARKS[type.split(".")[0]] ?? "other" });
   }
 
-  /** Go to the event so many places after the current one. @param {number} by */
+  /** Go to the event that is `by` places after the current one. @param {number} by */
   function step(by) {
     const index = Math.min(recording.events.length - 1, Math.max(0, current + by));
     if (recording.events[index]) seek(recording.events[index].at_s, index);

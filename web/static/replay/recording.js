@@ -1,6 +1,6 @@
 // A recording, queried at any instant: robots' poses and telemetry, samples' places, the mission's state.
 
-const EARLY_S = 0.5; // a robot is drawn so long before its first row, for rows are not simultaneous
+const EARLY_S = 0.5; // a robot is drawn this long before its first row, because rows are not simultaneous
 
 /** @param {Replay} replay @returns {Recording} */
 export function createRecording(replay) {
@@ -16,12 +16,12 @@ export function createRecording(replay) {
     },
     samples: (time) => new Map(Object.entries(lastRow(replay.samples, time)?.lying ?? {})),
     mission: (time) => lastRow(replay.missions, time)?.mission ?? null,
-    // The index in `events` of the last one until then; -1 before the first.
+    // The index in `events` of the last one until `time`; -1 before the first.
     event: (time) => lastIndex(replay.events, (row) => row.at_s, time),
   };
 }
 
-/** The last row until then, or the first. @template {{at_s: number}} T @param {T[]} rows @param {number} time @returns {T | undefined} */
+/** The last row until `time`; before the first, the first. @template {{at_s: number}} T @param {T[]} rows @param {number} time @returns {T | undefined} */
 function lastRow(rows, time) {
   return rows[Math.max(0, lastIndex(rows, (row) => row.at_s, time))];
 }

@@ -1,4 +1,4 @@
-// Strip charts: values over time, a line a series, told apart by dashes as well as colours; and tables.
+// Strip charts: values over time, a line per series, distinguished by dashes as well as colours; and tables.
 
 import { el, svg } from "../page/dom.js";
 

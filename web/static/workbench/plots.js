@@ -3,7 +3,7 @@
 import { el, replace, show } from "../page/dom.js";
 import { stripChart, table, tableRow } from "./charts.js";
 
-const MAX_SAMPLES = 3000; // five minutes of a robot
+const MAX_SAMPLES = 3000; // five minutes of one robot's telemetry
 const DRAW_EVERY_MS = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1000 : 200;
 const SPEED_OVER_S = 0.4; // speeds are measured over at least this long
 const CURSOR_STEPS = 60;

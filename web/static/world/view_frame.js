@@ -1,5 +1,5 @@
-// The frame with the view in three dimensions, which is viser's page in a process of its own. What we rely on of viser's
-// page is in this module: `?darkMode`, the id of its notice, that it asks `hasFocus()` before it reconnects, and its width.
+// The frame with the view in three dimensions: viser's page, served by a process of its own. This module contains all that
+// we rely on in viser's page: `?darkMode`, the id of its notice, that it checks `hasFocus()` before it reconnects, its width.
 
 import { get, randomKey } from "../page/api.js";
 import { byId } from "../page/dom.js";
@@ -35,8 +35,8 @@ export function createViewFrame(onPick) {
 }
 
 /**
- * The view may start after the page, and ends and restarts with the service. While it is away no socket is tried: browsers
- * delay sockets that failed often for longer than viser waits.
+ * The view may start after the page, and ends and restarts with the service. While it is not running no socket is opened:
+ * after repeated failures browsers delay new sockets for longer than viser waits.
  * @param {HTMLIFrameElement} frame @param {ReturnType<typeof createViewLink>} link
  */
 async function keepOpen(frame, link) {
@@ -74,10 +74,10 @@ async function isRunning() {
 function adaptPage(frame) {
   const page = frame.contentDocument;
   if (!page) return;
-  // viser's page reconnects only while it has the focus; in the frame it shall whenever the console is visible.
+  // viser's page reconnects only while it has the focus; in the frame it must do so whenever the console is visible.
   page.hasFocus = () => !document.hidden;
   frame.contentWindow?.dispatchEvent(new Event("focus"));
-  // Its notice of software rendering would cover the world until it is closed: the console tells it beside the world.
+  // Its notice of software rendering would cover the world until it is closed: the console shows it beside the world.
   const style = page.createElement("style");
   style.textContent = `#${SOFTWARE_NOTICE} { display: none; }`;
   page.head.append(style);
@@ -115,7 +115,7 @@ function createViewLink(onPick) {
 
   return {
     name,
-    /** Resolves when the connection is closed again: the service has gone. */
+    /** Resolves when the connection is closed again: the service has ended. */
     open() {
       const address = new URL(`/v1/views/${name}`, location.href);
       address.protocol = address.protocol.replace("http", "ws");

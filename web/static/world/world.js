@@ -37,7 +37,7 @@ export function mountWorld(store, telemetry, writeGoal) {
   function update() {
     const { world, robot, sample, plan, action, follow, whole, goal } = store.get();
     view.show({ world, robot, sample, plan_id: plan?.id, action, follow, whole, replay, seen: !document.hidden && !isMap(), dark: isDark() });
-    if (goal !== undefined && !isMap()) view.open(); // the first goal's page comes first
+    if (goal !== undefined && !isMap()) view.open(); // not before the first goal is loaded
   }
 
   /** @param {"view" | "map"} chosen */

@@ -1,4 +1,4 @@
-"""goals that are deleted: what refers to a row is found without looking through the table"""
+"""deletion of goals: indexes for the rows that refer to them"""
 
 from alembic import op
 

@@ -1,4 +1,4 @@
-"""which workflow carries a mission on"""
+"""the workflow of each mission"""
 
 import sqlalchemy as sa
 from alembic import op

@@ -26,7 +26,7 @@ scripts = sa.table(
 
 def upgrade() -> None:
     with op.batch_alter_table("missions", schema=None) as batch_op:
-        # A constant: for an expression SQLite would have the table made again, which the scripts refer to.
+        # A constant: for an expression SQLite would need to recreate the table, which the scripts refer to.
         batch_op.add_column(sa.Column("is_overdue", sa.Boolean(), nullable=False, server_default="0"))
     with op.batch_alter_table("scripts", schema=None) as batch_op:
         batch_op.add_column(sa.Column("control_number", sa.Integer(), nullable=True))

@@ -1,4 +1,4 @@
-"""when scripts were given to their robots, and why what a robot claims of one is not believed"""
+"""when scripts were given to their robots, and why a robot's report on one is implausible"""
 
 import sqlalchemy as sa
 from alembic import op

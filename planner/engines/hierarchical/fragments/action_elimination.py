@@ -11,7 +11,7 @@ def is_intended(task: Task, steps: Sequence[Step]) -> bool:
 
 
 def needed(task: Task, steps: Sequence[Step]) -> tuple[Step, ...]:
-    """The steps without those the goals can do without (each tried with all that then lack a condition)."""
+    """The steps that the goals need: each other one is removed with all that then lack a condition."""
     kept = list(steps)
     position = 0
     while position < len(kept):
@@ -59,7 +59,7 @@ def solves(task: Task, steps: Sequence[Step]) -> bool:
 
 
 def uses(task: Task, steps: Sequence[Step]) -> list[int]:
-    """For each step which of its effects later steps or the goals take from it (as the causal links will: from
+    """For each step which of its effects later steps or the goals use (as the causal links will: from
     the earliest producer after the last delete)."""
     producers: dict[int, int] = {}
     standing = task.initial

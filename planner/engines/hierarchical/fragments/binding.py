@@ -38,7 +38,7 @@ class Bound:
 
 
 def join(index: WorldIndex, fragment: LiftedFragment, goals: Sequence[Fact]) -> Iterator[Bound]:
-    """Bindings for these goals, near the cheapest first in each role; of agents of a kind the cheapest."""
+    """Bindings for these goals, roughly the cheapest first in each role; only the cheapest agent of a kind."""
     start: list[str | None] = [None] * len(fragment.kinds)
     for pattern, goal in zip(fragment.goals, goals, strict=True):
         for term, arg in zip(pattern.terms, goal.args, strict=True):
@@ -95,7 +95,7 @@ class _Join:
         )
 
     def _cost(self, place: int) -> float | None:
-        """What the steps cost that are bound at this place and were not before; None: one is undefined."""
+        """The cost of the steps whose last variable is bound at this place; None if one is undefined."""
         total = 0.0
         for number in self.costs[place]:
             step = self.fragment.steps[number]
@@ -106,7 +106,7 @@ class _Join:
         return total
 
     def _choices(self, place: int) -> list[tuple[float, str]]:
-        """What fits the variable of this place, with the cost of the steps it completes."""
+        """The values for the variable of this place, with the cost of the steps each completes."""
         variable = self.fragment.order[place]
         index = self.index
         values = self.values
@@ -179,7 +179,7 @@ class _Join:
         return None if ahead is None else cost + ahead
 
     def _is_redundant(self) -> bool:
-        """True if all that is taken from some step holds already."""
+        """True if all effects that are used of some step hold already."""
         rows = self.index.rows
         values = self.values
         return any(

@@ -40,7 +40,7 @@ def discover(
     levels: int = ALL_LEVELS,
     is_over: Callable[[], bool] = UNOBSERVED.should_stop,
 ) -> tuple[tuple[Step, ...], ...]:
-    """Solutions of these goals that differ in operators or kinds of agents, the first first.
+    """Solutions of these goals that differ in operators or kinds of agents, in order of discovery.
 
     :param levels: how many worlds are searched, the smallest first; with fewer than all one solution is enough.
     :param is_over: asked now and then; True ends the search.

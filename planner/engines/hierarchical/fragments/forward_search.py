@@ -1,4 +1,4 @@
-"""Forward search in a small world: best first, by total cost and by what is left in turn, with look-ahead.
+"""Forward search in a small world: best first, by total and by remaining cost in turn, with look-ahead.
 
 Each state's relaxed plan is also carried out as far as it goes and the state it leads to tried next (YAHSP,
 Vidal 2004), which solves most goals without branching. A step is there for its intended effects (MACTA §5,
@@ -81,7 +81,7 @@ class _Search:
         return self.best
 
     def _next(self) -> _Node | None:
-        """The most promising node by total cost and, before the first solution, by what is left in turn."""
+        """The most promising node by total cost and, before the first solution, by remaining cost in turn."""
         greedy = self.best is None and self.expanded % 2 and self.by_rest
         queue = self.by_rest if greedy else self.by_total
         return heappop(queue)[2] if queue else None

@@ -1,4 +1,4 @@
-"""Fragments: for goals alone, the sequences of actions that reach them from the present facts (MACTA §6).
+"""Fragments: sequences of actions that reach some goals by themselves from the present facts (MACTA §6).
 
 Found by search from the knowledge base, lifted, and bound to all goals of the same shape by a join over the
 facts, so that most goals need no search of their own. Lifted fragments can be kept across problems: every binding is
@@ -33,7 +33,7 @@ class Fragment:
 
 
 class Fragments:
-    """What was learnt with one knowledge base: lifted fragments by the shape of goals."""
+    """The lifted fragments learnt with one knowledge base, by the shape of goals."""
 
     def __init__(self, knowledge_base: KnowledgeBase) -> None:
         self.knowledge_base = knowledge_base
@@ -65,7 +65,7 @@ class ProblemFragments:
 
         They differ in operators, in kinds of agents or in the places used, not in which agent of a kind.
 
-        :param levels: how wide a world is searched; 0: none, there is only what was learnt from any other goals.
+        :param levels: how wide a world is searched; 0: none, only fragments learnt from any goals are used.
         :param is_over: asked now and then; True ends the search.
         """
         goals = tuple(dict.fromkeys(goals))

@@ -16,7 +16,7 @@ SAME = 1e-9
 
 
 def is_reachable(task: Task) -> bool:
-    """False: no sequence of steps reaches the goals (they stay out of reach without deletes, too)."""
+    """False if no sequence of steps reaches the goals, not even without deletes."""
     state = task.initial
     waiting = list(task.steps)
     while state & task.goal != task.goal:

@@ -83,7 +83,7 @@ class _Relevance:
         return frozenset(chosen).union(*map(index.linked_by_static_facts, chosen))
 
     def _starts(self, names: Iterable[str]) -> list[Node]:
-        """The first few of these that are placed."""
+        """The nodes of the first few names that the static graph connects."""
         index = self.index
         return [index.node(name) for name in dict.fromkeys(names) if index.neighbours(index.node(name))][:4]
 
@@ -116,7 +116,7 @@ class _Relevance:
         return {node: found[node] for node in sorted(found, key=lambda node: (found[node], str(node)))}
 
     def _others(self, terminals: Iterable[str], known: Collection[Node]) -> list[int]:
-        """Kinds next to the goals' objects, and such as no static fact places."""
+        """Kinds adjacent to the goals' objects, and kinds that the static graph does not connect."""
         index = self.index
         near = [
             node
@@ -129,7 +129,7 @@ class _Relevance:
         return fresh[: KINDS[self.level]]
 
     def _members(self, kind: int) -> list[str]:
-        """So many agents of a kind beside those the goals name, those first that they have to do with."""
+        """A number of agents of a kind besides those that goals name, those related to the goals first."""
         group = self.index.members[kind]
         core = [name for name in self.core if name in group]
         others = [name for name in group if name not in core]
@@ -139,7 +139,7 @@ class _Relevance:
     def _thinned(
         self, names: Iterable[str], chosen: Collection[str], kinds: frozenset[Node]
     ) -> Iterator[str]:
-        """Of objects that are alike to the chosen kinds of agents a few."""
+        """A few of each set of objects that are equivalent for the chosen kinds of agents."""
         counts: Counter[tuple[str, frozenset[Node], Shape]] = Counter()
         index = self.index
         for name in names:

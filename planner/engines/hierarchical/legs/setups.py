@@ -236,7 +236,7 @@ class AllSetups:
         return self._made[agent]
 
     def of_class(self, number: int) -> Setups:
-        """Those that every member of the class has, said of the first."""
+        """Those that every member of the class has, stated for the first."""
         members = self._classified.classes.members[number]
         if len(members) == 1:
             return self.of_agent(members[0])

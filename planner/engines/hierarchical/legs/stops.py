@@ -184,7 +184,7 @@ def with_stops(fragments: Sequence[Sequenced], stops: Stops) -> tuple[Sequenced,
 def with_near_stops(fragments: Sequence[Sequence[Sequenced]], stops: Stops) -> list[tuple[Sequenced, ...]]:
     """The tasks' fragments, and variants of each task's first one that clear busy places early.
 
-    Busy is what the first fragments of several tasks leave.
+    A place is busy if the first fragments of several tasks leave it.
     """
     leaving = Counter(place for first, *_ in fragments for place in stops.places(first))
     busy = {place for place, count in leaving.items() if count > 1}

@@ -152,7 +152,7 @@ class Travel:
         return sum(action.duration_s for action in self.ways[way].actions)
 
     def _of_agent(self, agent: str, configuration: int) -> Configuration:
-        """The configuration, said of one agent."""
+        """The configuration, stated for one agent."""
         kind, facts = self._class_facts[configuration]
         first = self._classes.members[kind][0]
         return frozenset(fact.renamed({first: agent}) for fact in facts)

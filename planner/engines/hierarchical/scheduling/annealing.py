@@ -1,6 +1,6 @@
 """Simulated annealing over priorities, alternatives and recruitment (Kirkpatrick et al. 1983). Compiled (numba).
 
-Goes on in chunks, between which the caller looks at the clock.
+Runs in chunks, between which the caller reads the clock.
 """
 
 import numpy as np
@@ -53,7 +53,7 @@ class Annealing:
         self._state = decoder_state_for(model)
         self._trial = _copy(choice)
         self._critical = np.empty_like(self._state.steps)
-        # No trial, so that whoever looks at the clock from here on sees nothing of what may have to be compiled.
+        # Zero trials: compile now, so that compilation is not part of any time measured later.
         self._run_trials(_copy(choice), 1.0, 0, 0)
 
     def go_on(self, trials: int, share: float) -> bool:

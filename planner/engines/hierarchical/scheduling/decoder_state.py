@@ -1,4 +1,4 @@
-"""What the decoder works on: the timelines of agents and shared facts, and the steps placed so far.
+"""The decoder's working state: the timelines of agents and shared facts, and the steps placed so far.
 
 A shared fact's row: whether it holds (1 or 0); in seconds the end of the step that brought it about, of the last one
 that needs it and of the one that deleted it; the agent that deleted it; and the numbers of those three steps. An

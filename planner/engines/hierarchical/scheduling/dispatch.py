@@ -1,6 +1,6 @@
 """A good first choice by dispatching: always the leg that can begin first, by the alternative that ends soonest.
 
-It looks at agents, their travel and the order of a task's legs only; the decoder then finds out about places.
+It looks at agents, their travel and the order of a task's legs only; the decoder then accounts for places.
 """
 
 import numpy as np

@@ -94,7 +94,7 @@ class Choice(NamedTuple):
 
     @classmethod
     def of(cls, order: Ints, alternative: Ints) -> "Choice":
-        """The choice in which whoever can begin first takes a leg, and nobody goes stops."""
+        """The choice in which the agent that can begin first takes a leg, and no agent stops on its way."""
         return cls(order, alternative, np.full_like(order, -1), np.zeros_like(order))
 
 

@@ -122,7 +122,7 @@ def test_a_lost_sample_is_not_where_it_is_said_to_be() -> None:
     facts = revise_beliefs(STORE.facts, [], gone=[STORE.fact("in(sample_1, door_1)")])
     question = parse_goal("move sample_1 from door_1 to bay_7", STORE.world, facts)
     assert isinstance(question, Clarification)
-    assert "nowhere known" in question.detail
+    assert "in an unknown place" in question.detail
 
 
 @pytest.mark.parametrize("text", ["", "   ", "and", "please", "the"])
