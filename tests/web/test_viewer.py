@@ -30,7 +30,7 @@ from web.scene import Frame, PageScene, palette
 from web.scene.camera import CameraView
 from web.scene.labels import LINE_PX
 from web.scene.robots import LABEL_HEIGHT_M
-from web.viewer import Viewer, page_of
+from web.viewer import UPDATES_PER_LABEL_LAYOUT, Viewer, page_of
 from web.world_feed import WorldFeed
 
 PROJECT = Path(__file__).parents[2]
@@ -145,8 +145,13 @@ def test_the_label_of_a_sample_gives_way_to_that_of_the_robot_that_holds_it(
     service.telemetry["yard_1"]["holding"] = "sample_1"
     until(lambda: not label(viewer, "samples/sample_1"))
     until(lambda: label(viewer, "samples/sample_2"))
+    # It is put down where its label has room: beside the robot's it has none.
+    service.facts[0] = {"predicate": "in", "args": ["sample_1", "bay_1"]}
     service.telemetry["yard_1"]["holding"] = None
     until(lambda: label(viewer, "samples/sample_1"))
+    updates = viewer.updates
+    until(lambda: viewer.updates > updates + 2 * UPDATES_PER_LABEL_LAYOUT)
+    assert label(viewer, "samples/sample_1"), "it stays once the labels are laid out again"
 
 
 def test_the_name_of_a_place_gives_way_to_that_of_a_robot_in_front_of_it(
