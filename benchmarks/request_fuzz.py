@@ -101,8 +101,9 @@ def _count(event: events.ScenarioFinished, fuzzed: Fuzzed) -> None:
 def _service(database_url: str | None) -> Iterator[Service]:
     near, far = InMemoryLink.pair()
     file = load_world("sample_store")
-    world = RunningWorld(file=file, link=near, clock=ManualClock(), rate=None, run="benchmark")
-    with tempfile.TemporaryDirectory() as folder, Instant(far):
+    clock = ManualClock()
+    world = RunningWorld(file=file, link=near, clock=clock, rate=None, run="benchmark")
+    with tempfile.TemporaryDirectory() as folder, Instant(far, clock):
         settings = Settings(data=Path(folder), token=TOKEN, database_url=database_url)
         with Service(settings, [world]) as service:
             service.planner_ready.result()
@@ -117,6 +118,7 @@ def _run(name: str, database_url: str | None, requests: int) -> None:
         while fuzzed.requests < requests:
             fuzz(service.api, TOKEN, examples=EXAMPLES, seed=seed, into=fuzzed)
             seed += 1
+            print(f"{name}, after round {seed}: {fuzzed.requests} requests", flush=True)
     counts = ", ".join(f"{status}: {count}" for status, count in sorted(fuzzed.statuses.items()))
     print(f"{name}: {fuzzed.requests} requests, {fuzzed.statuses[500]} answers of 500 ({counts})", flush=True)
     for finding, example in fuzzed.findings.items():

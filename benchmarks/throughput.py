@@ -22,21 +22,36 @@ from app.settings import Settings
 from benchmarks.databases import SERVER, database_on
 from robots.clock import ManualClock
 from robots.link import InMemoryLink, Link
-from robots.wire import Acknowledgement, Message, Performative, ScriptReport, ScriptRequest, ScriptState
+from robots.wire import (
+    Acknowledgement,
+    BehaviourScript,
+    Body,
+    Message,
+    Performative,
+    Receipt,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+)
 from robots.world import load_world
 
 TOKEN = "a-token-of-the-benchmark"
 SAMPLES, BAYS = 4, 12
 GIVE_UP_S = 300.0
 LOOK_S = 0.01
+REPEAT_S = 0.1
+"""Wall-clock seconds after which a report without a receipt is sent again."""
 
 
 class Instant:
-    """Robots that finish every script at once."""
+    """Robots that finish every script at once: the world's clock jumps to the script's expected end."""
 
-    def __init__(self, link: Link) -> None:
-        self._link, self._ending = link, threading.Event()
-        self._done: set[str] = set()
+    def __init__(self, link: Link, clock: ManualClock) -> None:
+        self._link = link
+        self._clock = clock
+        self._ending = threading.Event()
+        self._taken: set[str] = set()
+        self._unconfirmed: dict[str, Message] = {}
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> None:
@@ -47,29 +62,40 @@ class Instant:
         self._thread.join()
 
     def _run(self) -> None:
+        repeat_at_s = 0.0
         while not self._ending.is_set():
             for message in self._link.receive(LOOK_S):
-                if isinstance(message.body, ScriptRequest) and message.id not in self._done:
-                    self._done.add(message.id)
-                    self._answer(message, message.body.script.id)
+                if isinstance(message.body, Receipt):
+                    self._unconfirmed.pop(message.in_reply_to or "", None)
+                elif isinstance(message.body, ScriptRequest) and message.id not in self._taken:
+                    self._taken.add(message.id)
+                    self._carry_out(message, message.body.script)
+            if time.monotonic() >= repeat_at_s:
+                repeat_at_s = time.monotonic() + REPEAT_S
+                for report in self._unconfirmed.values():
+                    self._link.send(report)
 
-    def _answer(self, message: Message, script_id: str) -> None:
-        taken = Acknowledgement(script_id=script_id)
-        done = ScriptReport(script_id=script_id, state=ScriptState.FINISHED, at_s=0.0)
-        for performative, body, to in (
-            (Performative.AGREE, taken, message.id),
-            (Performative.INFORM, done, None),
-        ):
-            self._link.send(
-                Message(
-                    performative=performative,
-                    sender=message.receiver,
-                    receiver=message.sender,
-                    sent_at_s=0.0,
-                    in_reply_to=to,
-                    body=body,
-                )
-            )
+    def _carry_out(self, message: Message, script: BehaviourScript) -> None:
+        now_s = self._clock.now_s()
+        self._send(message, Performative.AGREE, Acknowledgement(script_id=script.id), now_s)
+        last = script.packets[-1]
+        ended_s = now_s + last.expected_start_s + last.expected_duration_s
+        self._clock.advance(ended_s - now_s)
+        done = ScriptReport(script_id=script.id, state=ScriptState.FINISHED, at_s=ended_s)
+        report = self._send(message, Performative.INFORM, done, ended_s)
+        self._unconfirmed[report.id] = report
+
+    def _send(self, to: Message, performative: Performative, body: Body, at_s: float) -> Message:
+        answer = Message(
+            performative=performative,
+            sender=to.receiver,
+            receiver=to.sender,
+            sent_at_s=at_s,
+            in_reply_to=to.id if performative is Performative.AGREE else None,
+            body=body,
+        )
+        self._link.send(answer)
+        return answer
 
 
 def through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> float:
@@ -100,13 +126,12 @@ def await_all(api: TestClient, goals: Sequence[str], state: str) -> None:
 
 def measure(url: str | None, worker: PlanningWorker, rounds: int) -> str:
     near, far = InMemoryLink.pair()
-    world = RunningWorld(
-        file=load_world("sample_store"), link=near, clock=ManualClock(), rate=None, run="benchmark"
-    )
+    clock = ManualClock()
+    world = RunningWorld(file=load_world("sample_store"), link=near, clock=clock, rate=None, run="benchmark")
     with tempfile.TemporaryDirectory() as folder:
         settings = Settings(data=Path(folder), token=TOKEN, database_url=url)
         with (
-            Instant(far),
+            Instant(far, clock),
             Service(settings, [world], worker=worker) as service,
             TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api,
         ):
