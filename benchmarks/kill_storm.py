@@ -12,11 +12,15 @@ import random
 import tempfile
 import threading
 import time
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 
 import httpx2
+from sqlalchemy import select
 
+from app.domain.events import GoalFinished
+from app.store import Database, EventRow
 from app.trials.service_process import Installation
 from tests.scenarios.judge import judge
 from tests.scenarios.witness import WORLD, Witness
@@ -69,9 +73,22 @@ def storm(folder: Path, *, kills: int, seed: int, speed: float) -> Witness:
             seen.look(api)
             time.sleep(0.1)
         service.end()
-    newest = {text.split()[1]: seen.accepted[key] for key, text in given.items()}
-    judge(seen, data=installation.data, database_url=installation.database_url, lasting=newest.values())
+    url = installation.database_url
+    judge(seen, data=installation.data, database_url=url, lasting=ended_last(seen, url))
     return seen
+
+
+def ended_last(seen: Witness, database_url: str) -> Collection[str]:
+    """For each sample the goal that ended last: goals that are open at the same time are carried out in any order."""
+    database = Database(database_url)
+    with database.read() as session:
+        endings = (
+            select(EventRow.subject).where(EventRow.type.in_(GoalFinished.types())).order_by(EventRow.seq)
+        )
+        ended = session.scalars(endings).all()
+    database.close()
+    samples = {seen.accepted[key]: text.split()[1] for key, text in seen.goals.items()}
+    return {samples[goal]: goal for goal in ended}.values()
 
 
 def state_and_look(seen: Witness, api: httpx2.Client) -> None:
