@@ -16,6 +16,7 @@ from typing import Any
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
+from planner.interchange.up_import import import_unified_planning
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
@@ -96,6 +97,7 @@ class _Stretch:
     """A stretch of the plan as a propositional problem of unified-planning's, with no more than it touches."""
 
     def __init__(self, touched: Iterable[Atom]) -> None:
+        import_unified_planning()
         from unified_planning.environment import get_environment
         from unified_planning.model import Fluent
 
