@@ -10,11 +10,14 @@ SERVER = "postgresql://postgres@127.0.0.1:5432"
 
 
 @contextmanager
-def database_on(server: str) -> Iterator[str]:
-    """The address of a database that exists during the block."""
+def database_on(server: str, template: str = "template1") -> Iterator[str]:
+    """The address of a database that exists during the block.
+
+    :param template: the name of the database that it begins as a copy of.
+    """
     name = f"macta_run_{uuid.uuid4().hex[:12]}"
     with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
-        connection.execute(f"CREATE DATABASE {name}")
+        connection.execute(f"CREATE DATABASE {name} TEMPLATE {template}")
         try:
             yield server.replace("postgresql://", "postgresql+psycopg://") + f"/{name}"
         finally:

@@ -20,8 +20,8 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.planning.pool.process_tree import tree_of
 from benchmarks.console.history import Traffic, carry_out, fill
+from tests.chromium import FLAGS, SOFTWARE_GL
 from tests.scenarios.serving import Served, macta_serve
-from tests.scenarios.test_operator_page import FLAGS
 
 STATIC = Path(__file__).parents[2] / "web" / "static"
 WORLD = "sample_store"
@@ -184,7 +184,9 @@ def main() -> None:
             carry_out(api, "move sample_1 to bay_7")
             fill(Path(folder), missions)
             with sync_playwright() as driver:
-                browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+                browser = driver.chromium.launch(
+                    executable_path=shutil.which("chromium"), args=[*FLAGS, *SOFTWARE_GL]
+                )
                 measure(browser, served, api)
                 browser.close()
 

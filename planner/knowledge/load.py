@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -47,8 +48,9 @@ def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
     return read_knowledge_base(text, str(path))
 
 
+@lru_cache(maxsize=8)
 def read_knowledge_base(text: str, origin: str) -> KnowledgeBase:
-    """As `load_knowledge_base`, from the text itself."""
+    """As `load_knowledge_base`, from the text itself; the same object for the same text."""
     try:
         root, data = _composed(text)
     except yaml.YAMLError as error:

@@ -18,34 +18,51 @@ from app.workflows import Workflows
 from robots.world import WorldFile, load_world
 from tests.app.declared import declared_errors
 from tests.app.fake_robots import FakeTeam
-from tests.databases import SQLITE
+from tests.databases import POSTGRESQL, SQLITE, postgresql
 from tests.waiting import in_state, until
 
 TOKEN = "a-token-for-the-tests"
 PATIENCE_S = 0.6
 
 
-@pytest.fixture(scope="session")
-def migrated_record(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An SQLite file with all tables and no goals, to be copied: most tests are not about migrations."""
-    file = tmp_path_factory.mktemp("record") / "macta.sqlite"
-    database = Database(f"sqlite:///{file}")
+def make_tables(url: str) -> None:
+    """All tables, and no goals: made once and copied, for most tests are not about migrations."""
+    database = Database(url)
     migrate(database)
-    workflows = Workflows(f"sqlite:///{file}")
+    workflows = Workflows(url)
     workflows.launch()  # makes the tables of DBOS
     workflows.close()
-    with database.engine.connect() as connection:
-        connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+    if url.startswith(SQLITE):
+        with database.engine.connect() as connection:
+            connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
     database.close()
+
+
+@pytest.fixture(scope="session")
+def empty_record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An SQLite file to be copied."""
+    file = tmp_path_factory.mktemp("record") / "macta.sqlite"
+    make_tables(f"sqlite:///{file}")
     return file
 
 
+@pytest.fixture(scope="session")
+def empty_template() -> Iterator[str]:
+    """The name of a database on PostgreSQL to be copied."""
+    with postgresql() as url:
+        make_tables(url)
+        yield url.rpartition("/")[2]
+
+
 @pytest.fixture
-def database_url(database_url: str, migrated_record: Path) -> str:
-    """An empty record; on SQLite it has its tables."""
-    if database_url.startswith(SQLITE):
-        shutil.copyfile(migrated_record, database_url.removeprefix("sqlite:///"))
-    return database_url
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """An empty record with its tables: SQLite, or what `ON_BOTH` and `ON_POSTGRESQL` of `tests.databases` ask for."""
+    if getattr(request, "param", SQLITE) == POSTGRESQL:
+        with postgresql(request.getfixturevalue("empty_template")) as url:
+            yield url
+    else:
+        file = shutil.copyfile(request.getfixturevalue("empty_record"), tmp_path / "macta.sqlite")
+        yield f"sqlite:///{file}"
 
 
 @pytest.fixture

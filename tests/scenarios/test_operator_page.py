@@ -1,7 +1,6 @@
 """An operator approves a plan on the page and sees the mission complete, in a real browser on the real service."""
 
 import os
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,22 +8,10 @@ import httpx2
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
 
+from tests.chromium import FLAGS, NEEDED, PROGRAM, SOFTWARE_GL
 from tests.scenarios.serving import Served, macta_serve
 
-CHROMIUM = shutil.which("chromium")
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium"),
-]
-FLAGS = [
-    "--no-sandbox",
-    "--disable-quic",
-    "--disable-background-networking",
-    "--disable-sync",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]
+pytestmark = NEEDED
 PLAN_MS = 20_000
 MISSION_MS = 120_000
 PICTURES = os.environ.get("MACTA_PICTURES", "")
@@ -40,7 +27,7 @@ def service(tmp_path: Path) -> Iterator[Served]:
 @pytest.fixture
 def browser() -> Iterator[Browser]:
     with sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        chromium = driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, *SOFTWARE_GL])
         yield chromium
         chromium.close()
 

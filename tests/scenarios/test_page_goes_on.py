@@ -1,22 +1,16 @@
 """The service is killed under an open page and started again: the page says so, and goes on without a reload."""
 
-import shutil
 from pathlib import Path
 
 import httpx2
-import pytest
 from playwright.sync_api import Page, WebSocket, expect, sync_playwright
 
+from tests.chromium import FLAGS, NEEDED, PROGRAM, SOFTWARE_GL
 from tests.ports import free_port
 from tests.scenarios.killing import kill_family
 from tests.scenarios.serving import macta_serve
-from tests.scenarios.test_operator_page import FLAGS
 
-CHROMIUM = shutil.which("chromium")
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium"),
-]
+pytestmark = NEEDED
 BACK_MS = 90_000
 
 
@@ -38,7 +32,7 @@ def until_more(page: Page, heard: set[WebSocket], than: int) -> None:
 def test_a_page_goes_on_when_the_service_was_killed_and_is_back(tmp_path: Path) -> None:
     data, port = tmp_path / "data", ("--port", str(free_port()))
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, *SOFTWARE_GL])
         page = browser.new_page()
         live, heard = page.get_by_test_id("live-badge"), talking(page)
         with macta_serve(data, *port) as first:

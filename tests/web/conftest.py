@@ -1,34 +1,23 @@
 """A real browser before the fake service."""
 
-import shutil
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.chromium import FLAGS, PROGRAM, SOFTWARE_GL
 from tests.web.fake_api import TOKEN, add_console, create_app, served
 from tests.web.fake_service import FakeService
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-quic",
-    "--disable-background-networking",
-    "--disable-sync",
-]
-SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-
-
-CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium") or shutil.which("chromium-browser")
-
 
 @pytest.fixture(scope="package")
 def playwright_driver() -> Iterator["Playwright"]:
     """One for all tests of the console: not longer, for code beside it cannot run an event loop of its own."""
     playwright = pytest.importorskip("playwright.sync_api")
-    if CHROMIUM is None:
+    if PROGRAM is None:
         pytest.skip("no chromium on this machine")
     with playwright.sync_playwright() as driver:
         yield driver
@@ -37,7 +26,7 @@ def playwright_driver() -> Iterator["Playwright"]:
 @pytest.fixture(scope="package")
 def browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
     """Without WebGL."""
-    running = playwright_driver.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, "--disable-gpu"])
+    running = playwright_driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, "--disable-gpu"])
     yield running
     running.close()
 
@@ -45,7 +34,7 @@ def browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
 @pytest.fixture(scope="package")
 def webgl_browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
     """With WebGL drawn in software."""
-    running = playwright_driver.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *SOFTWARE_GL])
+    running = playwright_driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, *SOFTWARE_GL])
     yield running
     running.close()
 
