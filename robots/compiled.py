@@ -1,12 +1,15 @@
 """Decorators of functions that numba compiles at their first call.
 
 numba takes half a second and 50 MB to import, and most processes that import these modules call no such function: so it
-is imported at the first call of one. The machine code is cached as `robots.kernels` describes.
+is imported at the first call of one. The machine code is cached as `robots.kernels` describes. Where nothing is
+compiled (`robots.kernels.compiles`) the functions run as Python, and numba is not imported.
 """
 
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from typing import Any, Generic, ParamSpec, TypeVar
+
+from robots.kernels import compiles
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -28,7 +31,9 @@ class Kernel(Generic[P, R]):
 
     @cached_property
     def dispatcher(self) -> Any:
-        """numba's counterpart of the function."""
+        """numba's counterpart of the function, or the function itself if nothing is to be compiled."""
+        if not compiles():
+            return self.function
         import numba
 
         _introduce()

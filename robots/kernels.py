@@ -23,6 +23,7 @@ from pathlib import Path
 PACKAGES = tuple(Path(__file__).parents[1] / name for name in ("planner", "robots", "sim"))
 """The packages that define compiled functions."""
 VARIABLE = "NUMBA_CACHE_DIR"
+DISABLED = "NUMBA_DISABLE_JIT"
 PREFIX = "kernels-"
 KEPT_FOLDERS = 4
 UNUSED_S = 24 * 3600.0
@@ -70,7 +71,7 @@ def compiled_once(group: str, tell: Callable[[str], None]) -> Iterator[None]:
     """
     folder = Path(os.environ.get(VARIABLE, ""))
     done = folder / f"{group}.compiled"
-    if VARIABLE not in os.environ or done.exists():
+    if VARIABLE not in os.environ or not compiles() or done.exists():
         yield
         return
     folder.mkdir(parents=True, exist_ok=True)
@@ -84,6 +85,27 @@ def compiled_once(group: str, tell: Callable[[str], None]) -> Iterator[None]:
             tell(f"compiling the {group}: once, then it is kept in {folder}")
         yield
         done.touch()
+
+
+def compiles() -> bool:
+    """False if this process runs compiled functions as Python: `NUMBA_DISABLE_JIT=1`, numba's own switch."""
+    return os.environ.get(DISABLED, "0") in ("", "0")
+
+
+@contextmanager
+def uncompiled() -> Iterator[None]:
+    """The block in which processes are started that run compiled functions as Python.
+
+    For work so small that compiling, and even importing numba, takes longer than it saves.
+    """
+    before = os.environ.get(DISABLED)
+    os.environ[DISABLED] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[DISABLED]
+        if before is not None:
+            os.environ[DISABLED] = before
 
 
 def _sources(packages: Iterable[Path]) -> dict[str, bytes]:

@@ -23,7 +23,7 @@ ORDER = {
     "app": """cli composition trials api missions planning recordings agents core workflows settings store domain""",
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
-    "robots": """executive repertoire reactive conditions perception physical world link wire kernels compiled clock
+    "robots": """executive repertoire reactive conditions perception physical world link wire compiled kernels clock
         data errors""",
     "sim": """trials process world bodies physics truth snapshot clock error""",
     "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",

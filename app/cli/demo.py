@@ -1,6 +1,7 @@
 """`macta demo`: plans a goal, approves the plan and shows the mission; checks the simulation's ground truth."""
 
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 from rich.console import Console
@@ -25,6 +26,7 @@ from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from app.store import GoalRow
 from planner import load_knowledge_base
+from robots.kernels import uncompiled
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim import SimulationProcess, Truth
@@ -32,6 +34,9 @@ from sim import SimulationProcess, Truth
 REFRESH_S = 0.1
 """The longest interval between two updates of the display."""
 OPERATOR = "demo"
+SMALL_GOALS = 1
+SMALL_ROBOTS = 8
+"""A demo of so many goals and robots runs uncompiled: 8 CPU-s each time, instead of 63 the first time and 9 later."""
 
 
 def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
@@ -45,8 +50,12 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
-    parse_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
-    with tempfile.TemporaryDirectory(prefix="macta-demo-") as folder:
+    goals = parse_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
+    is_small = len(goals) <= SMALL_GOALS and len(world.robots) <= SMALL_ROBOTS
+    with (
+        tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,
+        uncompiled() if is_small else nullcontext(),
+    ):
         settings = settings_of({"data": Path(folder), "database_url": None})
         return _run(console, settings, world, text, speed, seed)
 

@@ -73,7 +73,7 @@ def alone(ranges_m: Floats, hull_m: float) -> Points:
         farthest = 0.0
         hits = 0j
         for beam in range(begin, end):
-            away_m = hull_m + ranges_m[beam % count] + HALF_THING_M
+            away_m = hull_m + near[beam % count] + HALF_THING_M
             angle = tau * (beam % count) / count
             hits += complex(away_m * cos(angle), away_m * sin(angle))
             farthest = max(farthest, near[beam % count])

@@ -1,6 +1,7 @@
 """What each entry point loads: only its own part, counted in modules."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -52,3 +53,28 @@ def test_an_entry_point_loads_its_own_part_only(statement: str, forbidden: set[s
     loaded = json.loads(done.stdout.splitlines()[-1])
     assert forbidden.isdisjoint(loaded), sorted(forbidden.intersection(loaded))
     assert len(loaded) <= budget
+
+
+PLAN = """
+import atexit, sys
+from app.cli import main
+sys.argv = ["macta", "plan", "--json", "--goal", "move sample_1 to bay_7"]
+atexit.register(lambda: print("numba" in sys.modules))
+main()
+"""
+
+
+def test_what_runs_uncompiled_plans_the_same_without_numba() -> None:
+    plans = []
+    for disabled in ("0", "1"):
+        done = subprocess.run(
+            [sys.executable, "-c", PLAN],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "NUMBA_DISABLE_JIT": disabled},
+        )
+        plan, _, has_numba = done.stdout.rstrip().rpartition("\n")
+        plans.append({name: value for name, value in json.loads(plan).items() if name != "planning_s"})
+        assert has_numba == str(disabled == "0")
+    assert plans[0] == plans[1]
