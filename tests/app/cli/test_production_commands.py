@@ -14,11 +14,10 @@ from app.cli.main import app
 from app.domain.errors import Invalid, Unavailable
 from app.settings import Settings
 from app.store import Database
-from app.store.migrate import migrate
 from app.workflows import PLANNING
 from app.workflows.leases import ExecutorRegistry
 from tests.app.undone import Noted
-from tests.databases import ON_POSTGRESQL
+from tests.databases import ON_POSTGRESQL, postgresql
 from tests.ports import free_port
 
 SHARED = "postgresql+psycopg://macta:open-sesame@database.example:5432/macta"
@@ -95,11 +94,12 @@ def test_nothing_is_alive_where_nothing_is_shared() -> None:
 
 @ON_POSTGRESQL
 def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    with postgresql() as without_tables:
+        monkeypatch.setenv("MACTA_DATABASE_URL", without_tables)
+        with pytest.raises(Unavailable, match="does not answer"):
+            worker_alive()
     monkeypatch.setenv("MACTA_DATABASE_URL", database_url)
-    with pytest.raises(Unavailable, match="does not answer"):
-        worker_alive()  # the tables are not there yet
     database = Database(database_url)
-    migrate(database)
     with pytest.raises(Unavailable, match="no running planning process"):
         worker_alive()
     ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], worlds=()).register()
