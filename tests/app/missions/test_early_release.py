@@ -52,7 +52,7 @@ def test_a_second_mission_starts_on_a_robot_whose_part_of_the_first_is_over(
         api, structured(api, "near", yard, "door_1"), lambda goal: goal["outcome"] or waits(goal)
     )
     assert ended(second) == ("finished", "completed"), second["reason"]
-    assert api.get(first).json()["state"] == "running"
+    follow(first, "running")
     assert [robot for robot in api.get(first).json()["progress"] if robot["state"] == "finished"]
     team.faults.stuck.clear()
     assert follow(first, "completed", "failed", "partially_completed")["state"] == "completed"
@@ -78,7 +78,7 @@ def test_a_goal_that_waits_for_a_robot_is_planned_when_its_part_is_over_not_when
     assert yard in waiting["reason"]
     team.faults.stuck -= {"yard_1", "yard_2"}
     assert ended(follow(goal, "finished", "unsolvable")) == ("finished", "completed")
-    assert api.get(first).json()["state"] == "running"
+    follow(first, "running")
 
 
 def test_what_the_rest_of_a_mission_needs_stays_its_own(
@@ -90,12 +90,14 @@ def test_what_the_rest_of_a_mission_needs_stays_its_own(
     for name in ("sample_1", "interchange_2", "store_2", "bay_7"):
         assert name in waiting["reason"]
     assert "door_1" not in waiting["reason"]
-    assert api.get(first).json()["state"] == "running"
+    follow(first, "running")
 
 
-def test_a_goal_that_no_release_would_help_does_not_wait(api: TestClient, half_done: str) -> None:
+def test_a_goal_that_no_release_would_help_does_not_wait(
+    api: TestClient, follow: Follow, half_done: str
+) -> None:
     first, _ = half_done.split()
     goal = structured(api, "tracked", "store_1", "yard_1")
     answer = read_until(api, goal, lambda goal: goal["outcome"] or waits(goal))
     assert answer["state"] == "unsolvable", answer["reason"]
-    assert api.get(first).json()["state"] == "running"
+    follow(first, "running")

@@ -13,7 +13,8 @@ from tests.app.fake_robots import FakeTeam
 from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
-ENDED = ("completed", "partially_completed", "failed", "cancelled", "unknown")
+ENDED = ("completed", "partially_completed", "failed", "cancelled")
+"""A mission may be unknown before: the fake world's time goes on while a busy machine keeps its messages waiting."""
 
 
 @pytest.fixture
@@ -45,7 +46,7 @@ def test_silent_robots_are_asked_and_make_the_mission_unknown_until_they_answer(
     mission = start()
     follow(mission, "running")
     team.faults.silent.add("store_2")
-    unknown = follow(mission, *ENDED)
+    unknown = follow(mission, "unknown", *ENDED)
     assert unknown["state"] == "unknown"
     assert unknown["failure"] == "unreachable"
     assert "store_2" in unknown["reason"]
@@ -125,7 +126,7 @@ def test_a_cancel_reaches_a_robot_that_never_got_its_script(
     mission = start()
     assert not follow(mission, "running")["cancel_requested"]
     assert api.post(f"{mission}:cancel", json={}).json()["cancel_requested"]
-    unknown = follow(mission, *ENDED)
+    unknown = follow(mission, "unknown", *ENDED)
     assert (unknown["state"], unknown["cancel_requested"]) == ("unknown", True)
     assert "no answer from store_2" in unknown["reason"]
     team.faults.silent.clear()
@@ -142,7 +143,8 @@ def test_a_paused_mission_waits_and_goes_on_when_resumed(
     mission = start()
     follow(mission, "running")
     assert api.post(f"{mission}:pause", json={}).json()["state"] == "paused"
-    assert api.post(f"{mission}:resume", json={}).json()["state"] == "running"
+    assert api.post(f"{mission}:resume", json={}).status_code == 202
+    follow(mission, "running")
     team.faults.stuck.clear()
     assert follow(mission, *ENDED)["state"] == "completed"
 
