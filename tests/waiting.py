@@ -8,6 +8,9 @@ import httpx2
 
 LOOK_S = 0.02
 LONG_S = 60.0
+ENDED = ("completed", "partially_completed", "failed", "cancelled")
+"""The states that a mission ends in. It may be `unknown` before: the fake world's time goes on while a busy machine
+keeps its messages waiting."""
 
 Thing = TypeVar("Thing")
 

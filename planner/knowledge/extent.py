@@ -3,6 +3,7 @@
 import yaml
 
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""libyaml's loader where yaml was built with it, about ten times as fast."""
 
 MAX_DEPTH = 50
 MAX_NODES = 500_000

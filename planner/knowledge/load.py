@@ -12,13 +12,10 @@ from pydantic import ValidationError
 
 from planner.errors import KnowledgeBaseError
 from planner.knowledge.base import KnowledgeBase
-from planner.knowledge.extent import check_extent
+from planner.knowledge.extent import LOADER, check_extent
 from planner.knowledge.schema import KnowledgeBaseFile
 
 _PLACE = re.compile(r"^(?:Value error, )?((?:[a-z_]+)(?:\.[A-Za-z0-9_]+)+): ")
-
-_QUICK = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's loader where yaml was built with it, about ten times as fast."""
 
 _WORDS = {
     "a valid tuple": "a list",
@@ -72,7 +69,7 @@ def _composed(text: str) -> tuple[yaml.Node | None, Any]:
     """The YAML nodes, which have lines, and the data."""
     try:
         check_extent(text)
-        return yaml.compose(text, Loader=_QUICK), yaml.load(text, Loader=_QUICK)
+        return yaml.compose(text, Loader=LOADER), yaml.load(text, Loader=LOADER)
     except yaml.YAMLError:  # the message of yaml's own reader shows the line
         return yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
 

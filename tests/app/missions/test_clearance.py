@@ -22,10 +22,9 @@ from tests.app.conftest import PATIENCE_S, TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
-from tests.waiting import until
+from tests.waiting import ENDED, until
 
 Follow = Callable[..., dict[str, Any]]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 STORE = Store(with_sample(load_world("sample_store"), "sample_2", "door_2", vacant="bay_3"))
 NET = STORE.one_interchange_twice()
 LEAVES = next(a.id for a in NET.actions if a.tag == "NAVIGATE" and a.arguments["ref1"] == "interchange_1")

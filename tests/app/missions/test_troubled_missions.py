@@ -10,11 +10,9 @@ from fastapi.testclient import TestClient
 
 from app.composition import Service
 from tests.app.fake_robots import FakeTeam
-from tests.waiting import until
+from tests.waiting import ENDED, until
 
 Follow = Callable[..., dict[str, Any]]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
-"""A mission may be unknown before: the fake world's time goes on while a busy machine keeps its messages waiting."""
 
 
 @pytest.fixture

@@ -30,7 +30,7 @@ class Worker(threading.Event):
         return self.is_set()
 
     def stop(self) -> None:
-        """No workflow is dequeued any more once this returns: a poll under way has ended."""
+        """No workflow is dequeued after this returns: a poll under way has ended."""
         self.set()
         self._thread.join(timeout=30)
         assert not self._thread.is_alive(), "a worker that does not end holds up the service's shutdown"

@@ -10,10 +10,9 @@ from fastapi.testclient import TestClient
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
 from tests.databases import ON_BOTH
-from tests.waiting import read_until
+from tests.waiting import ENDED, read_until
 
 pytestmark = ON_BOTH
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 FACTS = "/v1/worlds/sample_store/facts"
 ELSEWHERE = {"facts": [{"predicate": "in", "args": ["sample_2", "bay_3"]}]}
 

@@ -8,9 +8,9 @@ from fastapi.testclient import TestClient
 
 from robots.world import WorldFile, load_world
 from tests.app.fake_robots import FakeTeam
+from tests.waiting import ENDED
 
 Follow = Callable[..., dict[str, Any]]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 
 
 @pytest.fixture

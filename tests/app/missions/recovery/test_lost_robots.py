@@ -10,10 +10,9 @@ from app.composition import Service
 from robots.wire import PacketReport, PacketState, ScriptReport, ScriptState
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
-from tests.waiting import read_until, until
+from tests.waiting import ENDED, read_until, until
 
 Thing = dict[str, Any]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 FACTS = "/v1/worlds/sample_store/facts"
 UNKNOWN = "/v1/worlds/sample_store/unknown"
 

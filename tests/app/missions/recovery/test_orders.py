@@ -10,10 +10,9 @@ from fastapi.testclient import TestClient
 from robots.wire import ScriptState
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
-from tests.waiting import read_until
+from tests.waiting import ENDED, read_until
 
 Thing = dict[str, Any]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 YARDS = {"yard_1", "yard_2"}
 Reach = Callable[[str], str]
 

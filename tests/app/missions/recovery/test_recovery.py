@@ -8,10 +8,9 @@ from fastapi.testclient import TestClient
 from app.composition import Service
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
-from tests.waiting import read_until
+from tests.waiting import ENDED, read_until
 
 Thing = dict[str, Any]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 
 
 def deciding(mission: Thing) -> bool:

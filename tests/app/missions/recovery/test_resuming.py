@@ -9,10 +9,9 @@ from fastapi.testclient import TestClient
 
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
-from tests.waiting import read_until, until
+from tests.waiting import ENDED, read_until, until
 
 Thing = dict[str, Any]
-ENDED = ("completed", "partially_completed", "failed", "cancelled")
 FACTS = "/v1/worlds/sample_store/facts"
 ALONE = "store_2"
 """The only robot that reaches bay_7."""
