@@ -121,6 +121,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             work=work,
             time_limit_s=request.time_limit_s,
             replaces=ReplacedPlan(plan_id=mission.plan_id, plan_net=net),
+            is_under_way=True,
             left_out=without,
         )
 
@@ -185,7 +186,7 @@ def _failure_reason(reason: str, task: RepairTask) -> str:
     others = f" without {', '.join(without)}" if without else ""
     held = [
         fact
-        for fact in sorted(task.problem.whole.facts)
+        for fact in sorted(task.problem.withheld.whole.facts)
         if fact.predicate == OBJECT_POSITION and fact.args[2] in task.left_out.robots
     ]
     return "; ".join(

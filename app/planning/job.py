@@ -8,7 +8,7 @@ failing is given up.
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Generic, TypeVar
 
@@ -19,6 +19,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.plan_document import DifferenceBody, RepairsBody
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import Watch
+from app.planning.pool.withheld import WorkUnlessBlocked
 from app.planning.pool.work import Solution, Solutions, Work, WorkResult
 from app.planning.problem_builder import GoalProblem
 from app.planning.progress_watch import ProgressWatch
@@ -49,12 +50,14 @@ class PlanningTask:
 
     :param time_limit_s: of the work, from when a process begins it.
     :param replaces: the plan that the work repairs.
+    :param is_under_way: that plan is carried out, so that its actions will change the problem's facts.
     """
 
     problem: GoalProblem
     work: Work[Solutions]
     time_limit_s: float
     replaces: ReplacedPlan | None = None
+    is_under_way: bool = False
 
 
 Row = TypeVar("Row", GoalRow, MissionRow)
@@ -136,17 +139,18 @@ class PlanningJob(ABC, Generic[Row, Task]):
 
     def _result(self, task: Task, watch: Watch) -> WorkResult[Solutions]:
         problem = task.problem
-        if problem.refusal:
-            result: WorkResult[Solutions] = WorkResult(
-                status=PlanningStatus.UNSOLVABLE, reason=problem.refusal
+        work = task.work
+        if problem.withheld:
+            work = WorkUnlessBlocked(
+                work=work,
+                problem=None if task.is_under_way else problem.problem,
+                withheld=problem.withheld,
+                knowledge_base=self._knowledge_base,
+                refusal=problem.refusal,
             )
-        else:
-            result = self._worker.do(task.work, task.time_limit_s, watch)
-        if result.answer is not None or not problem.waits_for:
-            return result
-        if never := problem.why_never(self._knowledge_base):
-            return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=never)
-        return replace(result, waits_for=problem.blocking_only(self._knowledge_base).waits_for)
+        elif problem.refusal:
+            return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=problem.refusal)
+        return self._worker.do(work, task.time_limit_s, watch)
 
 
 def _goal_of(session: Session, subject: GoalRow | MissionRow) -> GoalRow:

@@ -2,14 +2,12 @@
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.blockers import Blockers
 from app.domain.durations import Durations, Kind
 from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
@@ -25,23 +23,16 @@ from app.domain.world_model import (
     planning_problem,
     spot_of,
 )
-from app.domain.world_model.beliefs import CAN
-from app.domain.world_model.reservation import is_withheld
 from app.domain.world_model.vocabulary import planner_fact
+from app.planning.pool.withheld import Withheld, is_ability
 from app.store import GoalRow, PlanRow, WorldRow
 from app.store.durations import learned_durations
 from app.store.records import lost_robot_reasons
-from app.store.reservations import MissionReservation, all_reserved
-from planner import Fact, KnowledgeBase, PlanNet, PlanningProblem, scale_term
-from planner.explanation.diagnosis import why_unsolvable
-from planner.problem.contradiction import contradicting_goals
-from planner.relaxation import is_relaxed_reachable
+from app.store.reservations import all_reserved
+from planner import Fact, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-
-MAX_BLOCKERS = 8
-"""The most missions and robots among which those that block a goal are determined."""
 
 Points = Callable[[str], Mapping[str, tuple[float, float]]]
 """By world, the last reported position of each robot, (x, y) in metres; default: the start in the world's file."""
@@ -53,68 +44,22 @@ UnavailableRobots = Callable[[str], Mapping[str, str]]
 class GoalProblem:
     """A goal's planning problem, and what it was built from.
 
-    :param whole: the problem if nothing were reserved and every robot were available.
+    :param withheld: what it leaves out.
     :param refusal: why the goal is impossible in the present world; empty if it is possible.
-    :param held: what other missions have reserved.
-    :param unavailable: the robots that are not recruited, each with the reason.
     :param factors: factors on durations, by action and team size.
     :param releases: the world's count of releases when the problem was built.
     """
 
     problem: PlanningProblem
-    whole: PlanningProblem
+    withheld: Withheld
     refusal: str
-    held: Sequence[MissionReservation]
-    unavailable: Mapping[str, str]
     factors: Mapping[Kind, float]
     world_version: int
     releases: int
 
-    @property
-    def waits_for(self) -> Blockers:
-        """The missions and robots that may block the goal."""
-        return Blockers(missions=tuple(str(mission) for mission in self.held), robots=self.unavailable)
-
-    def why_never(self, knowledge_base: KnowledgeBase) -> str:
-        """Why the goal would have no plan even if nothing blocked it, in words; empty if it may have one."""
-        if not _is_hopeless(knowledge_base, self.whole):
-            return ""
-        return why_unsolvable(knowledge_base, self.whole)
-
     def without(self, robots: Collection[str]) -> "GoalProblem":
         """The same problem without these robots, which are not waited for either."""
-        facts = frozenset(fact for fact in self.whole.facts if not _is_ability(fact, of=robots))
-        unavailable = {robot: why for robot, why in self.unavailable.items() if robot not in robots}
-        return replace(self, whole=replace(self.whole, facts=facts), unavailable=unavailable)
-
-    def blocking_only(self, knowledge_base: KnowledgeBase) -> "GoalProblem":
-        """The same problem with only those missions and robots that each block the goal alone.
-
-        All of them are kept if none does so alone, or if there are more than `MAX_BLOCKERS`.
-        """
-        if len(self.held) + len(self.unavailable) > MAX_BLOCKERS:
-            return self
-
-        def blocks(withheld: Callable[[Fact], bool]) -> bool:
-            left = frozenset(fact for fact in self.whole.facts if not withheld(fact))
-            return _is_hopeless(knowledge_base, replace(self.whole, facts=left))
-
-        held = [one for one in self.held if blocks(partial(is_withheld, reserved=one.reservation))]
-        unavailable = {
-            robot: why for robot, why in self.unavailable.items() if blocks(partial(_is_ability, of={robot}))
-        }
-        return replace(self, held=held, unavailable=unavailable) if held or unavailable else self
-
-
-def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:
-    """True if it is proven, quickly, that the problem has no plan."""
-    return not is_relaxed_reachable(knowledge_base, problem) or bool(
-        contradicting_goals(knowledge_base, problem)
-    )
-
-
-def _is_ability(fact: Fact, *, of: Collection[str]) -> bool:
-    return fact.predicate == CAN and fact.args[0] in of
+        return replace(self, withheld=self.withheld.without(robots))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,15 +124,17 @@ class ProblemBuilder:
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
-        able = frozenset(fact for fact in facts if not _is_ability(fact, of=unavailable))
+        able = frozenset(fact for fact in facts if not is_ability(fact, of=unavailable))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
         issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
         return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),
-            whole=replace(problem, facts=facts),
+            withheld=Withheld(
+                whole=replace(problem, facts=facts),
+                missions={str(one): one.reservation for one in held},
+                robots=unavailable,
+            ),
             refusal="; ".join(issue.detail for issue in issues),
-            held=held,
-            unavailable=unavailable,
             factors=factors,
             world_version=self._facts.version(session, goal.world),
             releases=session.get_one(WorldRow, goal.world).releases,
@@ -207,7 +154,7 @@ class ProblemBuilder:
         return CurrentProblem(
             goal=goal,
             plan_net=net,
-            problem=built.problem if is_current else built.whole,
+            problem=built.problem if is_current else built.withheld.whole,
             is_current=is_current,
             world_version=built.world_version,
         )

@@ -12,7 +12,6 @@ from app.domain.world_model import Reservation
 from app.planning.problem_builder import GoalProblem
 from app.store import Database, DurationRow, GoalRow
 from app.store.migrate import migrate
-from app.store.reservations import MissionReservation
 from planner import Fact, PlanningRequest, scale_term
 from tests.app.planning.record import STORE, StoreRecord
 from tests.app.planning.store_engine import StoreEngine
@@ -84,7 +83,7 @@ def test_an_unavailable_robot_can_do_nothing_but_stays_where_it_is(
     built = problems.build()
     assert not any(f.predicate == "can" and f.args[0] == "store_2" for f in built.problem.facts)
     assert Fact("in_area", ("store_2", "aisle_2")) in built.problem.facts
-    assert str(built.waits_for) == "store_2, which charges"
+    assert built.withheld.robots == {"store_2": "which charges"}
 
 
 def test_waiting_is_in_vain_if_nobody_could_do_it_either_when_all_are_free(
@@ -92,16 +91,13 @@ def test_waiting_is_in_vain_if_nobody_could_do_it_either_when_all_are_free(
 ) -> None:
     problems.knows("DOCK", samples=5, mean=1.2)
     unavailable["store_2"] = "which charges"
-    assert problems.build().why_never(STORE.base) == ""
-    assert "yard_1" in problems.build("tracked(store_1, yard_1)").why_never(STORE.base)
+    assert problems.build().withheld.why_never(STORE.base) == ""
+    assert "yard_1" in problems.build("tracked(store_1, yard_1)").withheld.why_never(STORE.base)
 
 
-def held(*robots: str) -> list[MissionReservation]:
-    """Missions of a robot each."""
-    return [
-        MissionReservation(mission_id=robot, reservation=Reservation(robots=frozenset({robot})))
-        for robot in robots
-    ]
+def held(*robots: str) -> dict[str, Reservation]:
+    """Missions of a robot each, named like it."""
+    return {robot: Reservation(robots=frozenset({robot})) for robot in robots}
 
 
 @pytest.mark.parametrize(
@@ -114,18 +110,18 @@ def held(*robots: str) -> list[MissionReservation]:
 def test_a_goal_waits_for_those_missions_that_stand_in_its_way(
     problems: StoreProblems, busy: tuple[str, ...], waits_for: list[str]
 ) -> None:
-    built = replace(problems.build(), held=held(*busy)).blocking_only(STORE.base)
-    assert [one.mission_id for one in built.held] == waits_for
+    withheld = replace(problems.build().withheld, missions=held(*busy))
+    assert withheld.blockers(STORE.base).missions == tuple(waits_for)
 
 
 def test_a_goal_waits_for_no_mission_while_the_robot_it_needs_rests(
     problems: StoreProblems, unavailable: dict[str, str]
 ) -> None:
     unavailable |= {"store_2": "which charges", "yard_1": "which charges"}
-    built = replace(problems.build(), held=held("store_1")).blocking_only(STORE.base)
-    assert str(built.waits_for) == "store_2, which charges"
+    withheld = replace(problems.build().withheld, missions=held("store_1"))
+    assert str(withheld.blockers(STORE.base)) == "store_2, which charges"
 
 
 def test_goals_that_contradict_each_other_do_not_wait(problems: StoreProblems) -> None:
     built = problems.build("near(yard_1, door_1)", "near(yard_2, door_1)")
-    assert built.why_never(STORE.base) == "yard_1 is near door_1 or yard_2 is near door_1, not both"
+    assert built.withheld.why_never(STORE.base) == "yard_1 is near door_1 or yard_2 is near door_1, not both"

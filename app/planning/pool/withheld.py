@@ -1,0 +1,110 @@
+"""What a problem leaves out because other missions need it or robots are not recruited now, and work on such problems.
+
+The work waits instead of failing if the problem would have a plan with what is withheld. This runs in a planning
+process, for it takes as long as a small plan.
+"""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+from app.domain.blockers import Blockers
+from app.domain.world_model.beliefs import CAN
+from app.domain.world_model.reservation import Reservation, is_withheld
+from app.planning.pool.work import Solutions, Work, WorkResult
+from planner import Fact, KnowledgeBase, Observer, PlanningEngine, PlanningProblem, PlanningStatus
+from planner.explanation.diagnosis import why_unsolvable
+from planner.problem.contradiction import contradicting_goals
+from planner.relaxation import is_relaxed_reachable
+
+MAX_BLOCKERS = 8
+"""The most missions and robots among which those that block a goal are determined."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Withheld:
+    """What a problem leaves out; false if nothing.
+
+    :param whole: the problem if nothing were withheld.
+    :param missions: what other missions have reserved, by the mission in words.
+    :param robots: the robots that are not recruited, each with the reason.
+    """
+
+    whole: PlanningProblem
+    missions: Mapping[str, Reservation]
+    robots: Mapping[str, str]
+
+    def __bool__(self) -> bool:
+        return bool(self.missions or self.robots)
+
+    def without(self, robots: Collection[str]) -> "Withheld":
+        """The same without these robots, which are not waited for either."""
+        facts = frozenset(fact for fact in self.whole.facts if not is_ability(fact, of=robots))
+        others = {robot: why for robot, why in self.robots.items() if robot not in robots}
+        return replace(self, whole=replace(self.whole, facts=facts), robots=others)
+
+    def why_never(self, knowledge_base: KnowledgeBase) -> str:
+        """Why there would be no plan even if nothing were withheld, in words; empty if there may be one."""
+        return why_unsolvable(knowledge_base, self.whole) if _is_hopeless(knowledge_base, self.whole) else ""
+
+    def blockers(self, knowledge_base: KnowledgeBase) -> Blockers:
+        """The missions and robots that each prevent a plan alone.
+
+        All of them if none does so alone, or if there are more than `MAX_BLOCKERS`.
+        """
+        every = Blockers(missions=tuple(self.missions), robots=self.robots)
+        if not 1 < len(self.missions) + len(self.robots) <= MAX_BLOCKERS:
+            return every
+
+        def blocks(withheld: Callable[[Fact], bool]) -> bool:
+            left = frozenset(fact for fact in self.whole.facts if not withheld(fact))
+            return _is_hopeless(knowledge_base, replace(self.whole, facts=left))
+
+        alone = Blockers(
+            missions=tuple(
+                mission
+                for mission, reserved in self.missions.items()
+                if blocks(partial(is_withheld, reserved=reserved))
+            ),
+            robots={
+                robot: why for robot, why in self.robots.items() if blocks(partial(is_ability, of={robot}))
+            },
+        )
+        return alone or every
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkUnlessBlocked:
+    """Plan a problem from which something is withheld; without a plan, the result names what to wait for.
+
+    :param problem: the problem, checked before the work; None if actions are under way that will change its facts.
+    :param refusal: why the goal is impossible in the present world; then it is only determined whether to wait.
+    """
+
+    work: Work[Solutions]
+    problem: PlanningProblem | None
+    withheld: Withheld
+    knowledge_base: KnowledgeBase
+    refusal: str = ""
+
+    def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
+        result: WorkResult[Solutions] = WorkResult(status=PlanningStatus.UNSOLVABLE, reason=self.refusal)
+        # What is out of reach is not given to the engine, which would explain in detail why: nobody reads that.
+        if not self.refusal and not (self.problem and _is_hopeless(self.knowledge_base, self.problem)):
+            result = self.work(engine, observer)
+            if result.answer is not None:
+                return result
+        if never := self.withheld.why_never(self.knowledge_base):
+            return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=never)
+        return replace(result, waits_for=self.withheld.blockers(self.knowledge_base))
+
+
+def is_ability(fact: Fact, *, of: Collection[str]) -> bool:
+    return fact.predicate == CAN and fact.args[0] in of
+
+
+def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:
+    """True if it is proven, quickly, that the problem has no plan."""
+    return not is_relaxed_reachable(knowledge_base, problem) or bool(
+        contradicting_goals(knowledge_base, problem)
+    )
