@@ -55,8 +55,10 @@ from app.workflows import (
     MISSIONS,
     PLAN_GOAL,
     PLAN_WAITING,
+    PLANNING,
     QUEUES,
     RECOVER_MISSION,
+    WAITING,
     Queue,
     Workflows,
 )
@@ -347,11 +349,12 @@ class Service:
 
     def _start_workflows(self) -> None:
         workflows = self.core.workflows
-        workflows.register(PLAN_GOAL, self._goal_planning.run)
-        workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
-        workflows.register(PLAN_WAITING, partial(self._waiting_goals.run, plan=self._goal_planning.run))
-        workflows.register(MISSION_LIFE, self._mission_life.run)
-        workflows.register(RECOVER_MISSION, self._recovery.run)
+        workflows.register(PLAN_GOAL, PLANNING, self._goal_planning.run)
+        workflows.register(FIND_ALTERNATIVES, PLANNING, self._alternatives_job.run)
+        plan_waiting = partial(self._waiting_goals.run, plan=self._goal_planning.run)
+        workflows.register(PLAN_WAITING, WAITING, plan_waiting)
+        workflows.register(MISSION_LIFE, MISSIONS, self._mission_life.run)
+        workflows.register(RECOVER_MISSION, PLANNING, self._recovery.run)
         workflows.launch()
 
     def close(self) -> None:

@@ -38,8 +38,8 @@ from robots.world import load_world
 TOKEN = "a-token-of-the-benchmark"
 SAMPLES, BAYS = 4, 12
 GIVE_UP_S = 300.0
-LOOK_S = 0.01
-REPEAT_S = 0.1
+LOOK_S = 0.02
+REPEAT_S = 2.0
 """Wall-clock seconds after which a report without a receipt is sent again."""
 
 

@@ -40,7 +40,8 @@ from robots.world import LinkSpec
 
 RECEIVE_S = 0.05
 DELIVER_S = 1.0
-"""Wall-clock seconds between two deliveries while nothing is unanswered and nothing was written."""
+"""Wall-clock seconds between two deliveries while nothing is unanswered and nothing was written, and between two checks
+whether robots are heard again."""
 
 logger = logging.getLogger(__name__)
 
@@ -120,16 +121,20 @@ class AgentModels:
 
     def _run(self) -> None:
         due_s = 0.0
+        readmit_s = 0.0
         while not self._background.ending.is_set():
             try:
                 self._each_turn()
                 for message in self._communications.receive(RECEIVE_S):
                     self._take(message)
                 self._ask()
-                if self._due.is_set() or self._wall.monotonic_s() >= due_s:
+                now_s = self._wall.monotonic_s()
+                if now_s >= readmit_s and self._has_lease():
+                    self._readmit()
+                    readmit_s = now_s + DELIVER_S
+                if self._due.is_set() or now_s >= due_s:
                     self._due.clear()
                     if self._has_lease():
-                        self._readmit()
                         self._deliver()
                     pause_s = MIN_RESEND_S if self._communications.has_unanswered else DELIVER_S
                     due_s = self._wall.monotonic_s() + pause_s

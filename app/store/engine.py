@@ -97,9 +97,9 @@ class Database:
             session.add_all(rows)
             session.flush()
             announce(session, WRITTEN)
-        if self.shared:
-            for topic in sorted(session.info.pop(_TOPICS, ())):
-                session.execute(select(func.pg_notify(CHANNEL, f"{topic} {self.name}")))
+        if self.shared and (topics := session.info.pop(_TOPICS, ())):
+            notify = (func.pg_notify(CHANNEL, f"{topic} {self.name}") for topic in sorted(topics))
+            session.execute(select(*notify))
 
     def close(self) -> None:
         self.engine.dispose()

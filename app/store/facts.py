@@ -17,6 +17,8 @@ from planner import Fact, KnowledgeBase
 
 REMEMBERED_BELIEFS = 5
 """How many contradicted beliefs a fact keeps, the newest (our choice)."""
+_CHANGED = "changed facts"
+"""Key of `Session.info`: the worlds whose facts the transaction has changed."""
 
 
 class FactStore:
@@ -25,9 +27,23 @@ class FactStore:
     def __init__(self, events: EventLog, knowledge_base: KnowledgeBase) -> None:
         self._events = events
         self._knowledge_base = knowledge_base
+        self._read: dict[str, tuple[int, frozenset[Fact]]] = {}
+        """By world, the facts read last, with their version."""
 
     def facts(self, session: Session, world: str) -> frozenset[Fact]:
-        return frozenset(Fact(row.predicate, tuple(row.args)) for row in self.rows(session, world))
+        """The world's facts, read only if its version is another than at the last call."""
+        version, facts = self._read.get(world, (None, frozenset()))
+        if version is not None and version == self.version(session, world):
+            return facts
+        # One statement: the version and the facts of one instant.
+        columns = (FactRow.predicate, FactRow.args, WorldRow.version)
+        query = select(*columns).join(WorldRow, WorldRow.id == FactRow.world).where(FactRow.world == world)
+        rows = session.execute(query).all()
+        facts = frozenset(Fact(row.predicate, tuple(row.args)) for row in rows)
+        # What this transaction has changed may be rolled back, and its version then be given to other facts.
+        if rows and world not in session.info.get(_CHANGED, ()):
+            self._read[world] = rows[0].version, facts
+        return facts
 
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
@@ -37,6 +53,7 @@ class FactStore:
         return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
 
     def version(self, session: Session, world: str) -> int:
+        """The number of changes of the world's facts."""
         return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
 
     def lock(self, session: Session, world: str) -> WorldRow:
@@ -147,6 +164,7 @@ class WorldFacts:
         self._note_unknown(gone, source=source, at_s=at_s)
         if gone or new:
             self._world.version += 1
+            self._session.info.setdefault(_CHANGED, set()).add(world)
             self._events.append(
                 self._session,
                 FactsChanged(

@@ -71,15 +71,19 @@ class Workflows:
             "console_log_level": "ERROR",
         }
 
-    def register(self, name: str, function: Callable[[str], None]) -> None:
-        """Register a workflow under a name. Every process registers every workflow before `launch`."""
+    def register(self, name: str, queue: Queue, function: Callable[[str], None]) -> None:
+        """Register a workflow under a name. Every process registers every workflow before `launch`.
+
+        :param queue: the one that it is started in.
+        """
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
             CLOSING.set(self._closing)
             try:
                 function(subject)
             finally:
-                self._poll_all()  # there is room for the next one
+                if queue.is_narrow:  # there is room for the next one
+                    self.poll(queue)
 
         DBOS.workflow(name=name)(workflow)
 
@@ -90,6 +94,7 @@ class Workflows:
             registered = DBOS.register_queue(
                 queue.name, worker_concurrency=queue.at_once, polling_interval_sec=self._queue_polling_s
             )
+            registered.database_backed_queue = False  # its settings never change, so no poll reads them again
             if queue in self._serves:
                 self._listeners[queue.name] = QueueListener(
                     self._dbos, registered, may_dequeue=self._may_dequeue, clock=self._clock

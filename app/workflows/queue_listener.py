@@ -8,7 +8,7 @@ from dbos import DBOS, Queue
 from app.domain.clock import WallClock
 from app.workflows.dbos_internals import work_queue
 
-ACTIVE_S = 5.0
+ACTIVE_S = 0.5
 """How long after the last notification a queue is polled at its own interval."""
 IDLE_POLLING_S = 1.0
 """Polling interval after that. Only workflows of dead processes are in a queue without an announcement."""

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+UNLIMITED = 1000
+"""So many at once that none waits for another."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Queue:
@@ -10,10 +13,15 @@ class Queue:
     name: str
     at_once: int
 
+    @property
+    def is_narrow(self) -> bool:
+        """True if workflows may have to wait for the end of others."""
+        return self.at_once < UNLIMITED
+
 
 PLANNING = Queue(name="planning", at_once=4)
 WAITING = Queue(name="waiting", at_once=1)
-MISSIONS = Queue(name="missions", at_once=1000)
+MISSIONS = Queue(name="missions", at_once=UNLIMITED)
 QUEUES = (PLANNING, WAITING, MISSIONS)
 
 PLAN_GOAL = "plan_goal"

@@ -20,7 +20,7 @@ from app.store.facts import FactStore
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
 from app.store.reservations import Reservations
-from app.workflows import PLAN_WAITING, Workflows
+from app.workflows import PLAN_WAITING, WAITING, Workflows
 from planner import load_knowledge_base
 from tests.waiting import until
 
@@ -92,7 +92,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
             session.get_one(GoalRow, goal_id).releases_seen = 1
         planned.put(goal_id)
 
-    workflows.register(PLAN_WAITING, partial(goals.run, plan=plan))
+    workflows.register(PLAN_WAITING, WAITING, partial(goals.run, plan=plan))
     workflows.launch()
     names = [f"goal {number:03}" for number in range(2 * GOALS_PER_WORKFLOW + 1)]
     with database.write() as session:

@@ -1,6 +1,8 @@
 """Grounds the operators of a small world by a join over its static facts."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import itemgetter
 
 from planner.engines.hierarchical.fragments.steps import Step, Task
 from planner.engines.hierarchical.fragments.world_index import WorldIndex
@@ -9,8 +11,9 @@ from planner.knowledge import Operator
 from planner.knowledge.literal import Literal
 
 Atom = tuple[str, tuple[str, ...]]
-Form = tuple[tuple[str, tuple[int | str, ...]], ...]
-"""Literals whose terms are places among an operator's arguments, or constants."""
+Rows = Callable[[tuple[str, ...]], tuple[str, ...]]
+Form = tuple[tuple[str, Rows], ...]
+"""Literals: each a predicate, and a function that selects its terms from the operator's arguments and constants."""
 MIN_S = 0.1
 """Minimum cost of an action in seconds, so that no plan contains needless actions."""
 
@@ -50,51 +53,61 @@ class _Numbering:
     def __init__(self, goals: Sequence[Fact]) -> None:
         atoms = dict.fromkeys((goal.predicate, goal.args) for goal in goals)
         self._marks: dict[Atom, int] = {atom: 1 << number for number, atom in enumerate(atoms)}
-        self._atoms: dict[Atom, int] = {}
+        self._rows: dict[str, dict[tuple[str, ...], int]] = defaultdict(dict)
+        """By predicate, the bit of each row met."""
         self.goal = (1 << len(atoms)) - 1
+        self.width = len(atoms)
 
-    @property
-    def width(self) -> int:
-        return len(self._marks) + len(self._atoms)
+    def mask(self, literals: Form, terms: tuple[str, ...]) -> int:
+        """The bits of the literals.
 
-    def mask(self, literals: Form, args: tuple[str, ...]) -> int:
-        """The bits of the literals with these arguments."""
+        :param terms: the operator's arguments and constants, which the literals select from.
+        """
         mask = 0
-        atoms = self._atoms
-        for predicate, terms in literals:
-            atom = predicate, tuple([args[term] if isinstance(term, int) else term for term in terms])
-            bit = atoms.get(atom)
+        for predicate, row_of in literals:
+            rows = self._rows[predicate]
+            row = row_of(terms)
+            bit = rows.get(row)
             if bit is None:
-                bit = atoms[atom] = 1 << self.width
+                bit = rows[row] = 1 << self.width
+                self.width += 1
             mask |= bit
         return mask
 
     def marks(self, mask: int) -> int:
         """The goals' own bits for those among the atoms of the mask."""
         marks = 0
-        for atom, mark in self._marks.items():
-            if self._atoms.get(atom, 0) & mask:
+        for (predicate, row), mark in self._marks.items():
+            if self._rows[predicate].get(row, 0) & mask:
                 marks |= mark
         return marks
 
     def initial(self, index: WorldIndex) -> int:
         """The bits of what holds at present."""
-        bits = 0
-        for (predicate, row), bit in (*self._atoms.items(), *self._marks.items()):
+        initial = 0
+        for predicate, bits in self._rows.items():
+            present = index.rows.get(predicate, ())
+            for row, bit in bits.items():
+                if row in present:
+                    initial |= bit
+        for (predicate, row), mark in self._marks.items():
             if row in index.rows.get(predicate, ()):
-                bits |= bit
-        return bits
+                initial |= mark
+        return initial
 
 
 class _OperatorTemplate:
     """An operator's fluent literals, ready to be filled with arguments."""
 
     def __init__(self, op: Operator, index: WorldIndex) -> None:
-        place = {name: number for number, name in enumerate(op.parameters)}
+        literals = (*op.preconditions, *op.deletes, *op.intended_effects, *op.other_effects)
+        every = dict.fromkeys((*op.parameters, *(term for literal in literals for term in literal.terms)))
+        place = {term: number for number, term in enumerate(every)}
+        self.constants = tuple(every)[len(op.parameters) :]
 
         def ready(literals: Sequence[Literal]) -> Form:
             return tuple(
-                (literal.predicate, tuple(place.get(term, term) for term in literal.terms))
+                (literal.predicate, _selection([place[term] for term in literal.terms]))
                 for literal in literals
                 if literal.predicate in index.fluents
             )
@@ -109,20 +122,28 @@ class _OperatorTemplate:
         self.ways = tuple(literal for literal in self.others if predicates[literal[0]].make_way)
 
     def step(self, args: tuple[str, ...], cost: float, numbering: _Numbering) -> Step:
-        removes = numbering.mask(self.removes, args)
-        intended = numbering.mask(self.intended, args)
+        terms = args + self.constants
+        removes = numbering.mask(self.removes, terms)
+        intended = numbering.mask(self.intended, terms)
         intended |= numbering.marks(intended)
         return Step(
             op=self.op,
             args=args,
             cost=cost,
-            needs=numbering.mask(self.needs, args),
+            needs=numbering.mask(self.needs, terms),
             removes=removes | numbering.marks(removes),
-            adds=intended | numbering.mask(self.others, args),
+            adds=intended | numbering.mask(self.others, terms),
             intended=intended,
-            justifying=intended | numbering.mask(self.ways, args),
+            justifying=intended | numbering.mask(self.ways, terms),
             agents=tuple([args[place] for place in self.agents]),
         )
+
+
+def _selection(places: Sequence[int]) -> Rows:
+    """A function that selects the terms at these places."""
+    if len(places) > 1:
+        return itemgetter(*places)
+    return lambda terms: tuple([terms[place] for place in places])
 
 
 def bindings(index: WorldIndex, op: Operator, objects: frozenset[str]) -> Iterator[tuple[str, ...]]:
