@@ -38,7 +38,9 @@ from robots.world import load_world
 TOKEN = "a-token-of-the-benchmark"
 SAMPLES, BAYS = 4, 12
 GIVE_UP_S = 300.0
-LOOK_S = 0.02
+RECEIVE_S = 0.02
+LOOK_S = 0.1
+"""Pause between two looks at the open goals: more of them would be measured, too."""
 REPEAT_S = 2.0
 """Wall-clock seconds after which a report without a receipt is sent again."""
 
@@ -64,7 +66,7 @@ class Instant:
     def _run(self) -> None:
         repeat_at_s = 0.0
         while not self._ending.is_set():
-            for message in self._link.receive(LOOK_S):
+            for message in self._link.receive(RECEIVE_S):
                 if isinstance(message.body, Receipt):
                     self._unconfirmed.pop(message.in_reply_to or "", None)
                 elif isinstance(message.body, ScriptRequest) and message.id not in self._taken:
