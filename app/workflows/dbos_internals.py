@@ -38,16 +38,17 @@ def reenqueue(dbos: DBOS, workflow_id: str, *, executor: str, default_queue: str
     return dbos._sys_db.reenqueue_for_recovery(workflow_id, [executor], default_queue)
 
 
-def message_waker(dbos: DBOS) -> Callable[[], None]:
-    """A function that makes every workflow of this process that waits in `recv` check the database at once.
+def message_waker(dbos: DBOS) -> Callable[[str | None], None]:
+    """A function that makes a workflow that waits here in `recv` check the database at once; None: every workflow.
 
-    After a lost notification DBOS itself checks only once a minute, and it offers no way to end a wait at shutdown. The
-    function works after `DBOS.destroy`, too.
+    After a lost notification DBOS itself checks only once a minute, on SQLite it checks for every waiting workflow at a
+    fixed interval, and it offers no way to end a wait at shutdown. The function works after `DBOS.destroy`, too.
     """
     waiters = dbos._sys_db.notifications_map
 
-    def wake() -> None:
-        for _, _, signal in waiters.snapshot():
-            signal.set()
+    def wake(workflow_id: str | None) -> None:
+        for _, (waiting, *_), signal in waiters.snapshot():
+            if workflow_id in (None, waiting):
+                signal.set()
 
     return wake

@@ -22,7 +22,8 @@ APPLICATION = "macta"
 APPLICATION_VERSION = "2"
 """Increased when the order of a workflow's steps changes, so that no old workflow is replayed by new code."""
 
-MESSAGE_POLLING_S = 0.05
+MESSAGE_POLLING_S = 1.0
+"""Polling interval, on SQLite, of messages to each waiting workflow; `wake` makes the one concerned check at once."""
 QUEUE_POLLING_S = 0.25
 """Polling interval of queues while there is work: every process is notified of new work, and polling every 50 ms kept a
 sixth of a core busy."""
@@ -138,7 +139,7 @@ class Workflows:
 
     def recheck_messages(self) -> None:
         """Have every workflow that waits here check for messages whose notification may have been lost."""
-        message_waker(self._dbos)()
+        message_waker(self._dbos)(None)
 
     def recover_executor(self, executor: str) -> int:
         """Put back into their queues the workflows that another executor left pending; returns their number."""
@@ -183,6 +184,8 @@ class Workflows:
     def wake(self, session: Session, workflow_id: str, key: str) -> None:
         """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
         self._connected.send_in_transaction(session, workflow_id, key, WAKE, key)
+        if self.executor == EMBEDDED:  # PostgreSQL notifies
+            after_commit(session, partial(message_waker(self._dbos), workflow_id))
 
     def delete_finished(self, before: str, limit: int) -> int:
         """Delete up to `limit` workflows that ended before an instant (ISO 8601); returns their number."""
@@ -217,4 +220,4 @@ class Workflows:
         # another process has recovered. They wake now, and without a connection they can record nothing.
         retire(self.engine)
         if wake is not None:
-            wake()
+            wake(None)

@@ -72,7 +72,7 @@ def worker(dbos: DBOS, queue: Queue) -> Iterator[Worker]:
     yield worker
     worker.stop()
     DBOS.cancel_workflows([one.workflow_id for one in DBOS.list_workflows(status=["PENDING", "ENQUEUED"])])
-    dbos_internals.message_waker(dbos)()
+    dbos_internals.message_waker(dbos)(None)
     until(lambda: not dbos_internals.executing_workflows(dbos))
 
 
@@ -114,5 +114,9 @@ def test_only_a_pending_workflow_of_the_named_executor_is_enqueued_again(dbos: D
 def test_a_workflow_that_waits_looks_for_a_message_when_woken(dbos: DBOS, worker: Worker) -> None:
     """Else a lost notification delays a mission by a minute, and workflows that wait hold up the shutdown."""
     wait_for_message("mine")
-    dbos_internals.message_waker(dbos)()
+    wait_for_message("other")
+    dbos_internals.message_waker(dbos)("mine")
     assert DBOS.retrieve_workflow("mine").get_result() == "heard None"
+    assert dbos_internals.executing_workflows(dbos) == {"other"}
+    dbos_internals.message_waker(dbos)(None)
+    assert DBOS.retrieve_workflow("other").get_result() == "heard None"
