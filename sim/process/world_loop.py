@@ -36,7 +36,7 @@ TELEMETRY_GAP_S = 0.05
 MAX_BUSY_S = 0.02
 """Longest wall time between two polls of the control channel."""
 MIN_WAIT_S = 0.001
-"""Shorter waits are rounded up; the ticks due meanwhile are made together."""
+"""Shorter waits are rounded up; the control cycles due meanwhile are made together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +133,7 @@ class WorldLoop:
                 self._file.close()
 
     def cycle(self) -> None:
-        """Make the ticks that are due, take a snapshot if it is due, and answer a command."""
+        """Make the control cycles that are due, take a snapshot if it is due, and answer a command."""
         wait_s = self._advance()
         if self._commit is not None:
             self._commit.take_if_due()
@@ -144,11 +144,15 @@ class WorldLoop:
             self._execute(self._channels.control.recv())
 
     def _advance(self) -> float | None:
-        """Make the ticks that are due, for `MAX_BUSY_S` at most; returns how long to wait for a command."""
+        """Make the control cycles that are due, for `MAX_BUSY_S` at most; returns how long to wait for a command.
+
+        A cycle begins with what robots sense, and nothing outside sees the ticks within it: waking for each of them would
+        cost a world at rest a third more.
+        """
         poll_at_s = self._wall_clock.now_s() + MAX_BUSY_S
         clock = self._simulation.clock
         while (wait_s := self._pacer.wait_s(clock.now_s())) == 0.0:
-            self._simulation.step()
+            self._simulation.step_control_cycle()
             self._show_time()
             if self._wall_clock.now_s() >= poll_at_s:
                 return 0.0

@@ -180,6 +180,11 @@ class Simulation:
         self._jaws.carry()
         self.clock.ticks += 1
 
+    def step_control_cycle(self) -> None:
+        """Step until the agents' next turn: three ticks, fewer after a snapshot of an instant between two turns."""
+        for _ in range(TICKS_PER_CONTROL - self.clock.ticks % TICKS_PER_CONTROL):
+            self.step()
+
     def run_until(self, done: Callable[[], bool], *, timeout_s: float) -> bool:
         """Step until `done`, checked at 20 Hz, or the timeout in world time; True if done."""
         end_s = self.clock.now_s() + timeout_s
