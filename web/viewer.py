@@ -10,6 +10,7 @@ import logging
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -30,6 +31,8 @@ from web.world_feed import WorldFeed
 
 UPDATE_EVERY_S = 0.05
 UPDATES_PER_LABEL_LAYOUT = 6
+END_UNUSED_S = 60.0
+"""The process ends when no browser has been connected, and none has requested anything, for this long."""
 DEFAULT_WORLD = ""
 """Stands for the first world, which is shown to a browser that belongs to no page."""
 
@@ -47,9 +50,12 @@ class Viewer:
         stopped: threading.Event | None = None,
         facts_every_s: float = 1.0,
         retry_s: float = 1.0,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.pages = PageFeed(api=api, token=token, retry_s=retry_s)
-        self.server = guarded_server(port=port, secret=secret)
+        self._clock = clock
+        self._used_at_s = clock()
+        self.server = guarded_server(port=port, secret=secret, on_request=self._note_use)
         self.scenes: dict[int, PageScene] = {}
         """By the browser's client id."""
         self.worlds: dict[str, LiveWorld] = {}
@@ -89,9 +95,19 @@ class Viewer:
     def stop(self) -> None:
         self._stopped.set()
 
+    @property
+    def unused_s(self) -> float:
+        """How long no browser has been connected, nor has requested anything."""
+        return self._clock() - self._used_at_s
+
+    def _note_use(self) -> None:
+        self._used_at_s = self._clock()
+
     def draw(self) -> None:
         """Update every browser's scene."""
         clients = self.server.get_clients()
+        if clients:
+            self._note_use()
         self.scenes = {id_: scene for id_, scene in self.scenes.items() if id_ in clients}
         self._drawn = {id_: drawn for id_, drawn in self._drawn.items() if id_ in clients}
         states = self._visible_states(clients)
@@ -182,7 +198,7 @@ def page_of(server: viser.ViserServer, client_id: int) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the view until SIGTERM or SIGINT, or until the parent process has ended."""
+    """Run the view until SIGTERM or SIGINT, until the parent process has ended, or until nobody has used it for long."""
     parser = argparse.ArgumentParser(prog="python -m web.viewer", description="Macta's view of its worlds")
     parser.add_argument("--api", required=True, help="address of the service, e.g. http://127.0.0.1:8000")
     parser.add_argument("--port", required=True, type=int, help="loopback port to serve the view on")
@@ -210,7 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         secret=secret,
         stopped=stopped,
     )
-    viewer.run(as_long_as=lambda: os.getppid() == options.parent)
+    viewer.run(lambda: os.getppid() == options.parent and viewer.unused_s < END_UNUSED_S)
 
 
 if __name__ == "__main__":

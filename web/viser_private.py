@@ -13,8 +13,12 @@ from websockets.asyncio.server import ServerConnection, basic_auth
 from websockets.http11 import Request, Response
 
 
-def guarded_server(*, port: int, secret: str) -> viser.ViserServer:
+def guarded_server(
+    *, port: int, secret: str, on_request: Callable[[], None] = lambda: None
+) -> viser.ViserServer:
     """A viser server on loopback that answers only clients with the secret as password, and no other site's page.
+
+    `on_request` is called, in the server's thread, for each request with the secret.
 
     viser itself checks no client, and any client can make it open a public tunnel. Needs that viser calls
     `websockets.asyncio.server.serve` by that name with `process_request`, and
@@ -31,6 +35,8 @@ def guarded_server(*, port: int, secret: str) -> viser.ViserServer:
             if "Origin" in request.headers:
                 return connection.respond(HTTPStatus.FORBIDDEN, "The view is opened through the service.\n")
             refusal = await has_secret(connection, request)
+            if refusal is None:
+                on_request()
             answer: Response | None = refusal or process_request(connection, request)
             return answer
 

@@ -23,7 +23,7 @@ from app.api.problems import problem
 from app.api.streams import OpenCount
 
 Upstream = Callable[[], str | None]
-"""The viser server's address, `http://USER:SECRET@127.0.0.1:PORT`, or None while there is none."""
+"""The viser server's address, `http://USER:SECRET@127.0.0.1:PORT`, or None while there is none. Asking may start it."""
 Authenticate = Callable[[HTTPConnection], bool]
 
 
@@ -55,7 +55,7 @@ def view_router(upstream: Upstream) -> APIRouter:
 
     @router.get("/view")
     async def view() -> ViewBody:
-        """Whether the 3D view at `/viewer/` accepts connections."""
+        """Whether the 3D view at `/viewer/` accepts connections. The first request starts it, which takes a second or two."""
         return ViewBody(running=await _listens(upstream()))
 
     return router

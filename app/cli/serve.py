@@ -2,12 +2,8 @@
 
 import errno
 import gc
-import os
-import secrets
 import signal
 import socket
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -29,6 +25,7 @@ from app.cli.long_running import (
 )
 from app.cli.settings import settings_of
 from app.cli.start_progress import StartProgress
+from app.cli.view_process import ViewProcess
 from app.domain.errors import Invalid, Unavailable
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
@@ -43,54 +40,6 @@ if TYPE_CHECKING:
 
 READY_POLL_S = 0.05
 ALIVE_POLL_S = 1.0
-
-
-class Viewer:
-    """The process of the 3D view, a client of the API; ends with the service."""
-
-    def __init__(self) -> None:
-        self._process: subprocess.Popen[bytes] | None = None
-        self._port = 0
-        self._secret = secrets.token_urlsafe(32)
-
-    def address(self) -> str | None:
-        """Its address with the secret, which only the two processes have; None while it is not running."""
-        running = self._process is not None and self._process.poll() is None
-        return f"http://relay:{self._secret}@127.0.0.1:{self._port}" if running else None
-
-    def start(self, *, api: str, token: str) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self._port = free.getsockname()[1]
-        command = [
-            sys.executable,
-            "-P",  # a folder "web" in the working directory must not shadow the package
-            "-m",
-            "web.viewer",
-            "--api",
-            api,
-            "--port",
-            str(self._port),
-            "--parent",
-            str(os.getpid()),
-        ]
-        self._process = subprocess.Popen(
-            command,
-            env={**os.environ, "MACTA_TOKEN": token, "MACTA_VIEWER_SECRET": self._secret},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-
-    def stop(self) -> None:
-        if self._process is None:
-            return
-        self._process.terminate()
-        try:
-            self._process.wait(timeout=5)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
 
 
 def serve(
@@ -139,16 +88,16 @@ def serve(
             ]
         else:
             running = [parts.enter_context(world_over_broker(broker, world)) for world in worlds]
-        viewer = Viewer()
-        service = parts.enter_context(Service(settings, running, viewer=viewer.address, worker=worker))
+        view = ViewProcess()
+        service = parts.enter_context(Service(settings, running, viewer=view.address, worker=worker))
         server.serve(service.api)
         gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
         try:
             with end_signal() as ending:
-                _attend(ending, server, service, viewer, progress)
+                _attend(ending, server, service, view, progress)
         finally:
             service.stopping.set()
-            viewer.stop()
+            view.stop()
             server.stop()
 
 
@@ -170,9 +119,13 @@ def _simulation(
 
 
 def _attend(
-    ending: threading.Event, server: HttpServer, service: "Service", viewer: Viewer, progress: StartProgress
+    ending: threading.Event,
+    server: HttpServer,
+    service: "Service",
+    view: ViewProcess,
+    progress: StartProgress,
 ) -> None:
-    """Start the 3D view and print the address once the planner has started; wait for the end.
+    """Allow the 3D view and print the address once the planner has started; wait for the end.
 
     :raises Unavailable: if no planning process starts, or the HTTP server has ended by itself.
     """
@@ -184,7 +137,7 @@ def _attend(
     host = service.settings.host
     shown = f"[{host}]" if ":" in host else host
     reachable = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, shown)
-    viewer.start(api=f"http://{reachable}:{server.port}", token=service.token)
+    view.allow(api=f"http://{reachable}:{server.port}", token=service.token)
     # NOTE: plain print: rich would break the address at the terminal's width.
     # A token from the environment is not printed: its owner has it, and the output may be logged.
     shown_token = f"?token={service.token}" if service.settings.token is None else ""

@@ -48,7 +48,7 @@ def test_the_view_comes_when_it_is_there_and_comes_back_though_another_field_has
 
     with served(app, service) as address:
         page.goto(f"{address}/?token={TOKEN}")
-        expect(page.locator("#stage-note")).to_contain_text("not there yet")
+        expect(page.locator("#stage-note")).to_contain_text("is starting")
         first = viser.ViserServer(host="127.0.0.1", port=port, verbose=False)
         until_talking(1)
         expect(page.locator("#stage")).to_be_visible()

@@ -18,7 +18,7 @@ from fastapi import Request, Response
 from starlette.middleware.base import RequestResponseEndpoint
 from websockets.sync.client import ClientConnection, connect
 
-from app.cli.serve import Viewer as ViewerProcess
+from app.cli.view_process import ViewProcess
 from tests.app.berthed_store import berthed_store
 from tests.ports import free_port
 from tests.waiting import until
@@ -419,15 +419,45 @@ def test_the_process_serves_its_page_and_stops_on_sigterm(service: FakeService, 
             view.kill()
 
 
+def test_the_view_is_unused_from_the_last_request_on_while_no_browser_is_connected(
+    service: FakeService, port: int
+) -> None:
+    time_s = [0.0]
+    viewer = Viewer(
+        api=f"http://127.0.0.1:{port}", token=TOKEN, port=free_port(), secret=SECRET, clock=lambda: time_s[0]
+    )
+    address = _view_at(viewer.server.get_port())
+    try:
+        time_s[0] = 50.0
+        viewer.draw()
+        assert viewer.unused_s == 50.0
+        assert httpx2.get(address, trust_env=False).status_code == 200
+        assert viewer.unused_s == 0.0
+        time_s[0] = 60.0
+        assert httpx2.get(address.replace(SECRET, "guess"), trust_env=False).status_code == 401
+        assert viewer.unused_s == 10.0
+        with browsing(viewer.server.get_port()):
+            until(lambda: bool(viewer.server.get_clients()))
+            time_s[0] = 100.0
+            viewer.draw()
+            assert viewer.unused_s == 0.0
+        until(lambda: not viewer.server.get_clients())
+        time_s[0] = 130.0
+        viewer.draw()
+        assert viewer.unused_s == 30.0
+    finally:
+        viewer.server.stop()
+
+
 def test_the_process_starts_in_a_folder_that_holds_another_web_package(
     service: FakeService, port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "web").mkdir()
     (tmp_path / "web" / "__init__.py").touch()
     monkeypatch.chdir(tmp_path)
-    process = ViewerProcess()
+    process = ViewProcess()
     with served(create_app(service), service, port) as api:
-        process.start(api=api, token=TOKEN)
+        process.allow(api=api, token=TOKEN)
         try:
             until(lambda: process.address() is None or _answers(process.address()))
             assert process.address() is not None, "the view has ended"

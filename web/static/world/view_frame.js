@@ -35,23 +35,23 @@ export function createViewFrame(onPick) {
 }
 
 /**
- * The view may start after the page, and ends and restarts with the service. While it is not running no socket is opened:
+ * The first request starts the view, which ends when no page shows it. While it is not running no socket is opened:
  * after repeated failures browsers delay new sockets for longer than viser waits.
  * @param {HTMLIFrameElement} frame @param {ReturnType<typeof createViewLink>} link
  */
 async function keepOpen(frame, link) {
   const note = byId("stage-note", HTMLElement);
   const address = () => `/viewer/${link.name}/${isDark() ? "?darkMode" : ""}`;
-  frame.addEventListener("load", () => adaptPage(frame));
+  frame.addEventListener("load", () => {
+    if (frame.contentDocument?.contentType === "text/html") adaptPage(frame);
+    else link.close(); // the view ended between the question whether it runs and the request of its page
+  });
   document.addEventListener("visibilitychange", () => frame.contentWindow?.dispatchEvent(new Event("focus")));
   onTheme(() => {
     if (!frame.hidden && frame.getAttribute("src") !== address()) frame.src = address();
   });
   for (;;) {
-    while (!(await isRunning())) {
-      note.textContent = "The view of the world is not there yet.";
-      await pause();
-    }
+    while (!(await isRunning())) await pause();
     const closed = link.open();
     frame.src = address();
     frame.hidden = false;
@@ -130,6 +130,7 @@ function createViewLink(onPick) {
         opened.onclose = resolve;
       });
     },
+    close: () => socket?.close(),
     /** @param {object} state */
     show(state) {
       shown = JSON.stringify(state);
