@@ -82,8 +82,10 @@ class Viewer:
     def run(self, as_long_as: Callable[[], bool] = lambda: True) -> None:
         """Follow the service until `stop`, and only while `as_long_as` holds."""
         self.pages.start()
-        while not self._stopped.wait(UPDATE_EVERY_S) and as_long_as():
+        due_s = self._clock()
+        while not self._stopped.wait(max(0.0, due_s - self._clock())) and as_long_as():
             self.draw()
+            due_s = max(due_s + UPDATE_EVERY_S, self._clock())  # a late update is not caught up with
         for world in self.worlds.values():
             world.stop()
         for cache in (self._default_world, self._plans, self._recordings):

@@ -62,6 +62,17 @@ def request_path(server: viser.ViserServer, client_id: int) -> str:
     return "" if connection is None or connection.request is None else connection.request.path
 
 
+def move(handle: viser.SceneNodeHandle, position: tuple[float, float, float]) -> None:
+    """Move a node: `handle.position = position` without viser's `numpy.allclose`, five times as fast.
+
+    Needs `_impl` with `name`, `position` and `api._queue_scene_message`, and `viser._messages.SetPositionMessage`.
+    """
+    node = handle._impl
+    if tuple(node.position) != position:
+        node.position[:] = position
+        node.api._queue_scene_message(_messages.SetPositionMessage(node.name, position))
+
+
 def ignore_closed_connections() -> None:
     """Suppress viser's warnings of browsers that disconnect during drawing.
 

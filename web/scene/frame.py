@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from web.api_types import Fact, Point, RobotTelemetry
 from web.scene import palette
-from web.scene.geometry import Floats, turned
+from web.scene.geometry import HIDDEN_M, Floats, segments, turned
 
 RADIUS_M = 0.22
 RANGES_HEIGHT_M = 0.12
 JAW_OPEN_M = 0.095
 JAW_CLOSED_M = 0.068
-HIDDEN_M = -10.0
-"""Height, below the floor, of bodies that are not visible, so that the count of instances stays the same."""
+TRAIL_HEIGHT_M = 0.015
 
 Colours = NDArray[np.uint8]
 
@@ -67,6 +66,13 @@ class Frame:
         left = np.stack([-np.sin(self._headings), np.cos(self._headings), 0 * self._headings], axis=-1)
         aside = (left * np.array(apart)[:, None]).astype(np.float32)
         return self.positions + aside, self.positions - aside
+
+    @cached_property
+    def trail_segments(self) -> tuple[Floats, Colours]:
+        """The trails' segments and their colours, both of shape (N, 2, 3)."""
+        colours = palette.of_robots(self.names)
+        lines = [(trail, colours[name]) for name, trail in self.trails.items() if name in colours]
+        return segments(lines, TRAIL_HEIGHT_M)
 
 
 def range_segments(robots: Sequence[RobotTelemetry]) -> tuple[Floats, Colours]:

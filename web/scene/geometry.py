@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 Mesh = tuple[Floats, NDArray[np.uint32]]
 Centre = tuple[float, float, float]
+HIDDEN_M = -10.0
+"""Height, below the floor, of what is not visible, so that the count of instances stays the same."""
 
 _CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
 _BOX_FACES = [
@@ -67,15 +69,22 @@ def segments(
 ) -> tuple[Floats, NDArray[np.uint8]]:
     """Polylines on the floor with their colours as segments, points and colours each of shape (N, 2, 3).
 
-    The first is hidden below the floor: a node without segments cannot be drawn.
+    The first is hidden below the floor: a node without segments cannot be drawn. A line of one point has none.
     """
-    points = [np.full((1, 2, 3), -10.0, dtype=np.float32)]
-    colours = [np.zeros((1, 2, 3), dtype=np.uint8)]
-    for line, colour in lines:
-        ends = np.array([(x, y, height_m) for x, y in line], dtype=np.float32)
-        points.append(np.stack([ends[:-1], ends[1:]], axis=1))
-        colours.append(np.broadcast_to(np.array(colour, dtype=np.uint8), (len(ends) - 1, 2, 3)))
-    return np.concatenate(points), np.concatenate(colours)
+    lines = [(line, colour) for line, colour in lines if len(line) > 1]
+    ends = np.array([end for line, _ in lines for end in line], dtype=np.float32).reshape(-1, 2)
+    counts = np.array([len(line) for line, _ in lines], dtype=np.int64)
+    is_inside = np.ones(len(ends), dtype=np.bool_)
+    is_inside[np.cumsum(counts) - 1] = False  # nothing leads from the end of a line to the next one
+    from_ = np.flatnonzero(is_inside)
+    points = np.full((len(from_) + 1, 2, 3), height_m, dtype=np.float32)
+    points[0] = HIDDEN_M
+    points[1:, 0, :2] = ends[from_]
+    points[1:, 1, :2] = ends[from_ + 1]
+    shades = np.array([colour for _, colour in lines], dtype=np.uint8).reshape(-1, 3)
+    colours = np.zeros((len(from_) + 1, 2, 3), dtype=np.uint8)
+    colours[1:] = np.repeat(shades, counts - 1, axis=0)[:, None]
+    return points, colours
 
 
 def ring(inner_m: float, outer_m: float, height_m: float, sides: int = 40) -> Mesh:

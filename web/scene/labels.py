@@ -10,6 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from web.scene.camera import CameraView, Floats
+from web.viser_private import move
 
 LETTER_PX = 8.0
 LINE_PX = 20.0
@@ -117,7 +118,7 @@ class LabelsView:
                 handle.visible = name in wanted
         for name, label in wanted.items():
             handle = self._handles.get(name) or self._add(label)
-            handle.position = label.at
+            move(handle, label.at)
             if handle.text != label.text:
                 handle.text = label.text
 

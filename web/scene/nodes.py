@@ -10,12 +10,12 @@ import viser
 from numpy.typing import NDArray
 
 from web.scene import palette
-from web.scene.geometry import Mesh, turned
+from web.scene.geometry import HIDDEN_M, Mesh, turned
 
 OnClick = Callable[[str], None]
 """Receives the name of what was clicked on."""
-HIDDEN = (0.0, 0.0, -10.0)
-"""Position below the floor, for instances that are not visible: their count stays the same."""
+HIDDEN = (0.0, 0.0, HIDDEN_M)
+"""Position of instances that are not visible."""
 
 
 def add_instances(

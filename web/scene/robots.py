@@ -8,12 +8,11 @@ import viser
 from web.api_types import RobotTelemetry
 from web.scene import palette
 from web.scene.frame import RADIUS_M, Frame, range_segments
-from web.scene.geometry import Mesh, box, cylinder, merged, segments
+from web.scene.geometry import Mesh, box, cylinder, merged
 from web.scene.nodes import HIDDEN, OnClick, add_instances, add_lines, on_instance_click
 
 HULL_TOP_M = 0.2
 LABEL_HEIGHT_M = 0.5
-TRAIL_HEIGHT_M = 0.015
 SILENT_AFTER_S = 5.0
 """A robot whose newest telemetry is older than this is labelled as not heard."""
 MAX_ROBOTS_WITH_RANGES = 16
@@ -27,8 +26,8 @@ class RobotsView:
         self, scene: viser.SceneApi, names: Sequence[str], trim: palette.Colour, on_click: OnClick
     ) -> None:
         self._names = tuple(names)
-        self._colours = palette.of_robots(names)
-        hull_colours = [self._colours[name] for name in names]
+        colours = palette.of_robots(names)
+        hull_colours = [colours[name] for name in names]
         parts: dict[str, tuple[Mesh, list[palette.Colour]]] = {
             "hull": (_hull(), hull_colours),
             "trim": (_trim(), [trim] * len(names)),
@@ -62,17 +61,7 @@ class RobotsView:
         self._ranges.colors = colours
         if frame.trails is not self._drawn_trails:
             self._drawn_trails = frame.trails
-            self._draw_trails(frame)
-
-    def _draw_trails(self, frame: Frame) -> None:
-        lines = [
-            (trail, self._colours[name])
-            for name, trail in frame.trails.items()
-            if len(trail) > 1 and name in self._colours
-        ]
-        points, colours = segments(lines, TRAIL_HEIGHT_M)
-        self._trails.points = points
-        self._trails.colors = colours
+            self._trails.points, self._trails.colors = frame.trail_segments
 
 
 def label_text(name: str, robot: RobotTelemetry, now_s: float) -> str:
