@@ -200,7 +200,7 @@ def page_of(server: viser.ViserServer, client_id: int) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the view until SIGTERM or SIGINT, until the parent process has ended, or until nobody has used it for long."""
+    """Run the view until SIGTERM or SIGINT, the end of the parent process, or a minute in which nobody uses it."""
     parser = argparse.ArgumentParser(prog="python -m web.viewer", description="Macta's view of its worlds")
     parser.add_argument("--api", required=True, help="address of the service, e.g. http://127.0.0.1:8000")
     parser.add_argument("--port", required=True, type=int, help="loopback port to serve the view on")

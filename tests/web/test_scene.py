@@ -12,7 +12,7 @@ from web.scene import palette
 from web.scene.building import wall_pieces
 from web.scene.camera import BACK, FOV_RAD, MAX_SHARE, ROTATION, CameraView, distance_m
 from web.scene.frame import RADIUS_M, range_segments
-from web.scene.geometry import Mesh, box, cylinder, merged, turned
+from web.scene.geometry import Mesh, box, cylinder, merged, segments, turned
 from web.scene.labels import (
     LETTER_PX,
     LINE_PX,
@@ -260,3 +260,24 @@ def test_going_back_in_a_recording_forgets_who_held_what() -> None:
     place(places, AT_DOOR, holding="sample_1")
     places.forget()
     assert place(places, AT_DOOR) == (2.0, 0.4, 0.0)
+
+
+def test_polylines_become_segments_that_do_not_join_one_line_with_the_next() -> None:
+    lines = [
+        ([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], (1, 2, 3)),
+        ([(9.0, 9.0)], (0, 0, 9)),
+        ([(5.0, 5.0), (6.0, 5.0)], (7, 8, 9)),
+    ]
+    points, colours = segments(lines, 0.5)
+    assert points[1:].tolist() == [
+        [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]],
+        [[1.0, 0.0, 0.5], [1.0, 1.0, 0.5]],
+        [[5.0, 5.0, 0.5], [6.0, 5.0, 0.5]],
+    ]
+    assert colours[1:, :, 0].tolist() == [[1, 1], [1, 1], [7, 7]]
+    assert points[0, 0, 2] < 0
+
+
+def test_without_polylines_a_hidden_segment_is_left() -> None:
+    points, colours = segments([], 0.5)
+    assert points.shape == colours.shape == (1, 2, 3)

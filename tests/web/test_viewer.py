@@ -449,6 +449,35 @@ def test_the_view_is_unused_from_the_last_request_on_while_no_browser_is_connect
         viewer.server.stop()
 
 
+@pytest.mark.parametrize(("update_s", "wait_s"), [(0.02, 0.03), (0.2, 0.0)], ids=["quick", "slow"])
+def test_updates_keep_their_rate_whatever_each_takes_and_late_ones_are_not_made_up(
+    port: int, update_s: float, wait_s: float
+) -> None:
+    time_s = [0.0]
+    waits: list[float] = []
+
+    class Waits(threading.Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            waits.append(timeout or 0.0)
+            time_s[0] += timeout or 0.0
+            return False
+
+    def goes_on() -> bool:
+        time_s[0] += update_s
+        return len(waits) < 5
+
+    viewer = Viewer(
+        api=f"http://127.0.0.1:{port}",
+        token=TOKEN,
+        port=free_port(),
+        secret=SECRET,
+        stopped=Waits(),
+        clock=lambda: time_s[0],
+    )
+    viewer.run(goes_on)
+    assert waits == pytest.approx([0.0, *[wait_s] * 4])
+
+
 def test_the_process_starts_in_a_folder_that_holds_another_web_package(
     service: FakeService, port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 import httpx2
 import pytest
 import viser
+import viser.infra
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from tests.ports import free_port
 from tests.waiting import awaited, until
 from tests.web.fake_browser import CAMERA, PROTOCOL, SECRET, browsing
-from web.viser_private import guarded_server, ignore_closed_connections, request_path
+from web.viser_private import guarded_server, ignore_closed_connections, move, request_path
 
 MOVED = {name: value for name, value in CAMERA.items() if name != "type"} | {"fov": 0.5}
 
@@ -79,6 +80,20 @@ def test_live_connections_tell_the_path_that_each_browser_asked_for(server: vise
         (client,) = awaited(server.get_clients, len)
         assert request_path(server, client) == "/page-one"
     until(lambda: request_path(server, client) == "")
+
+
+def test_a_node_is_moved_by_the_messages_of_visers_own_setter(
+    server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    label = server.scene.add_label("/moved", "text")
+    sent: list[viser.infra.Message] = []
+    monkeypatch.setattr(viser.infra.WebsockMessageHandler, "queue_message", lambda _, one: sent.append(one))
+    for at in ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)):
+        label.position = at
+    for at in ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (4.0, 5.0, 6.0)):
+        move(label, at)
+    assert sent[2:] == sent[:2] != []
+    assert tuple(label.position) == (4.0, 5.0, 6.0)
 
 
 def test_the_warning_of_a_closed_connection_is_recognised_by_its_text(server: viser.ViserServer) -> None:
