@@ -55,7 +55,7 @@ def view_router(upstream: Upstream) -> APIRouter:
 
     @router.get("/view")
     async def view() -> ViewBody:
-        """Whether the 3D view at `/viewer/` accepts connections. The first request starts it, which takes a second or two."""
+        """Whether the 3D view at `/viewer/` accepts connections. The first request starts it."""
         return ViewBody(running=await _listens(upstream()))
 
     return router

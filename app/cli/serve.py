@@ -1,4 +1,4 @@
-"""`macta serve`: the service with its simulated worlds and the 3D view."""
+"""`macta serve`: the service with its simulated worlds, and the 3D view on demand."""
 
 import errno
 import gc
@@ -147,6 +147,7 @@ def _attend(
         "Ctrl-C ends.[/]"
     )
     while not ending.wait(ALIVE_POLL_S):
+        view.reap()
         if not server.is_alive:
             raise Unavailable("the HTTP server has ended; the log says why")
 

@@ -66,6 +66,12 @@ class ViewProcess:
             start_new_session=True,
         )
 
+    def reap(self) -> None:
+        """Take note of its end, if it has ended: nothing is left of it in the table of processes."""
+        with self._lock:
+            if self._process is not None:
+                self._process.poll()
+
     def stop(self) -> None:
         """End it; it is not started again."""
         with self._lock:

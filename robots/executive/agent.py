@@ -11,7 +11,7 @@ from robots.executive.executive import Executive
 from robots.executive.known_scripts import StaleScripts, remember, supersedes
 from robots.executive.mailbox import Mailbox
 from robots.executive.memory import RobotMemory
-from robots.executive.telemetry import telemetry
+from robots.executive.telemetry import is_due, telemetry
 from robots.executive.teleoperation import Teleoperation
 from robots.executive.trace import Trace
 from robots.executive.upkeep import Upkeep
@@ -41,12 +41,14 @@ from robots.wire import (
     SetPoint,
     SetPointRefusal,
     StatusQuery,
+    Telemetry,
     TraceQuery,
     TuningReport,
     UpkeepReport,
 )
 
 TELEMETRY_S = 0.1
+"""Least interval between two messages of telemetry, by the world's clock."""
 FAULT_S = 5.0
 """The robot stands still for this long while an essential sensor fails; then it gives up its script."""
 READ_ONCE = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))
@@ -90,6 +92,7 @@ class BehaviouralAgent:
         self._fault = ""
         self._fault_s = 0.0
         self._telemetry_s = float("-inf")
+        self._sent_telemetry: Telemetry | None = None
         if memory is not None:
             self._recall(memory)
 
@@ -172,7 +175,7 @@ class BehaviouralAgent:
         return self._percepts
 
     def _send_telemetry(self, now_s: float) -> None:
-        """Send telemetry; during a sensor fault, the last percepts with the fault."""
+        """Send telemetry, less often while nothing happens; during a sensor fault, the last percepts with the fault."""
         known = self._percepts
         if known is None or now_s - self._telemetry_s < TELEMETRY_S - 1e-6:
             return
@@ -182,7 +185,9 @@ class BehaviouralAgent:
             known = replace(known, time_s=now_s, degraded=(*known.degraded, fault))
         driver = self._teleoperation.driver
         body = telemetry(known, self._executive, self._meter, self._sensory.running, driven_by=driver)
-        self._mailbox.post(body, now_s)
+        if is_due(body, self._sent_telemetry):
+            self._sent_telemetry = body
+            self._mailbox.post(body, now_s)
 
     def _handle_messages(self, now_s: float) -> tuple[SensorAction, ...]:
         """Handle the new messages. If the robot senses nothing, those whose answer reports percepts are handled in the

@@ -118,6 +118,7 @@ class InfraRed:
             self._known[row, : len(beacons)] = [beacon.name in known for beacon in beacons]
             self._known[row, len(beacons) + row] = False
         self._blocker = np.zeros(self._known.shape, np.int64)
+        self._has_read = False
 
     def read(
         self,
@@ -131,6 +132,9 @@ class InfraRed:
 
         :param hidden: rovers and the samples in their jaws whose tags they do not see.
         """
+        if not running and self._has_read:  # the first time it is compiled, whoever is sensing
+            return {}
+        self._has_read = True
         at = _rows(poses.values())
         emitters_at = np.concatenate([self._fixed, at[:, :2], scene.sample_points()[:, :2]])
         known = self._known & np.array([[rover in running] for rover in self._rovers])

@@ -146,8 +146,8 @@ class WorldLoop:
     def _advance(self) -> float | None:
         """Make the control cycles that are due, for `MAX_BUSY_S` at most; returns how long to wait for a command.
 
-        A cycle begins with what robots sense, and nothing outside sees the ticks within it: waking for each of them would
-        cost a world at rest a third more.
+        A cycle begins with the agents' turn, and nothing outside sees the ticks within it: waking for each of them
+        would cost a world at rest a third more.
         """
         poll_at_s = self._wall_clock.now_s() + MAX_BUSY_S
         clock = self._simulation.clock
