@@ -4,6 +4,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
+from planner.engines.optional import not_installed
 from planner.problem.interface import (
     UNOBSERVED,
     Observer,
@@ -37,15 +38,18 @@ class Portfolio:
 
     Each gets half of the time that is left, the last one all of it; unused time goes to the others. The
     answer names the engine that gave it and carries the best bound that any of them proved.
+
+    :param missing: the names of engines that are not installed; an answer without plan or proof says so.
     """
 
     name = "portfolio"
 
-    def __init__(self, engines: Sequence[PlanningEngine]) -> None:
+    def __init__(self, engines: Sequence[PlanningEngine], *, missing: Sequence[str] = ()) -> None:
         """:raises ValueError: if there are none."""
         if not engines:
             raise ValueError("a portfolio needs at least one engine")
         self.engines = tuple(engines)
+        self._missing = tuple(missing)
 
     def warm_up(self) -> None:
         """Warm up every engine; a failure of one does not affect the others."""
@@ -85,6 +89,8 @@ class Portfolio:
             reason = f"stopped before a plan was found; {reason}"
         elif status is not PlanningStatus.FAILED:
             reason += "; that does not prove that there is none"
+            if self._missing:
+                reason += f". Engines that may find one or prove it are {not_installed(self._missing)}"
         return self._concluded(PlanningResult(status=status, engine=self.name, planning_s=0.0), reason, relay)
 
     @staticmethod

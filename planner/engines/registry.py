@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping
 
-from planner.engines.fast_downward import FastDownwardEngine
+from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.engines.portfolio import Portfolio
-from planner.engines.temporal import Aries, Lpg, Solver, TemporalEngine
+from planner.engines.temporal import Aries, Lpg, TemporalEngine
 from planner.errors import UnknownEngine
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningEngine
@@ -20,18 +20,23 @@ ENGINES: Mapping[str, Callable[[KnowledgeBase], PlanningEngine]] = {
 }
 """All engines; an optional one that is not installed answers `FAILED`."""
 
-_OPTIONAL: Mapping[str, Solver] = {Lpg.name: Lpg(), Aries.name: Aries()}
+_OPTIONAL: Mapping[str, Callable[[], bool]] = {
+    FastDownwardEngine.name: lambda: find_programs() is not None,
+    Lpg.name: lambda: Lpg().is_installed,
+    Aries.name: lambda: Aries().is_installed,
+}
 
 
-def portfolio(knowledge_base: KnowledgeBase) -> Portfolio:
+def is_installed(name: str) -> bool:
+    """Whether an engine can be run here."""
+    return name not in _OPTIONAL or _OPTIONAL[name]()
+
+
+def portfolio(knowledge_base: KnowledgeBase, is_installed: Callable[[str], bool] = is_installed) -> Portfolio:
     """All engines that are installed: ours first, then those that need no composition."""
-    return Portfolio(
-        [
-            make(knowledge_base)
-            for name, make in ENGINES.items()
-            if name not in _OPTIONAL or _OPTIONAL[name].is_installed
-        ]
-    )
+    installed = [name for name in ENGINES if is_installed(name)]
+    missing = [name for name in ENGINES if name not in installed]
+    return Portfolio([ENGINES[name](knowledge_base) for name in installed], missing=missing)
 
 
 def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:

@@ -1,7 +1,8 @@
 """The import of unified-planning without ConfigSpace, whose scipy costs half of a planning process's start.
 
 unified-planning 1.3 names ConfigSpace in one annotation and in `Engine.get_configuration_space`, which nothing here
-calls. `tests/planner/interchange/test_up_import.py` fails once it needs more of it.
+calls, so a checkout's environment is without it (pyproject.toml).
+`tests/planner/interchange/test_up_import.py` fails once it needs more of it.
 """
 
 import sys

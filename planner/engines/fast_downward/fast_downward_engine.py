@@ -1,11 +1,13 @@
 """Fast Downward behind the `PlanningEngine` seam: sequences from it, plan-nets made and checked by
 ourselves."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 
 from planner.engines.detours import without_detours
 from planner.engines.fast_downward.goal_sequences import Search
-from planner.engines.fast_downward.process import SequenceResult
+from planner.engines.fast_downward.process import SequenceResult, find_programs
+from planner.engines.optional import not_installed
 from planner.engines.plan_net_completion import (
     Outcome,
     complete_plan_net,
@@ -35,12 +37,17 @@ class FastDownwardEngine:
 
     The first use imports unified-planning (1-2 s): a long-lived process calls `warm_up()` before it is
     needed.
+
+    :param find_programs: finds the folder of its programs; without one every answer is `FAILED`.
     """
 
     name = "fast-downward"
 
-    def __init__(self, knowledge_base: KnowledgeBase) -> None:
+    def __init__(
+        self, knowledge_base: KnowledgeBase, find_programs: Callable[[], Path | None] = find_programs
+    ) -> None:
         self._base = knowledge_base
+        self._find_programs = find_programs
 
     def warm_up(self) -> None:
         """Import what is slow to import."""
@@ -53,8 +60,15 @@ class FastDownwardEngine:
 
         With an effort the first plan is improved on for so long; without, the same problem has the same plan.
         """
-        run = _Run(self._base, problem, request, observer)
-        return timed_result(self.name, self._base, problem, request, run.outcome)
+        return timed_result(
+            self.name, self._base, problem, request, lambda: self._plan(problem, request, observer)
+        )
+
+    def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
+        programs = self._find_programs()
+        if programs is None:
+            return PlanningStatus.FAILED, None, not_installed([self.name])
+        return _Run(programs, self._base, problem, request, observer).outcome()
 
 
 class _Run:
@@ -62,6 +76,7 @@ class _Run:
 
     def __init__(
         self,
+        programs: Path,
         knowledge_base: KnowledgeBase,
         problem: PlanningProblem,
         request: PlanningRequest,
@@ -73,7 +88,7 @@ class _Run:
         self._request = request
         self._observer = observer
         self._limits = Limits(request.time_limit_s, request.clock, memory_mb=request.memory_limit_mb)
-        self._search = Search(knowledge_base, self._limits, observer.should_stop)
+        self._search = Search(programs, knowledge_base, self._limits, observer.should_stop)
 
     def outcome(self) -> Outcome:
         if all(goal in self._problem.facts for goal in self._problem.goals):

@@ -22,11 +22,19 @@ SEARCH_TIME_S = 2.0
 
 
 class Search:
-    """Runs the searches; each ends at its limits or once `is_enough()`."""
+    """Runs the searches; each ends at its limits or once `is_enough()`.
+
+    :param programs: the folder that `find_programs` finds.
+    """
 
     def __init__(
-        self, knowledge_base: KnowledgeBase, limits: Limits, is_enough: Callable[[], bool] = never
+        self,
+        programs: Path,
+        knowledge_base: KnowledgeBase,
+        limits: Limits,
+        is_enough: Callable[[], bool] = never,
     ) -> None:
+        self._programs = programs
         self._base = knowledge_base
         self._limits = limits
         self._is_enough = is_enough
@@ -43,7 +51,7 @@ class Search:
         time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
         task = PddlTask(self._base, problem, Form.CLASSICAL)
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
-            process = FastDownwardProcess(Path(folder), task, self._limits, self._is_enough)
+            process = self._process(folder, task, self._limits)
             failure = process.translate()
             if failure is not None:
                 yield failure
@@ -62,9 +70,12 @@ class Search:
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
             limit_s = min(effort_s, self._limits.left_s)
             limits = Limits(limit_s, self._limits.clock, memory_mb=self._limits.memory_mb)
-            process = FastDownwardProcess(Path(folder), task, limits, self._is_enough)
+            process = self._process(folder, task, limits)
             if process.translate() is None:
                 process.improve(take)
+
+    def _process(self, folder: str, task: PddlTask, limits: Limits) -> FastDownwardProcess:
+        return FastDownwardProcess(self._programs, Path(folder), task, limits, self._is_enough)
 
     def goal_by_goal(self, problem: PlanningProblem, statics: StaticFacts) -> SequenceResult:
         """A sequence that reaches one goal after the other, those that cannot be reached yet later."""

@@ -53,7 +53,7 @@ class SequenceResult:
     reason: str = ""
 
 
-def binaries() -> Path | None:
+def find_programs() -> Path | None:
     """The folder of the translator package and the search binary, None if the wheel is not installed."""
     spec = find_spec("up_fast_downward")
     if spec is None or spec.origin is None:
@@ -66,8 +66,14 @@ class FastDownwardProcess:
     """Translator and search of one task on files of one folder, all ended at their limits or when it is enough."""
 
     def __init__(
-        self, folder: Path, task: PddlTask, limits: Limits, is_enough: Callable[[], bool] = never
+        self,
+        programs: Path,
+        folder: Path,
+        task: PddlTask,
+        limits: Limits,
+        is_enough: Callable[[], bool] = never,
     ) -> None:
+        self._programs = programs
         self._folder = folder
         self._task = task
         self._limits = limits
@@ -84,8 +90,6 @@ class FastDownwardProcess:
         """Search the translated task for at most so long."""
         plan = self._folder / "plan"
         plan.unlink(missing_ok=True)
-        if binaries() is None:
-            return SequenceResult(status=PlanningStatus.FAILED, reason="Fast Downward is not installed")
         ended = self._search(configuration.format(max_time_s=max_time_s), self._is_enough)
         if plan.is_file():
             return SequenceResult(status=PlanningStatus.SOLVED, sequence=self._sequence(plan.read_text()))
@@ -107,9 +111,8 @@ class FastDownwardProcess:
         is_enough()
 
     def _search(self, configuration: str, is_enough: Callable[[], bool]) -> ProcessEnd:
-        binary = f"{binaries()}/downward"
         plan = str(self._folder / "plan")
-        command = [binary, "--internal-plan-file", plan, "--search", configuration]
+        command = [str(self._programs / "downward"), "--internal-plan-file", plan, "--search", configuration]
         return self._run(command, is_enough, stdin=self._folder / "output.sas")
 
     def _run(
@@ -120,7 +123,7 @@ class FastDownwardProcess:
             folder=self._folder,
             limits=self._limits,
             stdin=stdin,
-            environment={"PYTHONPATH": str(binaries() or ""), "PYTHONHASHSEED": "0"},
+            environment={"PYTHONPATH": str(self._programs), "PYTHONHASHSEED": "0"},
             is_enough=is_enough,
         )
 

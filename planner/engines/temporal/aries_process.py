@@ -10,10 +10,12 @@ from planner.engines.temporal.aries import PROBLEM
 from planner.engines.temporal.aries_compilation import AriesCompiler
 from planner.engines.temporal.best_plan import Step
 from planner.engines.temporal.plan_files import plan_file, text_of
+from planner.interchange.up_import import import_unified_planning
 from planner.knowledge import KnowledgeBase
 
 
 def main(time_limit_s: float) -> None:
+    import_unified_planning()
     from unified_planning.environment import get_environment
     from up_aries import Aries
 

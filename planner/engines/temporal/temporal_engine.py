@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 from typing import Protocol
 
+from planner.engines.optional import not_installed
 from planner.engines.plan_net_completion import Outcome, confirm, timed_result, warm_up_validation
 from planner.engines.temporal.best_plan import BestPlan
 from planner.explanation.diagnosis import why_unsolvable
@@ -62,8 +63,7 @@ class TemporalEngine:
 
     def _plan(self, problem: PlanningProblem, request: PlanningRequest, observer: Observer) -> Outcome:
         if not self._solver.is_installed:
-            hint = "it comes with the optional engines: uv sync --extra engines"
-            return PlanningStatus.FAILED, None, f"{self.name} is not installed; {hint}"
+            return PlanningStatus.FAILED, None, not_installed([self.name])
         if not is_relaxed_reachable(self._base, problem):
             return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, problem)
         timer = request.timer()

@@ -7,6 +7,7 @@ from typing import Any
 
 from planner.errors import Unsupported
 from planner.interchange.foreign.up_reader import ReadProblem, read_up_problem
+from planner.interchange.up_import import import_unified_planning
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBaseFile
 
@@ -32,10 +33,11 @@ def import_problem(domain: str, problem: str, *, agents: Collection[str] = ()) -
 
 
 def _read(domain: str, problem: str | None, agents: Collection[str]) -> ReadProblem:
-    from unified_planning.io import PDDLReader
-
     _check_names(domain, problem)
     with UNIFIED_PLANNING_LOCK:
+        import_unified_planning()
+        from unified_planning.io import PDDLReader
+
         try:
             with warnings.catch_warnings():  # the reader uses deprecated calls of its parser
                 warnings.simplefilter("ignore", DeprecationWarning)

@@ -199,3 +199,11 @@ def test_the_best_plan_so_far_is_taken_once_it_is_to_stop(engine: FastDownwardEn
     result = engine.plan(TWO_STORES, PlanningRequest(time_limit_s=LIMIT_S, effort_s=LIMIT_S), Seen(enough=1))
     assert result.plan_net is not None, result.reason
     assert result.planning_s < LIMIT_S
+
+
+def test_without_its_programs_the_answer_says_how_to_get_them(knowledge_base: KnowledgeBase) -> None:
+    missing = FastDownwardEngine(knowledge_base, find_programs=lambda: None)
+    result = missing.plan(store_problem([inside("sample_1", "bay_7")]), PlanningRequest())
+    assert result.status is PlanningStatus.FAILED
+    assert "not installed: fast-downward" in result.reason
+    assert "--extra engines" in result.reason

@@ -120,6 +120,21 @@ def test_without_a_proof_it_is_never_called_unsolvable(nothing: PlanningStatus) 
     assert "why" in result.reason
 
 
+def test_an_answer_without_plan_or_proof_names_the_missing_engines_and_how_to_get_them() -> None:
+    result = Portfolio([Fake("ours", PlanningStatus.NOT_FOUND)], missing=["other"]).plan(
+        PROBLEM, PlanningRequest()
+    )
+    assert "not installed: other" in result.reason
+    assert "macta[engines]" in result.reason
+
+
+@pytest.mark.parametrize("status", [PlanningStatus.SOLVED, PlanningStatus.UNSOLVABLE, PlanningStatus.FAILED])
+def test_missing_engines_are_not_named_where_none_would_help(status: PlanningStatus) -> None:
+    engines = [Fake("ours", status, reason="bay_99 is unknown")]
+    result = Portfolio(engines, missing=["other"]).plan(PROBLEM, PlanningRequest())
+    assert "not installed" not in result.reason
+
+
 def test_a_reason_that_all_engines_give_is_given_once() -> None:
     engines = [Fake(name, PlanningStatus.FAILED, reason="bay_99 is unknown") for name in ("one", "two")]
     result = Portfolio(engines).plan(PROBLEM, PlanningRequest())
