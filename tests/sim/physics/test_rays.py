@@ -5,6 +5,8 @@ from math import pi, sqrt, tau
 import numpy as np
 import pybullet
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from robots.world import load_world
 from sim.physics.rays import Cut, free_shares, in_sight
@@ -73,6 +75,51 @@ def test_rays_agree_with_the_physics_engine(world: str, height_m: float, groups:
     assert np.count_nonzero(ours < 1) > 200
     assert np.count_nonzero(off_m > 0.002) <= 10
     assert np.median(off_m) < 1e-6
+
+
+@given(
+    seed=st.integers(0, 10**6), extent_m=st.sampled_from((0.0, 3.0, 40.0, 900.0)), bodies=st.integers(0, 40)
+)
+def test_rays_meet_the_same_bodies_as_without_cells(seed: int, extent_m: float, bodies: int) -> None:
+    rng = np.random.default_rng(seed)
+    cut = scattered(rng, bodies, extent_m)
+    starts = rng.uniform(-1, extent_m + 1, (40, 2))
+    ends = starts + rng.uniform(-extent_m, extent_m, (40, 2)) * rng.choice((0.0, 1e-9, 0.1, 1.0), (40, 2))
+    each = np.arange(41)
+    alone = [free_shares(one, starts, ends, each) for one in one_by_one(cut)]
+    expected = np.min([np.ones(40), *alone], axis=0)
+    fans = np.unique(np.append(rng.integers(0, 41, 5), (0, 40)))
+    assert free_shares(cut, starts, ends, fans).tolist() == expected.tolist()
+    seen = [
+        in_sight(
+            cut,
+            starts[[n]],
+            ends[[n]],
+            np.array([1e9]),
+            np.ones((1, 1), np.bool_),
+            np.zeros((1, 1), np.int64),
+        )
+        for n in range(40)
+    ]
+    assert [len(pairs) == 1 for pairs in seen] == (expected == 1.0).tolist()
+
+
+def scattered(rng: np.random.Generator, bodies: int, extent_m: float) -> Cut:
+    """Boxes, some of them long walls along an axis, and discs."""
+    turns = np.where(
+        rng.random(bodies) < 0.5, rng.integers(0, 4, bodies) * tau / 4, rng.uniform(0, tau, bodies)
+    )
+    lengths = rng.uniform(0.02, 1 + extent_m / 4, bodies)
+    middles = rng.uniform(0, extent_m, (bodies, 2))
+    boxes = np.column_stack([middles, np.cos(turns), np.sin(turns), lengths, np.full(bodies, 0.05)])
+    return Cut(
+        boxes, np.column_stack([rng.uniform(0, extent_m, (bodies, 2)), rng.uniform(0.02, 0.5, bodies)])
+    )
+
+
+def one_by_one(cut: Cut) -> list[Cut]:
+    boxes = [NOTHING._replace(boxes=cut.boxes[[n]]) for n in range(len(cut.boxes))]
+    return boxes + [NOTHING._replace(discs=cut.discs[[n]]) for n in range(len(cut.discs))]
 
 
 def test_sight_does_not_depend_on_what_blocked_it_last() -> None:
