@@ -18,7 +18,8 @@ from robots.wire import ScriptState
 from robots.world import WorldFile, generate_world, load_world, store_shape
 from sim.trials.parallel import run_parallel
 from sim.trials.script_runner import ScriptRunner
-from sim.world.simulation import AgentSetup, Simulation
+from sim.world.agent import AgentSetup
+from sim.world.simulation import Simulation
 
 KINDS: dict[str, tuple[Any, ...]] = {
     "velocity": ("velocity",),

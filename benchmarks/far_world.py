@@ -9,10 +9,11 @@ from robots.link import InMemoryLink
 from robots.world import WorldFile
 from sim.clock import TICKS_PER_CONTROL, WallClock
 from sim.process.pacing import Pacer
+from sim.world.agent import AgentFactory
 from sim.world.agents import behavioural_agent
 from sim.world.hub import Hub
 from sim.world.radio import Radio
-from sim.world.simulation import AgentFactory, Simulation
+from sim.world.simulation import Simulation
 
 RATE = 20.0
 """World seconds a second, if the machine can."""

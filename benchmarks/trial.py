@@ -10,8 +10,9 @@ from robots.repertoire import Repertoire
 from robots.wire import BehaviourPacket, BehaviourScript, PacketReport, ScriptReport
 from robots.world import WorldFile
 from sim.trials.script_runner import ScriptRunner
+from sim.world.agent import Agent, AgentSetup
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import Agent, AgentSetup, Simulation
+from sim.world.simulation import Simulation
 
 SCRIPT = "script"
 Box = tuple[float, float, float, float]

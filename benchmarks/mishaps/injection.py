@@ -15,8 +15,9 @@ from robots.physical.body import READS, Body, Pose, Readings, Sensor
 from robots.physical.geometry import wrap
 from robots.physical.sightings import NONE_IN_VIEW, Sightings
 from sim.trials.mishaps import set_down
+from sim.world.agent import Agent, AgentSetup
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import Agent, AgentSetup, Simulation
+from sim.world.simulation import Simulation
 
 Fault = Callable[[Readings], Readings]
 """Changes the readings as a failing sensor would."""

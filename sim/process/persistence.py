@@ -39,30 +39,43 @@ def resume_or_start(
     *,
     seed: int,
     jitter_m: float,
+    processes: int = 1,
 ) -> StartedWorld:
     """The world from its snapshot; else a new one by the seed.
 
+    :param processes: how many the agents are spread over.
     :raises NotResumable: if it cannot be resumed and must not be started new.
     """
     try:
-        return StartedWorld(_resumed(world, settings, file, hub))
+        return StartedWorld(_resumed(world, settings, file, hub, processes))
     except NotResumable as reason:
         if settings.resume_only:
             raise
         expected = settings.run is not None or settings.path_of(world).exists()
-        simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=jitter_m, hub=hub)
+        simulation = Simulation(
+            world,
+            make_agent=behavioural_agent,
+            seed=seed,
+            jitter_m=jitter_m,
+            hub=hub,
+            processes=processes,
+        )
         file.write_clock(0.0)
         return StartedWorld(simulation, str(reason) if expected else "")
 
 
-def _resumed(world: WorldFile, settings: SnapshotSettings, file: SnapshotFile, hub: Hub) -> Simulation:
+def _resumed(
+    world: WorldFile, settings: SnapshotSettings, file: SnapshotFile, hub: Hub, processes: int
+) -> Simulation:
     if settings.start_new:
         raise NotResumable("an operator wished it so")
     snapshot = file.read(world)
     if snapshot.run != settings.run and not settings.any_run:
         raise NotResumable("its snapshot is of a run that the record does not tell of")
     try:
-        return Simulation(world, make_agent=behavioural_agent, hub=hub, snapshot=snapshot)
+        return Simulation(
+            world, make_agent=behavioural_agent, hub=hub, snapshot=snapshot, processes=processes
+        )
     except Exception as error:  # a snapshot of other software may fail anywhere
         raise NotResumable(f"its snapshot does not fit: {type(error).__name__}: {error}") from error
 

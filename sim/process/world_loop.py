@@ -84,6 +84,7 @@ class WorldLoop:
     def __init__(self, order: WorldOrder, channels: Channels, wall_clock: Clock) -> None:
         # NOTE: imported here, in the world's own process, because these load the physics.
         from sim.process.persistence import OutputCommit, resume_or_start
+        from sim.world.agent_group import processes_for
         from sim.world.agents import behavioural_agent
         from sim.world.simulation import Simulation
 
@@ -103,14 +104,26 @@ class WorldLoop:
             radios=radios_of(world, order.seed),
             holds=order.snapshots is not None,
         )
+        processes = processes_for(len(world.robots))
         if order.snapshots is None:
             self._simulation = Simulation(
-                world, make_agent=behavioural_agent, seed=order.seed, jitter_m=order.jitter_m, hub=hub
+                world,
+                make_agent=behavioural_agent,
+                seed=order.seed,
+                jitter_m=order.jitter_m,
+                hub=hub,
+                processes=processes,
             )
         else:
             self._file = SnapshotFile(order.snapshots.path_of(world))
             started = resume_or_start(
-                world, order.snapshots, self._file, hub, seed=order.seed, jitter_m=order.jitter_m
+                world,
+                order.snapshots,
+                self._file,
+                hub,
+                seed=order.seed,
+                jitter_m=order.jitter_m,
+                processes=processes,
             )
             self._simulation = started.simulation
             self._not_resumed_because = started.not_resumed_because

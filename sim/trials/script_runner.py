@@ -20,8 +20,9 @@ from robots.wire import (
 )
 from robots.world import WorldFile
 from sim.snapshot import WorldSnapshot
+from sim.world.agent import AgentFactory
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import AgentFactory, Simulation
+from sim.world.simulation import Simulation
 
 
 class ScriptRunner:

@@ -5,7 +5,7 @@ from math import radians
 from robots.executive.agent import BehaviouralAgent
 from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire
-from sim.world.simulation import AgentSetup
+from sim.world.agent import AgentSetup
 
 
 def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -> BehaviouralAgent:

@@ -5,17 +5,14 @@ Bit-identical for the same file, seed and messages, and for the same snapshot an
 
 import uuid
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import dist, hypot
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from robots.clock import Clock
 from robots.executive.memory import RobotMemory
-from robots.link import InMemoryLink, Link
-from robots.physical.body import Body, Pose, Readings, Sensor
-from robots.world import Location, RobotSpec, Sample, WorldFile
+from robots.link import InMemoryLink
+from robots.physical.body import Pose, Readings, Sensor
+from robots.world import RobotSpec, Sample, WorldFile
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
 from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
@@ -24,6 +21,8 @@ from sim.physics.scene import Scene
 from sim.physics.sensors import InfraRed, Whiskers
 from sim.snapshot import SampleState, StreamState, WorldSnapshot, digest_of
 from sim.truth import SampleTruth, Truth, place_at
+from sim.world.agent import Agent, AgentFactory, AgentSetup
+from sim.world.agent_group import AgentGroup, LocalGroup, RemoteGroup
 from sim.world.hub import Hub
 from sim.world.placement import Placement
 from sim.world.radio import radios_of
@@ -32,46 +31,13 @@ CHARGING_RANGE_M = 1.1
 """Distance from its home's beacon within which a rover can be charged: by its approach point."""
 
 
-class Agent(Protocol):
-    """A robot's on-board software, driven by the world's clock at 20 Hz."""
-
-    def tick(self) -> None: ...
-
-
-@runtime_checkable
-class HasMemory(Protocol):
-    """An agent that can be resumed after a restart."""
-
-    def memory(self) -> RobotMemory: ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AgentSetup:
-    """What an agent is made with: its spec, the locations of its reach, the names of the other robots, the lengths of
-    long samples, the pose it is told, its radio's round trip, its interfaces, and the memory it resumes with.
-    """
-
-    spec: RobotSpec
-    reach: tuple[Location, ...]
-    others: tuple[str, ...]
-    lengths_m: Mapping[str, float]
-    told: Pose
-    round_trip_s: float
-    body: Body
-    link: Link
-    clock: Clock
-    memory: RobotMemory | None = None
-
-
-AgentFactory = Callable[[AgentSetup], Agent]
-
-
 class Simulation:
     """A world in this process. `step` advances it by 1/60 s. `run` identifies it, however often it is resumed.
 
     :param hub: routes the service's messages; without one, `link` is the service's end of an in-memory link.
     :param jitter_m: how far start poses may be from the world file's; headings are then random, too.
     :param snapshot: state to resume from; `seed` and `jitter_m` are then ignored.
+    :param processes: how many the agents are spread over, this one included; the run is the same for any number.
     """
 
     def __init__(
@@ -83,6 +49,7 @@ class Simulation:
         jitter_m: float = 0.4,
         hub: Hub | None = None,
         snapshot: WorldSnapshot | None = None,
+        processes: int = 1,
     ) -> None:
         self.world = world
         self.run = snapshot.run if snapshot else uuid.uuid4().hex
@@ -122,9 +89,14 @@ class Simulation:
             self._restore(snapshot)
         self._sense()
         memories = snapshot.robots if snapshot else {}
-        self.agents = {
-            spec.name: make_agent(self._agent_setup(spec, memories.get(spec.name))) for spec in world.robots
-        }
+        setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.robots]
+        shares = np.array_split(np.arange(len(setups)), processes)
+        mine, *others = [[setups[n] for n in share] for share in shares]
+        far = [RemoteGroup(make_agent, share, self.clock) for share in others if share]
+        near = LocalGroup(make_agent, mine)
+        self.agents: Mapping[str, Agent] = near.agents
+        """Those in this process."""
+        self._groups: tuple[AgentGroup, ...] = (near, *far)
 
     def snapshot(self) -> WorldSnapshot:
         """Everything needed to resume from here; to be taken between two steps."""
@@ -147,9 +119,7 @@ class Simulation:
             bodies={name: body.state() for name, body in self.bodies.items()},
             streams={name: StreamState.of(rng) for name, rng in self._rngs.items()},
             touched=frozenset(self._touched),
-            robots={
-                name: agent.memory() for name, agent in self.agents.items() if isinstance(agent, HasMemory)
-            },
+            robots=self._memories(),
         )
 
     def _restore(self, snapshot: WorldSnapshot) -> None:
@@ -170,8 +140,7 @@ class Simulation:
             self.hub.receive(self.clock.now_s())
             self._drain_batteries()
             self._sense()
-            for agent in self.agents.values():
-                agent.tick()
+            self._tick_agents()
             self.hub.flush(self.clock.now_s())
         for body in self.bodies.values():
             body.drive()
@@ -210,7 +179,20 @@ class Simulation:
         self._jaws.drop(sample)
 
     def close(self) -> None:
+        for group in self._groups:
+            group.close()
         self.scene.close()
+
+    def _tick_agents(self) -> None:
+        for group in reversed(self._groups):  # the one in this process last: the others work beside it
+            group.begin_tick(self.clock.ticks)
+        for group in self._groups:
+            group.finish_tick()
+
+    def _memories(self) -> dict[str, RobotMemory]:
+        for group in self._groups:
+            group.begin_memories()
+        return {name: memory for group in self._groups for name, memory in group.finish_memories().items()}
 
     def _agent_setup(self, spec: RobotSpec, memory: RobotMemory | None) -> AgentSetup:
         return AgentSetup(

@@ -5,7 +5,8 @@ from typing import Any
 
 from robots.physical.body import Pose
 from robots.world import WorldFile
-from sim.world.simulation import AgentSetup, Simulation
+from sim.world.agent import AgentSetup
+from sim.world.simulation import Simulation
 
 
 class Puppet:

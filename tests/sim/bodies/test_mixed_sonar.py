@@ -10,7 +10,8 @@ from benchmarks.bodies import embodied
 from benchmarks.trial import Trial, packet, room
 from robots.physical.body import RADIUS_M
 from robots.world import WorldFile
-from sim.world.simulation import AgentSetup, Simulation
+from sim.world.agent import AgentSetup
+from sim.world.simulation import Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 

@@ -6,7 +6,8 @@ import pytest
 from robots.physical.body import RADIUS_M
 from robots.world import load_world
 from robots.world.walls import clearance_m, panels_of
-from sim.world.simulation import AgentSetup, Simulation
+from sim.world.agent import AgentSetup
+from sim.world.simulation import Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
 

@@ -13,8 +13,9 @@ from robots.world import WorldFile, load_world
 from sim.snapshot import WorldSnapshot, digest_of
 from sim.trials.script_runner import ScriptRunner
 from sim.truth import Truth
+from sim.world.agent import AgentSetup
 from sim.world.agents import behavioural_agent
-from sim.world.simulation import AgentSetup, Simulation
+from sim.world.simulation import Simulation
 from tests.sim.rig import run_s, two_rooms
 
 STILL_M = 1e-9

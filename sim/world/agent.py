@@ -1,0 +1,45 @@
+"""What a world asks of a robot's on-board software, and what it gives it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from robots.clock import Clock
+from robots.executive.memory import RobotMemory
+from robots.link import Link
+from robots.physical.body import Body, Pose
+from robots.world import Location, RobotSpec
+
+
+class Agent(Protocol):
+    """A robot's on-board software, driven by the world's clock at 20 Hz."""
+
+    def tick(self) -> None: ...
+
+
+@runtime_checkable
+class HasMemory(Protocol):
+    """An agent that can be resumed after a restart."""
+
+    def memory(self) -> RobotMemory: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentSetup:
+    """What an agent is made with: its spec, the locations of its reach, the names of the other robots, the lengths of
+    long samples, the pose it is told, its radio's round trip, its interfaces, and the memory it resumes with.
+    """
+
+    spec: RobotSpec
+    reach: tuple[Location, ...]
+    others: tuple[str, ...]
+    lengths_m: Mapping[str, float]
+    told: Pose
+    round_trip_s: float
+    body: Body
+    link: Link
+    clock: Clock
+    memory: RobotMemory | None = None
+
+
+AgentFactory = Callable[[AgentSetup], Agent]

@@ -1,0 +1,276 @@
+"""The agents of a world, in its own process or spread over several.
+
+Within a control tick agents do not depend on each other: each reads what its sensors read before the tick, and its
+messages. A group in another process gets both, and returns what its agents command and send. That is carried out in
+the order of the robots, so that a run is the same to the last bit however many processes there are.
+"""
+
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from math import ceil
+from multiprocessing.connection import Connection
+from typing import Any, NamedTuple, Protocol
+from weakref import finalize
+
+from robots.executive.memory import RobotMemory
+from robots.link import Link
+from robots.physical.body import Body, Pose, Readings, Sensor
+from robots.physical.sightings import Sightings
+from robots.wire import Message
+from sim.clock import WorldClock
+from sim.error import SimulationError
+from sim.world.agent import Agent, AgentFactory, AgentSetup, HasMemory
+
+ROBOTS_A_PROCESS = 30
+"""With fewer robots another process costs more than it saves."""
+END_TIMEOUT_S = 2.0
+MAX_NAMES = 10_000
+
+
+def processes_for(robots: int) -> int:
+    """The number of processes that the agents of a world are worth on this machine."""
+    return max(1, min(len(os.sched_getaffinity(0)), ceil(robots / ROBOTS_A_PROCESS)))
+
+
+class Tick(NamedTuple):
+    """What a group's robots feel in one control tick, in their order."""
+
+    ticks: int
+    felt: Sequence[tuple[Pose, Readings, Sequence[Message]]]
+
+
+class Memories(NamedTuple):
+    """Asks for the agents' memories."""
+
+
+class Failed(NamedTuple):
+    """An agent raised an error, in words."""
+
+    reason: str
+
+
+@dataclass(slots=True)
+class Commands:
+    """What one robot's agent has commanded and sent in a tick."""
+
+    velocity: tuple[float, float] | None = None
+    grips: list[bool] = field(default_factory=list)
+    sensors: frozenset[Sensor] | None = None
+    sent: list[Message] = field(default_factory=list)
+
+
+class RemoteRobot:
+    """A robot's body and link as its agent finds them in another process. Implements `Body` and `Link`."""
+
+    def __init__(self) -> None:
+        self._odometry: Pose | None = None
+        self._readings: Readings | None = None
+        self._arrived: Sequence[Message] = ()
+        self._commands = Commands()
+
+    def feel(self, odometry: Pose, readings: Readings, arrived: Sequence[Message]) -> None:
+        """Begin a tick."""
+        self._odometry = odometry
+        self._readings = readings
+        self._arrived = arrived
+        self._commands = Commands()
+
+    @property
+    def commands(self) -> Commands:
+        """What was commanded and sent in this tick."""
+        return self._commands
+
+    def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
+        self._commands.velocity = (linear_m_s, angular_rad_s)
+
+    def set_gripper(self, *, closed: bool) -> None:
+        self._commands.grips.append(closed)
+
+    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+        self._commands.sensors = sensors
+
+    def get_position(self) -> Pose:
+        assert self._odometry is not None
+        return self._odometry
+
+    def sense(self) -> Readings:
+        assert self._readings is not None
+        return self._readings
+
+    def send(self, message: Message) -> None:
+        self._commands.sent.append(message)
+
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        arrived = self._arrived
+        self._arrived = ()
+        return arrived
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+class AgentGroup(Protocol):
+    """Agents that tick together. Each `begin` is followed by its `finish`."""
+
+    def begin_tick(self, ticks: int) -> None: ...
+
+    def finish_tick(self) -> None: ...
+
+    def begin_memories(self) -> None: ...
+
+    def finish_memories(self) -> Mapping[str, RobotMemory]: ...
+
+    def close(self) -> None: ...
+
+
+class LocalGroup:
+    """Agents in this process. Implements `AgentGroup`."""
+
+    def __init__(self, make_agent: AgentFactory, setups: Sequence[AgentSetup]) -> None:
+        self.agents: dict[str, Agent] = {setup.spec.name: make_agent(setup) for setup in setups}
+
+    def begin_tick(self, ticks: int) -> None:
+        for agent in self.agents.values():
+            agent.tick()
+
+    def finish_tick(self) -> None:
+        """Done already."""
+
+    def begin_memories(self) -> None:
+        """Nothing to ask."""
+
+    def finish_memories(self) -> Mapping[str, RobotMemory]:
+        return {name: agent.memory() for name, agent in self.agents.items() if isinstance(agent, HasMemory)}
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+class RemoteGroup:
+    """Agents in a process of their own, which ends with this one. Implements `AgentGroup`."""
+
+    def __init__(self, make_agent: AgentFactory, setups: Sequence[AgentSetup], clock: WorldClock) -> None:
+        """:param make_agent: a function of a module, since it is pickled. :param clock: the setups' own."""
+        self._robots: list[tuple[Body, Link]] = [(setup.body, setup.link) for setup in setups]
+        ours, far = socket.socketpair()
+        with far:
+            code = f"from sim.world.agent_group import serve; serve({far.fileno()})"
+            # NOTE: not by multiprocessing: the world's process is a daemon of it, and must not have children by it.
+            self._process = subprocess.Popen([sys.executable, "-c", code], pass_fds=[far.fileno()])
+        self._connection: Connection[Any, Any] = Connection(ours.detach())
+        self._close = finalize(self, _end, self._connection, self._process)
+        robots = [RemoteRobot() for _ in setups]
+        pairs = zip(setups, robots, strict=True)
+        self._send(
+            (make_agent, [replace(setup, body=robot, link=robot) for setup, robot in pairs], robots, clock)
+        )
+
+    def begin_tick(self, ticks: int) -> None:
+        self._send(
+            Tick(ticks, [(body.get_position(), body.sense(), link.receive()) for body, link in self._robots])
+        )
+
+    def finish_tick(self) -> None:
+        for (body, link), commands in zip(self._robots, self._answer(), strict=True):
+            if commands.velocity is not None:
+                body.set_velocity(*commands.velocity)
+            for closed in commands.grips:
+                body.set_gripper(closed=closed)
+            if commands.sensors is not None:
+                body.run_sensors(commands.sensors)
+            for message in commands.sent:
+                link.send(message)
+
+    def begin_memories(self) -> None:
+        self._send(Memories())
+
+    def finish_memories(self) -> Mapping[str, RobotMemory]:
+        memories: Mapping[str, RobotMemory] = self._answer()
+        return memories
+
+    def close(self) -> None:
+        self._close()
+
+    def _send(self, order: object) -> None:
+        try:
+            self._connection.send_bytes(pickle.dumps(order, pickle.HIGHEST_PROTOCOL))
+        except OSError as error:
+            raise SimulationError(f"the agents' process {self._process.pid} is gone") from error
+
+    def _answer(self) -> Any:
+        """:raises SimulationError: if an agent raised an error, or the process is gone."""
+        try:
+            answer = pickle.loads(self._connection.recv_bytes())
+        except (EOFError, OSError) as error:
+            raise SimulationError(f"the agents' process {self._process.pid} is gone") from error
+        if isinstance(answer, Failed):
+            raise SimulationError(answer.reason)
+        return answer
+
+
+def _end(connection: "Connection[Any, Any]", process: "subprocess.Popen[bytes]") -> None:
+    connection.close()
+    try:
+        process.wait(END_TIMEOUT_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def serve(handle: int) -> None:
+    """Run a group's agents in this process until the world's process closes its end of the socket."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the service handles Ctrl-C
+    connection: Connection[Any, Any] = Connection(handle)
+    with suppress(EOFError, OSError):
+        try:
+            group = _FarGroup(*pickle.loads(connection.recv_bytes()))
+            while True:
+                answer = group.answer(pickle.loads(connection.recv_bytes()))
+                connection.send_bytes(pickle.dumps(answer, pickle.HIGHEST_PROTOCOL))
+        except (EOFError, OSError):
+            raise
+        except Exception:
+            connection.send_bytes(pickle.dumps(Failed(traceback.format_exc())))
+
+
+class _FarGroup:
+    """The agents of a `RemoteGroup`, in their own process."""
+
+    def __init__(
+        self,
+        make_agent: AgentFactory,
+        setups: Sequence[AgentSetup],
+        robots: Sequence[RemoteRobot],
+        clock: WorldClock,
+    ) -> None:
+        self._agents = LocalGroup(make_agent, setups)
+        self._robots = robots
+        self._clock = clock
+        self._names: dict[tuple[str, ...], tuple[str, ...]] = {}
+
+    def answer(self, order: Tick | Memories) -> object:
+        if isinstance(order, Memories):
+            return self._agents.finish_memories()
+        self._clock.ticks = order.ticks
+        for robot, (odometry, readings, arrived) in zip(self._robots, order.felt, strict=True):
+            robot.feel(odometry, self._with_known_names(readings), arrived)
+        self._agents.begin_tick(order.ticks)
+        return [robot.commands for robot in self._robots]
+
+    def _with_known_names(self, readings: Readings) -> Readings:
+        """With the names' tuple of earlier sightings: perception compares it to notice what comes into view."""
+        seen = readings.sightings
+        if seen is None:
+            return readings
+        if len(self._names) > MAX_NAMES:
+            self._names.clear()
+        names = self._names.setdefault(seen.names, seen.names)
+        return replace(readings, sightings=Sightings(names, seen.read))

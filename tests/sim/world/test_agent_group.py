@@ -1,0 +1,100 @@
+"""Agents in several processes act as they do in one."""
+
+from itertools import pairwise
+
+import pytest
+
+from benchmarks.errands import tour
+from robots.wire import Message, Performative, ScriptRequest
+from robots.world import load_world
+from sim.error import SimulationError
+from sim.snapshot import WorldSnapshot
+from sim.truth import Truth
+from sim.world.agent import AgentSetup
+from sim.world.agent_group import ROBOTS_A_PROCESS, processes_for
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Simulation
+from tests.sim.rig import run_s, two_rooms
+
+WORLD = load_world("sample_store")
+
+
+def busy(processes: int, snapshot: WorldSnapshot | None = None) -> Simulation:
+    """All robots on tours."""
+    simulation = Simulation(
+        WORLD, make_agent=behavioural_agent, seed=2, snapshot=snapshot, processes=processes
+    )
+    if snapshot is None:
+        for spec in WORLD.robots:
+            places = [place.name for place in WORLD.reach_of(spec) if place.kind != "home"]
+            simulation.link.send(
+                Message(
+                    performative=Performative.REQUEST,
+                    sender="service",
+                    receiver=spec.name,
+                    sent_at_s=0.0,
+                    body=ScriptRequest(script=tour(spec.name, places)),
+                )
+            )
+    return simulation
+
+
+def outcome(simulation: Simulation, seconds: float) -> tuple[Truth, WorldSnapshot, list[dict[str, object]]]:
+    """The truth, the snapshot and the messages at the end, without what is drawn for each message."""
+    run_s(simulation, seconds)
+    sent = [message.model_dump(exclude={"id", "in_reply_to"}) for message in simulation.link.receive()]
+    snapshot = simulation.snapshot()
+    robots = {name: memory.model_copy(update={"mailbox": None}) for name, memory in snapshot.robots.items()}
+    return simulation.truth(), snapshot.model_copy(update={"run": "", "robots": robots}), sent
+
+
+def test_a_run_is_the_same_however_many_processes_there_are() -> None:
+    outcomes = []
+    for processes in (1, 2, 3):
+        simulation = busy(processes)
+        outcomes.append(outcome(simulation, 6.0))
+        simulation.close()
+    assert all(one == other for one, other in pairwise(outcomes))
+    _, snapshot, sent = outcomes[0]
+    assert list(snapshot.robots) == [spec.name for spec in WORLD.robots]
+    assert len(sent) > 4 * 50
+    assert any(body.wanted != (0.0, 0.0) for body in snapshot.bodies.values())
+
+
+def test_a_world_goes_on_in_another_number_of_processes() -> None:
+    first = busy(2)
+    run_s(first, 3.0)
+    snapshot = first.snapshot()
+    first.close()
+    outcomes = []
+    for processes in (1, 3):
+        resumed = busy(processes, snapshot)
+        outcomes.append(outcome(resumed, 3.0))
+        resumed.close()
+    assert outcomes[0] == outcomes[1]
+
+
+class Clumsy:
+    """An agent whose first tick fails."""
+
+    def __init__(self, setup: AgentSetup) -> None:
+        self._name = setup.spec.name
+
+    def tick(self) -> None:
+        if self._name == "ginger":
+            raise ValueError("ginger has fallen over")
+
+
+def test_an_error_of_an_agent_in_another_process_ends_the_tick() -> None:
+    simulation = Simulation(two_rooms(second=(1, 0.4, 0)), make_agent=Clumsy, processes=2)
+    with pytest.raises(SimulationError, match="ginger has fallen over"):
+        simulation.step()
+    with pytest.raises(SimulationError, match="is gone"):
+        simulation.step()
+    simulation.close()
+
+
+def test_few_robots_stay_in_one_process() -> None:
+    assert processes_for(0) == 1
+    assert processes_for(ROBOTS_A_PROCESS) == 1
+    assert 1 <= processes_for(ROBOTS_A_PROCESS + 1) <= 2
