@@ -38,6 +38,8 @@ class Executive:
         self._newest_order = 0
         self._machine: StateMachine = {}
         self._states = ScriptStates()
+        self._state: ScriptState | None = None
+        """The current script's, or the last one's."""
         self._reports: list[Report] = []
         self.end_reason = ""
         """Why the last script ended, in words; empty if it finished."""
@@ -56,7 +58,7 @@ class Executive:
 
     @property
     def state(self) -> ScriptState | None:
-        return self._states.of(self._script.id) if self._script else None
+        return self._state
 
     @property
     def _active_script(self) -> BehaviourScript:
@@ -65,7 +67,7 @@ class Executive:
 
     @property
     def active(self) -> bool:
-        return self.state is not None and self.state not in ENDED
+        return self._state is not None and self._state not in ENDED
 
     @property
     def current(self) -> PacketRun | None:
@@ -95,13 +97,13 @@ class Executive:
         if missing:
             return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
         if self.script is not None:
-            self._states.note(self.script.id, ScriptState.CANCELLED)
+            self._note(ScriptState.CANCELLED)
         self._script = script
         self._runs = runs
         self._index = 0
         self._machine = machine
         self._newest_order = 0
-        self._states.note(script.id, ScriptState.ACCEPTED)
+        self._note(ScriptState.ACCEPTED)
         return None
 
     def _prepare(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
@@ -130,6 +132,7 @@ class Executive:
         if memory.script is None:
             return
         self._script = memory.script.script
+        self._state = self._states.of(self._script.id)
         self._index = memory.script.index
         self._newest_order = memory.script.order
         if not self.active:
@@ -205,7 +208,7 @@ class Executive:
         behaviour = self.behaviour
         if run is None or behaviour is None or not percepts.data.holds(behaviour.needs):
             return Motion()
-        self._states.note(self._active_script.id, ScriptState.RUNNING)
+        self._note(ScriptState.RUNNING)
         outcome = run.step(percepts, step_s)
         self.responses = outcome.responses
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
@@ -275,8 +278,13 @@ class Executive:
         elif change.state is PacketState.FINISHED:
             self._index += 1
 
-    def _set_paused(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
+    def _note(self, state: ScriptState) -> None:
+        """The current script's new state."""
         self._states.note(self._active_script.id, state)
+        self._state = state
+
+    def _set_paused(self, state: ScriptState, percepts: Percepts | None, now_s: float) -> None:
+        self._note(state)
         run = self.current
         if run is not None:
             self._reports.extend(
@@ -292,7 +300,7 @@ class Executive:
         detail: str = "",
     ) -> None:
         self.end_reason = detail
-        self._states.note(self._active_script.id, state)
+        self._note(state)
         self._reports.extend(
             script_report(self._active_script, self._index, state, percepts, at_s, category, detail)
         )

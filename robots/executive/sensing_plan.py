@@ -5,7 +5,7 @@ actions run whose percepts the current actuator action needs, and end with it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from robots.conditions.facts import REPORTED
@@ -29,17 +29,20 @@ class Phase(StrEnum):
     RETRY = "retry"
     """The retry manoeuvre after a stall."""
 
+    __hash__ = str.__hash__  # as of sensors, to be looked up quickly
+
 
 @dataclass(frozen=True, slots=True)
 class BehaviourState:
     """A state of the script's state machine: one phase of one packet, and the sensors whose percepts it needs."""
 
     needs: Needs
+    beside: tuple[SensorAction, ...] = field(init=False)
+    """The sensor actions that run beside the actuator action: those with per(s) in pre(a)."""
 
-    @property
-    def beside(self) -> tuple[SensorAction, ...]:
-        """The sensor actions that run beside the actuator action: those with per(s) in pre(a)."""
-        return tuple(SensorAction(sensor=sensor) for sensor in sorted(self.needs))
+    def __post_init__(self) -> None:
+        beside = tuple(SensorAction(sensor=sensor) for sensor in sorted(self.needs))
+        object.__setattr__(self, "beside", beside)
 
 
 StateMachine = Mapping[tuple[str, Phase], BehaviourState]

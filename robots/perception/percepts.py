@@ -14,7 +14,7 @@ from robots.data import NamedVariant
 from robots.errors import SensorOff
 from robots.perception.health import Defect
 from robots.perception.obstacles import Obstacles
-from robots.perception.progress import Progress
+from robots.perception.progress import NO_PROGRESS, Progress
 from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import Cursor
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose, Sensor
@@ -101,7 +101,7 @@ class Percepts:
     degraded: tuple[Defect, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     last_held: str | None = None
-    progress: Progress = field(default_factory=Progress)
+    progress: Progress = NO_PROGRESS
     drive_command: DriveCommand | None = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 

@@ -28,6 +28,9 @@ class Progress:
     raised: frozenset[str] = frozenset()
 
 
+NO_PROGRESS = Progress()
+
+
 class WayMemory(Memory):
     """The sums of an odometer."""
 

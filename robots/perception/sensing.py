@@ -18,6 +18,8 @@ class Mode(StrEnum):
     ONE_SHOT = "one_shot"
     """Once."""
 
+    __hash__ = str.__hash__  # as of sensors, to be looked up quickly
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorAction:
@@ -53,13 +55,15 @@ class SensoryController:
     def __init__(self, body: Body) -> None:
         self._body = body
         self._actions: tuple[SensorAction, ...] = ()
+        self._has_one_shots = False
         self._stores: dict[SensorAction, Any] = {}
         self.running: frozenset[Sensor] = frozenset()
 
     def run(self, actions: tuple[SensorAction, ...]) -> None:
         """Run these actions and end all others, with their stores. A one-shot action ends when it has read."""
-        if actions != self._actions or any(action.mode is Mode.ONE_SHOT for action in actions):
+        if actions != self._actions or self._has_one_shots:
             self._actions = actions
+            self._has_one_shots = any(action.mode is Mode.ONE_SHOT for action in actions)
             self._stores = {action: self._stores[action] for action in actions if action in self._stores}
             self.running = frozenset(
                 action.sensor

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import Annotated
 
 from robots.conditions.composition import AnyCondition
@@ -38,6 +39,11 @@ class BehaviourPattern(Strict):
     u: AnyResponse
     when: tuple[AnyCondition, ...] = ()
 
+    @cached_property
+    def label(self) -> str:
+        """Its name in telemetry: "dof/name"."""
+        return f"{self.dof}/{self.name}"
+
     def respond(self, percepts: Percepts) -> Utilitor:
         """The pattern's utilitor; without utility if the stimulus is not sensed, or out of context."""
         for condition in self.when:
@@ -65,11 +71,11 @@ class Responses:
 
     def resultants(self) -> dict[str, tuple[float, float]]:
         """Normalised (r, u) of each degree of freedom."""
-        return {str(dof): (one.response, one.u) for dof, one in self.resultant.items()}
+        return {dof.value: (one.response, one.u) for dof, one in self.resultant.items()}
 
     def shown(self) -> dict[str, tuple[float, float]]:
         """Normalised (r, u) by "dof/name"."""
-        return {f"{one.dof}/{one.name}": (utilitor.response, utilitor.u) for one, utilitor in self.of}
+        return {one.label: (utilitor.response, utilitor.u) for one, utilitor in self.of}
 
 
 def respond(patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Responses:

@@ -47,6 +47,8 @@ class ScriptState(StrEnum):
     FAILED = "failed"
     CANCELLED = "cancelled"
 
+    __hash__ = str.__hash__  # Enum's own is written in Python, and slow
+
 
 class FailureCategory(StrEnum):
     """Why a mission or script failed."""

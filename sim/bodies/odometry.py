@@ -35,7 +35,7 @@ class Odometry:
         turn = remainder(true.heading_rad - last.heading_rad, tau)
         middle = last.heading_rad + turn / 2
         ahead = (true.x_m - last.x_m) * cos(middle) + (true.y_m - last.y_m) * sin(middle)
-        noise = self._rng.standard_normal(3)
+        noise = self._rng.standard_normal(3).tolist()
         measured_ahead = ahead * (state.scale + STEP_SIGMA * noise[0])
         measured_turn = (
             turn * (state.turn_scale + TURN_SIGMA * noise[1]) + DRIFT_RAD_PER_M * abs(ahead) * noise[2]

@@ -21,7 +21,7 @@ class RampedBody(SimulatedBody):
 
     def __init__(self, spec: RobotSpec, ramps: Ramps, jaws: Jaws, scene: Scene, odometry: Odometry) -> None:
         super().__init__(spec, jaws, scene)
-        self._ramps = ramps
+        self._limits = (ramps.acceleration_m_s2 * TICK_S, ramps.turn_acceleration_rad_s2 * TICK_S)
         self._odometry = odometry
         self._driven = (0.0, 0.0)
 
@@ -46,12 +46,13 @@ class RampedBody(SimulatedBody):
 
     def _ramp(self) -> None:
         """Set the velocity of the coming tick: as near to the command as the ramps allow."""
-        limits = (self._ramps.acceleration_m_s2 * TICK_S, self._ramps.turn_acceleration_rad_s2 * TICK_S)
-        linear, angular = (
-            now + clip(then - now, limit)
-            for now, then, limit in zip(self._driven, self._command, limits, strict=True)
+        linear, angular = self._driven
+        wanted_linear, wanted_angular = self._command
+        max_linear, max_angular = self._limits
+        self._driven = (
+            linear + clip(wanted_linear - linear, max_linear),
+            angular + clip(wanted_angular - angular, max_angular),
         )
-        self._driven = (linear, angular)
 
 
 class VelocityBody(RampedBody):

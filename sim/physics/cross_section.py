@@ -16,8 +16,8 @@ class CollisionShapes:
     def __init__(self) -> None:
         self._shapes: dict[int, list[tuple[float, ...]]] = {}
         self._groups: dict[int, int] = {}
-        self._table: NDArray[np.float64] | None = None
-        self._owners: tuple[int, ...] = ()
+        self._tables: dict[int, tuple[NDArray[np.float64], tuple[int, ...]]] = {}
+        """By groups: as `_table` returns it."""
 
     def put(self, body: int, described: Iterable[Sequence[Any]]) -> None:
         """Add a body, of no collision group yet.
@@ -31,42 +31,40 @@ class CollisionShapes:
     def regroup(self, body: int, group: int) -> None:
         """Set the body's collision group."""
         self._groups[body] = group
-        self._table = None
+        self._tables = {}
 
     def remove(self, body: int) -> None:
         self._shapes.pop(body, None)
         self._groups.pop(body, None)
-        self._table = None
+        self._tables = {}
 
     def cut(self, pose_of: Callable[[int], UprightPose], *, height_m: float, groups: int) -> Cut:
         """Boxes and discs of the bodies of these groups that reach across a height."""
-        table = self._tabulated()
-        poses = np.array([pose_of(body) for body in self._owners]).reshape(-1, 4)
-        in_groups = (table[:, 0].astype(np.int64) & groups) != 0
+        table, owners = self._table(groups)
+        poses = np.array([pose_of(body) for body in owners]).reshape(-1, 4)
         rise_m = height_m - poses[:, 2]
-        cuts = in_groups & (table[:, 5] < rise_m) & (rise_m < table[:, 6])
+        cuts = (table[:, 3] < rise_m) & (rise_m < table[:, 4])
         rows = table[cuts]
         bases = poses[cuts]
         cosine = np.cos(bases[:, 3])
         sine = np.sin(bases[:, 3])
-        x = bases[:, 0] + cosine * rows[:, 3] - sine * rows[:, 4]
-        y = bases[:, 1] + sine * rows[:, 3] + cosine * rows[:, 4]
-        is_box = rows[:, 1] == pybullet.GEOM_BOX
-        boxes = np.column_stack([x, y, cosine, sine, rows[:, 7], rows[:, 8]])[is_box]
-        discs = np.column_stack([x, y, rows[:, 7]])[~is_box]
+        x = bases[:, 0] + cosine * rows[:, 1] - sine * rows[:, 2]
+        y = bases[:, 1] + sine * rows[:, 1] + cosine * rows[:, 2]
+        is_box = rows[:, 0] == pybullet.GEOM_BOX
+        boxes = np.column_stack([x, y, cosine, sine, rows[:, 5], rows[:, 6]])[is_box]
+        discs = np.column_stack([x, y, rows[:, 5]])[~is_box]
         return Cut(np.ascontiguousarray(boxes), np.ascontiguousarray(discs))
 
-    def _tabulated(self) -> NDArray[np.float64]:
-        """Shape (S, 9), a row a shape: its body's group, its kind, its body, then the rest of `_row`."""
-        if self._table is None:
-            rows = [
-                (self._groups[body], shape[0], body, *shape[1:])
-                for body, shapes in self._shapes.items()
-                for shape in shapes
-            ]
-            self._table = np.array(rows, np.float64).reshape(-1, 9)
-            self._owners = tuple(int(body) for body in self._table[:, 2])
-        return self._table
+    def _table(self, groups: int) -> tuple[NDArray[np.float64], tuple[int, ...]]:
+        """Shape (S, 7), a `_row` for each shape of a body of these groups, and the shapes' bodies."""
+        if groups not in self._tables:
+            owners = [body for body, group in self._groups.items() if group & groups]
+            rows = [shape for body in owners for shape in self._shapes[body]]
+            self._tables[groups] = (
+                np.array(rows, np.float64).reshape(-1, 7),
+                tuple(body for body in owners for _ in self._shapes[body]),
+            )
+        return self._tables[groups]
 
 
 def _row(shape: Sequence[Any]) -> tuple[float, ...]:

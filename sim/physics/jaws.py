@@ -6,7 +6,7 @@ sample (MACTA's RELEASE1): it follows the first of them, and slips out of the ot
 A long one is gripped at a handle and carried on compliant capture heads (`sim.physics.beam`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import cos, hypot, sin
 
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
@@ -38,6 +38,8 @@ class Jaws:
         self._scene = scene
         self._closed = dict.fromkeys(rovers, False)
         self._holders: dict[str, list[str]] = {sample: [] for sample in samples}
+        self._held: dict[str, str] = {}
+        """Rover to the sample that it holds."""
         self._lengths_m = {name: placed.length_m for name, placed in samples.items() if placed.length_m}
         self._beams: dict[str, Beam] = {}
         self.slipped = 0
@@ -56,6 +58,7 @@ class Jaws:
         self._closed = dict(state.closed)
         self.slipped = state.slipped
         self._holders = {sample: list(holders) for sample, holders in state.holders.items()}
+        self._held = {rover: sample for sample, holders in self._holders.items() for rover in holders}
         for sample in (sample for sample, holders in self._holders.items() if holders):
             point = self._scene.sample_point(sample)[:2]
             heading_rad = self._scene.sample_heading(sample)
@@ -71,24 +74,28 @@ class Jaws:
 
     def hidden_tags(self) -> list[tuple[str, str]]:
         """Rovers and the compact samples in their jaws, whose tags they cannot see; a long one's tag stays visible."""
-        return [
-            (rover, sample)
-            for sample, holders in self._holders.items()
-            if sample not in self._lengths_m
-            for rover in holders
-        ]
+        return [(rover, sample) for rover, sample in self._held.items() if sample not in self._lengths_m]
 
     def state(self, rover: str) -> Gripper:
         """What the gripper senses."""
-        if self._closed[rover]:
-            return Gripper(closed=True, between_jaws=self._held_by(rover))
-        return Gripper(closed=False, between_jaws=self._between(rover))
+        return self.states([rover])[rover]
+
+    def states(self, rovers: Iterable[str]) -> dict[str, Gripper]:
+        """What these rovers' grippers sense."""
+        rovers = tuple(rovers)
+        between = self._between([rover for rover in rovers if not self._closed[rover]])
+        return {
+            rover: Gripper(closed=False, between_jaws=between[rover])
+            if rover in between
+            else Gripper(closed=True, between_jaws=self._held.get(rover))
+            for rover in rovers
+        }
 
     def move(self, rover: str, *, closed: bool) -> None:
         """Close or open. Closing on a sample grips and lifts it, opening sets it down below the jaws."""
         if closed == self._closed[rover]:
             return
-        sample = self._between(rover) if closed else self._held_by(rover)
+        sample = self._between([rover])[rover] if closed else self._held.get(rover)
         self._closed[rover] = closed
         if sample is not None:
             change = self._grip if closed else self._release
@@ -96,7 +103,7 @@ class Jaws:
 
     def deflection_m(self, rover: str) -> tuple[float, float]:
         """Offset of the object from the middle of a rover's capture head, x and y of the rover's frame."""
-        sample = self._held_by(rover)
+        sample = self._held.get(rover)
         if sample not in self._beams:
             return (0.0, 0.0)
         deflection = self._beams[sample].deflection(rover)
@@ -119,6 +126,7 @@ class Jaws:
             for other in holders[1:]:
                 if _distance_m(point, jaws_point(self._scene.pose(other))) > SLIP_M:
                     holders.remove(other)
+                    del self._held[other]
 
     def _carry_beam(self, sample: str, beam: Beam) -> None:
         """Move a long sample by its heads and contacts; set it down if the last head loses it."""
@@ -137,6 +145,7 @@ class Jaws:
         if not self._holders[sample]:
             self._scene.lift(sample)
         self._holders[sample].append(rover)
+        self._held[rover] = sample
         if sample in self._lengths_m:
             beam = self._beams.setdefault(sample, self._beam(sample))
             jaws = self._jaws_pose(rover)
@@ -145,24 +154,26 @@ class Jaws:
     def _release(self, rover: str, sample: str) -> None:
         point = self._scene.sample_point(sample)
         self._holders[sample].remove(rover)
+        del self._held[rover]
         if sample in self._beams:
             self._beams[sample].release(rover)
         if not self._holders[sample]:
             beam = self._beams.pop(sample, None)
             self._scene.set_down(sample, point[:2], beam.heading_rad if beam else 0.0)
 
-    def _held_by(self, rover: str) -> str | None:
-        return next((sample for sample, holders in self._holders.items() if rover in holders), None)
-
-    def _between(self, rover: str) -> str | None:
-        jaws = jaws_point(self._scene.pose(rover))
-        near = [
-            (_distance_m(self._scene.sample_point(sample)[:2], jaws), sample)
-            for sample in self._scene.samples_near(jaws, BARRIER_M)
-            if sample not in self._lengths_m
-        ]
-        distance_m, sample = min(near, default=(float("inf"), ""))
-        return sample if distance_m <= BARRIER_M else self._handle_between(jaws)
+    def _between(self, rovers: Sequence[str]) -> dict[str, str | None]:
+        """What stands between the jaws of each."""
+        points = [jaws_point(self._scene.pose(rover)) for rover in rovers]
+        close: dict[str, list[tuple[float, str]]] = {rover: [] for rover in rovers}
+        for n, sample in self._scene.samples_near(points, BARRIER_M):
+            if sample not in self._lengths_m:
+                off_m = _distance_m(self._scene.sample_point(sample)[:2], points[n])
+                close[rovers[n]].append((off_m, sample))
+        between: dict[str, str | None] = {}
+        for rover, jaws in zip(rovers, points, strict=True):
+            distance_m, sample = min(close[rover], default=(float("inf"), ""))
+            between[rover] = sample if distance_m <= BARRIER_M else self._handle_between(jaws)
+        return between
 
     def _handle_between(self, jaws: tuple[float, float]) -> str | None:
         """The long sample with a handle between the jaws that no other rover grips."""

@@ -233,17 +233,21 @@ def _blocking(cut: Cut, cells: Cells, ray: Ray) -> int:
 
 
 @kernel
-def near(points: Floats, x: float, y: float, within_m: float) -> NDArray[np.int64]:
-    """The rows of the points, shape (N, 2 or more), that are within a distance of one in the plane."""
-    found = np.empty(len(points), np.int64)
-    count = 0
+def near(points: Floats, others: Floats, within_m: float) -> list[tuple[int, int]]:
+    """Pairs of points and other points within a distance in the plane, as rows, by point and then by the other.
+
+    :param points, others: shape (N, 2 or more) and (M, 2 or more).
+    """
+    found = [(n, m) for n in range(0) for m in range(0)]  # tells the compiler the type
     for n in range(len(points)):
-        off_x = points[n, 0] - x
-        off_y = points[n, 1] - y
-        if off_x * off_x + off_y * off_y <= within_m * within_m:
-            found[count] = n
-            count += 1
-    return found[:count]
+        x = points[n, 0]
+        y = points[n, 1]
+        for m in range(len(others)):
+            off_x = others[m, 0] - x
+            off_y = others[m, 1] - y
+            if off_x * off_x + off_y * off_y <= within_m * within_m:
+                found.append((n, m))
+    return found
 
 
 @kernel

@@ -36,6 +36,8 @@ ROVER_INERTIA_KG_M2 = 0.5
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15
 BEAM_WIDTH_M = 0.06
+PRESSES_M = 1e-3
+"""Bodies nearer than this press against each other."""
 LIFTED_M = 0.245
 """Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
 
@@ -83,7 +85,8 @@ class Scene:
         self._shapes = CollisionShapes()
         self._poses = BodyPoses(self.client)
         self._sample_points: NDArray[np.float64] | None = None
-        self._contacts: Sequence[Any] = ()
+        self._pressed: frozenset[int] = frozenset()
+        """Bodies that pressed against something in the last tick."""
         for panel in panels:
             self._add_wall(panel)
         shape = bullet.rover(
@@ -114,9 +117,11 @@ class Scene:
             self._sample_points = np.array(poses).reshape(-1, 4)[:, :3]
         return self._sample_points
 
-    def samples_near(self, point: tuple[float, float], within_m: float) -> list[str]:
-        """The samples whose middles are within a distance of a point in the plane."""
-        return [self._names[n] for n in near(self.sample_points(), *point, within_m).tolist()]
+    def samples_near(self, points: Sequence[tuple[float, float]], within_m: float) -> list[tuple[int, str]]:
+        """The samples whose middles are within a distance of points in the plane, each with its point's number."""
+        if not points:
+            return []
+        return [(n, self._names[m]) for n, m in near(np.array(points), self.sample_points(), within_m)]
 
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""
@@ -147,9 +152,12 @@ class Scene:
     def step(self) -> None:
         """Advance by one tick of 1/60 s and put every body that moved back into its plane."""
         pybullet.stepSimulation(physicsClientId=self.client)
-        self._contacts = pybullet.getContactPoints(physicsClientId=self.client) or ()
+        contacts = pybullet.getContactPoints(physicsClientId=self.client) or ()
+        self._pressed = frozenset(
+            body for contact in contacts if contact[8] < PRESSES_M for body in contact[1:3]
+        )
         # NOTE: without gravity, only rovers and bodies that something touches move.
-        pushed = {body for contact in self._contacts for body in contact[1:3]}
+        pushed = {body for contact in contacts for body in contact[1:3]}
         self._sample_points = None if pushed else self._sample_points
         for body in pushed:
             self._poses.invalidate(body)
@@ -191,8 +199,7 @@ class Scene:
 
     def touched(self, rover: str) -> bool:
         """True while the rover's body or jaws press against anything."""
-        body = self._rovers[rover]
-        return any(contact[8] < 1e-3 and body in contact[1:3] for contact in self._contacts)
+        return self._rovers[rover] in self._pressed
 
     def put_box(
         self, point: tuple[float, float], heading_rad: float, *, side_m: float, height_m: float
@@ -234,7 +241,7 @@ class Scene:
     def meets(self, rover: str, body: int) -> bool:
         """True while a rover presses against a box or ball."""
         contacts = pybullet.getContactPoints(self._rovers[rover], body, physicsClientId=self.client)
-        return any(contact[8] < 1e-3 for contact in contacts)
+        return any(contact[8] < PRESSES_M for contact in contacts)
 
     def close(self) -> None:
         self._disconnect()

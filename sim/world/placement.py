@@ -103,7 +103,7 @@ class StartPoses:
 
 def told_pose(true: Pose, rng: np.random.Generator) -> Pose:
     """The start pose a rover is told: approximately true."""
-    noise = rng.standard_normal(3)
+    noise = rng.standard_normal(3).tolist()
     return Pose(
         x_m=true.x_m + TOLD_SIGMA_M * noise[0],
         y_m=true.y_m + TOLD_SIGMA_M * noise[1],

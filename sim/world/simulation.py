@@ -235,6 +235,7 @@ class Simulation:
         seen = self._infra_red.read(
             self.scene, poses, self._rngs, self._bodies_running(Sensor.INFRA_RED), self._jaws.hidden_tags()
         )
+        grippers = self._jaws.states(self._bodies_running(Sensor.GRIPPER))
         for name, body in self.bodies.items():
             running = body.running
             body.refresh(
@@ -243,7 +244,7 @@ class Simulation:
                     ranges_m=ranges.get(name),
                     bumper=name in self._touched if Sensor.BUMPER in running else None,
                     sightings=seen.get(name),
-                    gripper=self._jaws.state(name) if Sensor.GRIPPER in running else None,
+                    gripper=grippers.get(name),
                     capture_head_m=self._jaws.deflection_m(name) if Sensor.CAPTURE_HEAD in running else None,
                     battery=body.battery.level,
                     charging=body.battery.charging,
