@@ -4,13 +4,17 @@ Whole: physics, sensing, synthesis and executive of robots that are all busy, th
 fetching a sample. Bare: the same scene, every rover given its recorded velocity and every pose read at each tick; no
 sensing, no agents. Rays: likewise, with the whiskers' rays in one batch of the physics engine at 20 Hz. The loops take
 turns, a second of the world each, so that all run under the same load; figures are medians, CPU seconds a world second.
+Whole adds up the processes over which the agents are spread. Path is the longest path through them: the world's own
+process, with the slowest process's agents instead of its own; x real is the speed with a core for each.
 """
 
 import argparse
+import os
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import atan2, cos, sin
+from pathlib import Path
 from statistics import median
 from time import process_time
 from typing import Any
@@ -18,6 +22,7 @@ from typing import Any
 import numpy as np
 import pybullet
 
+from app.planning.pool.process_tree import tree_of
 from benchmarks.errands import Leg, script, tour
 from robots.physical.body import RADIUS_M
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, ScriptState, Telemetry
@@ -26,6 +31,7 @@ from robots.world.generate import generate_world, store_shape
 from sim.clock import TICKS_PER_CONTROL
 from sim.physics.scene import SONAR_GROUPS
 from sim.physics.sensors import WHISKER_HEIGHT_M
+from sim.world.agent_group import processes_for
 from sim.world.agents import behavioural_agent
 from sim.world.simulation import Simulation
 
@@ -45,14 +51,15 @@ class Figures:
     bare: float
     rays: float
     whole: float
+    path: float
     physics: float
     sensing: float
     agents: float
 
     def __str__(self) -> str:
         return (
-            f"{self.robots:6d} {self.busy:5d} {self.bare:7.3f} {self.rays:7.3f} {self.whole:7.3f} "
-            f"{self.whole / self.bare:6.1f} {self.whole / self.rays:6.1f} {1 / self.whole:7.1f} "
+            f"{self.robots:6d} {self.busy:5d} {self.bare:7.3f} {self.rays:7.3f} {self.whole:7.3f} {self.path:7.3f} "
+            f"{self.whole / self.bare:6.1f} {self.whole / self.rays:6.1f} {1 / self.path:7.1f} "
             f"{self.physics:8.3f} {self.sensing:8.3f} {self.agents:7.3f} "
             f"{self.agents / self.robots / TICKS_A_S * TICKS_PER_CONTROL * 1e6:7.0f}"
         )
@@ -86,7 +93,10 @@ class Whole:
     """The simulation with its agents, timed by parts; keeps each rover's velocities."""
 
     def __init__(self, world: WorldFile) -> None:
-        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=0)
+        processes = processes_for(len(world.robots))
+        before = {each.pid for each in tree_of(os.getpid())}
+        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=0, processes=processes)
+        self._others = [each.pid for each in tree_of(os.getpid()) if each.pid not in before]
         self.busy: set[str] = set()
         self._watch = Stopwatch()
         for each in errands(world):
@@ -102,18 +112,24 @@ class Whole:
     def run(self) -> tuple[dict[str, float], Velocities]:
         """A second of the world: what it took, whole and in parts, and each tick's velocities."""
         driven: Velocities = []
-        whole = 0.0
+        own = 0.0
+        others = [-cpu_s(pid) for pid in self._others]
         for _ in range(TICKS_A_S):
             begin = process_time()
             self.simulation.step()
-            whole += process_time() - begin
+            own += process_time() - begin
             driven.append([body.driven for body in self.simulation.bodies.values()])
         for message in self.simulation.link.receive():
             if isinstance(message.body, Telemetry) and message.body.script_state is ScriptState.RUNNING:
                 self.busy.add(message.sender)
+        others = [spent + cpu_s(pid) for spent, pid in zip(others, self._others, strict=True)]
+        mine = self._watch.take("agents")
         return {
-            "whole": whole,
-            **{part: self._watch.take(part) for part in ("physics", "sensing", "agents")},
+            "whole": own + sum(others),
+            "path": own - mine + max([mine, *others]),
+            "physics": self._watch.take("physics"),
+            "sensing": self._watch.take("sensing"),
+            "agents": mine + sum(others),
         }, driven
 
     def _request(self, each: BehaviourScript) -> None:
@@ -127,6 +143,11 @@ class Whole:
                 body=request,
             )
         )
+
+
+def cpu_s(pid: int) -> float:
+    """The CPU time that a process has taken."""
+    return int(Path(f"/proc/{pid}/schedstat").read_text().split()[0]) / 1e9
 
 
 class Bare:
@@ -217,7 +238,9 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     options.add_argument("robots", type=int, nargs="*", default=[4, 16, 64, 256])
-    print("robots  busy    bare   +rays   whole  ratio +rays  x real  physics  sensing  agents us/tick")
+    print(
+        "robots  busy    bare   +rays   whole    path  ratio +rays  x real  physics  sensing  agents us/tick"
+    )
     for robots in options.parse_args().robots:
         print(figures(robots), flush=True)
 

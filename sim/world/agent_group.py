@@ -14,25 +14,27 @@ import sys
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import ceil
 from multiprocessing.connection import Connection
 from typing import Any, NamedTuple, Protocol
 from weakref import finalize
 
+import numpy as np
+from numpy.typing import NDArray
+
 from robots.executive.memory import RobotMemory
 from robots.link import Link
-from robots.physical.body import Body, Pose, Readings, Sensor
-from robots.physical.sightings import Sightings
-from robots.wire import Message
+from robots.physical.body import Body
 from sim.clock import WorldClock
 from sim.error import SimulationError
 from sim.world.agent import Agent, AgentFactory, AgentSetup, HasMemory
+from sim.world.remote_robot import ReadingsSender, RemoteRobot, numbers_of
 
 ROBOTS_A_PROCESS = 30
 """With fewer robots another process costs more than it saves."""
 END_TIMEOUT_S = 2.0
-MAX_NAMES = 10_000
+NOTHING = np.empty(0)
 
 
 def processes_for(robots: int) -> int:
@@ -41,10 +43,14 @@ def processes_for(robots: int) -> int:
 
 
 class Tick(NamedTuple):
-    """What a group's robots feel in one control tick, in their order."""
+    """What a group's robots feel in one control tick, in their order.
+
+    `rest`: a row a robot, as `ReadingsSender` makes it. `numbers`: all their ranges and sightings, one after the other.
+    """
 
     ticks: int
-    felt: Sequence[tuple[Pose, Readings, Sequence[Message]]]
+    rest: Sequence[tuple[Any, ...]]
+    numbers: NDArray[np.float64]
 
 
 class Memories(NamedTuple):
@@ -55,66 +61,6 @@ class Failed(NamedTuple):
     """An agent raised an error, in words."""
 
     reason: str
-
-
-@dataclass(slots=True)
-class Commands:
-    """What one robot's agent has commanded and sent in a tick."""
-
-    velocity: tuple[float, float] | None = None
-    grips: list[bool] = field(default_factory=list)
-    sensors: frozenset[Sensor] | None = None
-    sent: list[Message] = field(default_factory=list)
-
-
-class RemoteRobot:
-    """A robot's body and link as its agent finds them in another process. Implements `Body` and `Link`."""
-
-    def __init__(self) -> None:
-        self._odometry: Pose | None = None
-        self._readings: Readings | None = None
-        self._arrived: Sequence[Message] = ()
-        self._commands = Commands()
-
-    def feel(self, odometry: Pose, readings: Readings, arrived: Sequence[Message]) -> None:
-        """Begin a tick."""
-        self._odometry = odometry
-        self._readings = readings
-        self._arrived = arrived
-        self._commands = Commands()
-
-    @property
-    def commands(self) -> Commands:
-        """What was commanded and sent in this tick."""
-        return self._commands
-
-    def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
-        self._commands.velocity = (linear_m_s, angular_rad_s)
-
-    def set_gripper(self, *, closed: bool) -> None:
-        self._commands.grips.append(closed)
-
-    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
-        self._commands.sensors = sensors
-
-    def get_position(self) -> Pose:
-        assert self._odometry is not None
-        return self._odometry
-
-    def sense(self) -> Readings:
-        assert self._readings is not None
-        return self._readings
-
-    def send(self, message: Message) -> None:
-        self._commands.sent.append(message)
-
-    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
-        arrived = self._arrived
-        self._arrived = ()
-        return arrived
-
-    def close(self) -> None:
-        """Nothing to release."""
 
 
 class AgentGroup(Protocol):
@@ -160,6 +106,7 @@ class RemoteGroup:
     def __init__(self, make_agent: AgentFactory, setups: Sequence[AgentSetup], clock: WorldClock) -> None:
         """:param make_agent: a function of a module, since it is pickled. :param clock: the setups' own."""
         self._robots: list[tuple[Body, Link]] = [(setup.body, setup.link) for setup in setups]
+        self._senders = [ReadingsSender() for _ in setups]
         ours, far = socket.socketpair()
         with far:
             code = f"from sim.world.agent_group import serve; serve({far.fileno()})"
@@ -174,19 +121,23 @@ class RemoteGroup:
         )
 
     def begin_tick(self, ticks: int) -> None:
-        self._send(
-            Tick(ticks, [(body.get_position(), body.sense(), link.receive()) for body, link in self._robots])
-        )
+        rest = []
+        numbers = [NOTHING]
+        for (body, link), sender in zip(self._robots, self._senders, strict=True):
+            readings = body.sense()
+            rest.append(sender.packed(body.get_position(), readings, link.receive()))
+            numbers += numbers_of(readings)
+        self._send(Tick(ticks, rest, np.concatenate(numbers)))
 
     def finish_tick(self) -> None:
-        for (body, link), commands in zip(self._robots, self._answer(), strict=True):
-            if commands.velocity is not None:
-                body.set_velocity(*commands.velocity)
-            for closed in commands.grips:
+        for (body, link), (velocity, grips, sensors, sent) in zip(self._robots, self._answer(), strict=True):
+            if velocity is not None:
+                body.set_velocity(*velocity)
+            for closed in grips:
                 body.set_gripper(closed=closed)
-            if commands.sensors is not None:
-                body.run_sensors(commands.sensors)
-            for message in commands.sent:
+            if sensors is not None:
+                body.run_sensors(sensors)
+            for message in sent:
                 link.send(message)
 
     def begin_memories(self) -> None:
@@ -254,23 +205,13 @@ class _FarGroup:
         self._agents = LocalGroup(make_agent, setups)
         self._robots = robots
         self._clock = clock
-        self._names: dict[tuple[str, ...], tuple[str, ...]] = {}
 
     def answer(self, order: Tick | Memories) -> object:
         if isinstance(order, Memories):
             return self._agents.finish_memories()
         self._clock.ticks = order.ticks
-        for robot, (odometry, readings, arrived) in zip(self._robots, order.felt, strict=True):
-            robot.feel(odometry, self._with_known_names(readings), arrived)
+        numbers = order.numbers
+        for robot, row in zip(self._robots, order.rest, strict=True):
+            numbers = numbers[robot.feel(row, numbers) :]
         self._agents.begin_tick(order.ticks)
-        return [robot.commands for robot in self._robots]
-
-    def _with_known_names(self, readings: Readings) -> Readings:
-        """With the names' tuple of earlier sightings: perception compares it to notice what comes into view."""
-        seen = readings.sightings
-        if seen is None:
-            return readings
-        if len(self._names) > MAX_NAMES:
-            self._names.clear()
-        names = self._names.setdefault(seen.names, seen.names)
-        return replace(readings, sightings=Sightings(names, seen.read))
+        return [robot.commands.packed for robot in self._robots]
