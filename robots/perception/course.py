@@ -7,7 +7,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from robots.compiled import kernel
+from robots.compiled import kernel, part
 from robots.perception.obstacles import Flags, Floats, Obstacles, Points
 from robots.perception.percepts import Percepts
 from robots.physical.body import RADIUS_M
@@ -59,7 +59,7 @@ def _clear(target: complex, at: Points, radii_m: Floats, robots: Flags, hull_m: 
     return best
 
 
-@kernel
+@part
 def _shadows(
     distance_m: float, at: Points, radii_m: Floats, robots: Flags, hull_m: float
 ) -> tuple[Floats, Floats]:

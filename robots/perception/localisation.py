@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from robots.compiled import kernel
+from robots.compiled import kernel, part
 from robots.data import Checked
 from robots.physical.body import Pose
 from robots.physical.geometry import to_robot, wrap
@@ -183,7 +183,7 @@ def correct(state: Floats, covariance: Floats, beacons: Floats, seen: Floats, re
     return rejected
 
 
-@kernel
+@part
 def _mirror(covariance: Floats) -> None:
     """Keep it exactly symmetric."""
     covariance[1, 0] = covariance[0, 1]

@@ -10,7 +10,7 @@ from math import cos, hypot, inf, nan, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.compiled import kernel
+from robots.compiled import kernel, part
 from robots.physical.body import RADIUS_M
 
 SAMPLE_RADIUS_M = 0.06
@@ -188,6 +188,6 @@ def _put_hits(
     return found
 
 
-@kernel
+@part
 def _from_polar(size: float, angle_rad: float) -> complex:
     return complex(size * cos(angle_rad), size * sin(angle_rad))

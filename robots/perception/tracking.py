@@ -13,7 +13,7 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.compiled import kernel
+from robots.compiled import kernel, part
 
 
 class Modality(StrEnum):
@@ -238,7 +238,7 @@ def _fuse(
             about[STILL_SINCE_S] = now_s
 
 
-@kernel
+@part
 def _size(way: complex) -> float:
     return hypot(way.real, way.imag)
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.compiled import kernel
+from robots.compiled import kernel, part
 
 Floats = NDArray[np.float64]
 Ray = tuple[float, float, float, float]
@@ -42,6 +42,8 @@ class Cells(NamedTuple):
     starts: NDArray[np.int64]
     """Shape (columns * rows + 1,): cell c holds `bodies[starts[c]]` to `bodies[starts[c + 1]]`."""
     bodies: NDArray[np.int64]
+    bounds: Floats
+    """Shape (bodies, 4): least x and y, greatest x and y of each body."""
 
 
 CELL_M = 2.0
@@ -90,12 +92,12 @@ def cells_of(cut: Cut) -> Cells:
                 cell = column * rows + row
                 bodies[filled[cell]] = n
                 filled[cell] += 1
-    return Cells(left, low, width_m, height_m, columns, rows, starts, bodies)
+    return Cells(left, low, width_m, height_m, columns, rows, starts, bodies, bounds)
 
 
-@kernel
+@part
 def _bounds(cut: Cut) -> Floats:
-    """Shape (B + D, 4): least x and y, greatest x and y of each body."""
+    """As `Cells.bounds`."""
     boxes, discs = cut
     bounds = np.empty((len(boxes) + len(discs), 4))
     for n in range(len(bounds)):
@@ -136,19 +138,23 @@ def free_shares(cut: Cut, starts: Floats, ends: Floats, fans: NDArray[np.int64])
                 cell = column * cells.rows + row
                 for at in range(cells.starts[cell], cells.starts[cell + 1]):
                     n = cells.bodies[at]
-                    if in_fan[n] != fan:
-                        in_fan[n] = fan
+                    if in_fan[n] == fan:
+                        continue
+                    in_fan[n] = fan
+                    body_left, body_low, body_right, body_high = cells.bounds[n]
+                    if body_left <= right and body_right >= left and body_low <= high and body_high >= low:
                         near_bodies[near_count] = n
                         near_count += 1
         for ray in range(first, last):
             share = 1.0
+            path = _ray(starts, ray, ends, ray)
             for at in range(near_count):
-                share = min(share, _to_body(cut, near_bodies[at], _ray(starts, ray, ends, ray)))
+                share = min(share, _to_body(cut, near_bodies[at], path))
             free[ray] = share
     return free
 
 
-@kernel
+@part
 def _extent(starts: Floats, ends: Floats) -> tuple[float, float, float, float]:
     """Least x and y, greatest x and y of rays."""
     left = low = inf
@@ -161,7 +167,7 @@ def _extent(starts: Floats, ends: Floats) -> tuple[float, float, float, float]:
     return left, low, right, high
 
 
-@kernel
+@part
 def _span(least: float, greatest: float, origin: float, side_m: float, count: int) -> tuple[int, int]:
     """The cells of a row or column that an interval overlaps: the first, and the one after the last."""
     return max(0, floor((least - origin) / side_m)), min(count, floor((greatest - origin) / side_m) + 1)
@@ -205,7 +211,7 @@ def in_sight(
     return seen[:found]
 
 
-@kernel
+@part
 def _blocking(cut: Cut, cells: Cells, ray: Ray) -> int:
     """The number of a body that the ray meets, -1 without one."""
     x, y, way_x, way_y = ray
@@ -250,7 +256,7 @@ def near(points: Floats, others: Floats, within_m: float) -> list[tuple[int, int
     return found
 
 
-@kernel
+@part
 def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
     # NOTE: rays are numbers and not rows of arrays, whose making would take longer than the rest.
     x = starts[first, 0]
@@ -258,7 +264,7 @@ def _ray(starts: Floats, first: int, ends: Floats, last: int) -> Ray:
     return x, y, ends[last, 0] - x, ends[last, 1] - y
 
 
-@kernel
+@part
 def _to_body(cut: Cut, n: int, ray: Ray) -> float:
     """The share of the ray up to a body, 1 if it misses it."""
     boxes, discs = cut
@@ -267,7 +273,7 @@ def _to_body(cut: Cut, n: int, ray: Ray) -> float:
     return _to_disc(discs, n - len(boxes), *ray)
 
 
-@kernel
+@part
 def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
     """Slab by slab: the ray is within the box where it is between both pairs of sides."""
     cosine = boxes[n, 2]
@@ -289,14 +295,14 @@ def _to_box(boxes: Floats, n: int, x: float, y: float, way_x: float, way_y: floa
     return 1.0 if enters > leaves else enters
 
 
-@kernel
+@part
 def _beside(at: float, way: float, half: float) -> bool:
     """True if a ray begins and ends on one side of a slab: most do, and this test needs no division."""
     end = at + way
     return (at > half and end > half) or (at < -half and end < -half)
 
 
-@kernel
+@part
 def _within(at: float, way: float, half: float, enters: float, leaves: float) -> tuple[float, float]:
     """The part of a ray, from and to, that is between -half and half; from > to if there is none."""
     if abs(way) < 1e-12:
@@ -306,7 +312,7 @@ def _within(at: float, way: float, half: float, enters: float, leaves: float) ->
     return max(enters, min(one, other)), min(leaves, max(one, other))
 
 
-@kernel
+@part
 def _to_disc(discs: Floats, n: int, x: float, y: float, way_x: float, way_y: float) -> float:
     off_x = x - discs[n, 0]
     off_y = y - discs[n, 1]
