@@ -1,9 +1,9 @@
 """The energy of sensing, and the saving by running only the sensors needed (P-SMPA §4.1: least commitment)."""
 
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 
-from pydantic import Field, NonNegativeFloat, PrivateAttr, model_validator
+from pydantic import Field, NonNegativeFloat, model_validator
 
 from robots.data import Checked, read_yaml
 from robots.physical.body import ALL_SENSORS, Sensor
@@ -31,15 +31,17 @@ class Powers(Checked):
             raise ValueError(f"sensors: the power is missing of {', '.join(sorted(missing))}")
         return self
 
-    _sensing_w: dict[frozenset[Sensor], float] = PrivateAttr(default_factory=dict)
+    @cached_property
+    def _sensing_w(self) -> dict[frozenset[Sensor], float]:
+        """By sensors that run, as far as they were asked for."""
+        return {}
 
     def sensing_w(self, running: frozenset[Sensor]) -> float:
         """What these sensors draw; added up once for each set of sensors."""
-        if running not in self._sensing_w:
-            self._sensing_w[running] = sum(
-                watts for sensor, watts in self.sensors.items() if sensor in running
-            )
-        return self._sensing_w[running]
+        known = self._sensing_w
+        if running not in known:
+            known[running] = sum(watts for sensor, watts in self.sensors.items() if sensor in running)
+        return known[running]
 
     def driving_w(self, linear_m_s: float, angular_rad_s: float) -> float:
         return self.motors.per_m_s * abs(linear_m_s) + self.motors.per_rad_s * abs(angular_rad_s)
