@@ -239,12 +239,13 @@ def _blocking(cut: Cut, cells: Cells, ray: Ray) -> int:
 
 
 @kernel
-def near(points: Floats, others: Floats, within_m: float) -> list[tuple[int, int]]:
-    """Pairs of points and other points within a distance in the plane, as rows, by point and then by the other.
+def near(points: Floats, others: Floats, within_m: float) -> NDArray[np.int64]:
+    """Pairs of points and other points within a distance in the plane, as rows: shape (N, 2), by point and other point.
 
-    :param points, others: shape (N, 2 or more) and (M, 2 or more).
+    :param points, others: shape (P, 2 or more) and (O, 2 or more).
     """
-    found = [(n, m) for n in range(0) for m in range(0)]  # tells the compiler the type
+    found = np.empty((len(points) * len(others), 2), np.int64)
+    count = 0
     for n in range(len(points)):
         x = points[n, 0]
         y = points[n, 1]
@@ -252,8 +253,9 @@ def near(points: Floats, others: Floats, within_m: float) -> list[tuple[int, int
             off_x = others[m, 0] - x
             off_y = others[m, 1] - y
             if off_x * off_x + off_y * off_y <= within_m * within_m:
-                found.append((n, m))
-    return found
+                found[count] = n, m
+                count += 1
+    return found[:count]
 
 
 @part

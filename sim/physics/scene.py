@@ -121,7 +121,8 @@ class Scene:
         """The samples whose middles are within a distance of points in the plane, each with its point's number."""
         if not points:
             return []
-        return [(n, self._names[m]) for n, m in near(np.array(points), self.sample_points(), within_m)]
+        pairs = near(np.array(points), self.sample_points(), within_m)
+        return [(n, self._names[m]) for n, m in pairs.tolist()]
 
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""
