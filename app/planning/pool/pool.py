@@ -265,9 +265,9 @@ class PlanningWorker:
         with self._lock:
             member.job = None
             is_replaced = not member.process.is_alive
-            ready = sum(1 for one in self._members if one.is_ready)
-            is_outdated = not member.is_compiled and self._has_compiled()
-            is_surplus = not is_replaced and (ready > self._limit() or is_outdated)
+            outdated = [one for one in self._members if not one.is_compiled and self._has_compiled()]
+            lasting = sum(1 for one in self._members if one.is_ready and one not in outdated)
+            is_surplus = not is_replaced and (member in outdated or lasting > self._limit())
             if (is_replaced or is_surplus) and member in self._members:
                 self._members.remove(member)
             self._assign()
