@@ -6,6 +6,7 @@ from concurrent.futures import Future
 from functools import cached_property, partial
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 from fastapi import FastAPI
 
@@ -66,6 +67,7 @@ from app.workflows.leases import ExecutorRegistry
 from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from planner import load_knowledge_base
+from robots.background_compilation import BackgroundCompilation, Stage
 from robots.clock import Clock
 from robots.world import WorldFile
 
@@ -86,12 +88,14 @@ class Service:
         *,
         viewer: Callable[[], str | None] = lambda: None,
         worker: PlanningWorker | None = None,
+        compilation: BackgroundCompilation | None = None,
         serves: Collection[Queue] | None = None,
         tell: Callable[[str], None] = logger.info,
     ) -> None:
         """
         :param viewer: the address of the 3D view, None while there is none.
         :param worker: the planning processes; made and closed by the service if None.
+        :param compilation: of what this process and its children call; started and closed by the caller.
         :param serves: the queues whose workflows run here; by default all, without planning processes only missions.
         :param tell: called with a message about each step of the planner's start; unused if `worker` is given.
         """
@@ -115,7 +119,9 @@ class Service:
             processes=settings.planning_processes,
             memory_mb=settings.planning_memory_mb,
             tell=tell,
+            compilation=compilation,
         )
+        self._compilation = compilation
         self._wire_store(served)
         self._wire_robots()
         self._wire_planning()
@@ -147,6 +153,7 @@ class Service:
             self.workflows,
             serves=[queue.name for queue in served],
             worlds=self._files if self._drives_robots else (),
+            planning=self._planning_status,
         )
         self._retention = Retention.of(self.database, self.workflows, settings)
 
@@ -311,8 +318,15 @@ class Service:
             recordings=self.recordings,
             executors=self.executors,
             waits_for=self._waits_for,
+            compilation=self._stage,
         )
         return build_api(services, viewer=self._viewer, static=WEB)
+
+    def _stage(self) -> Stage:
+        return Stage.COMPILED if self._compilation is None else self._compilation.stage
+
+    def _planning_status(self) -> Mapping[str, Any] | None:
+        return self._worker.status().model_dump(mode="json") if self.settings.planning_processes else None
 
     def _waits_for(self) -> str:
         return "" if self.planner_ready.done() else f"the planner is starting: {self._worker.doing}"

@@ -3,10 +3,9 @@
 numba recompiles a function if the function's own file has changed, but not if a function or constant that it uses from
 another file has. So the cache is a folder named after a digest of all sources that compiled code depends on: an edit of
 any of them gives a new folder. Entry points call `install` before they import anything that is compiled; processes that
-they start inherit the folder through the environment. `compiled_once` has one process compile while the others wait.
+they start inherit the folder through the environment. `robots.compilation` says which process compiles.
 """
 
-import fcntl
 import hashlib
 import os
 import platform
@@ -15,15 +14,13 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 PACKAGES = tuple(Path(__file__).parents[1] / name for name in ("planner", "robots", "sim"))
 """The packages that define compiled functions."""
 VARIABLE = "NUMBA_CACHE_DIR"
-DISABLED = "NUMBA_DISABLE_JIT"
 PREFIX = "kernels-"
 KEPT_FOLDERS = 4
 UNUSED_S = 24 * 3600.0
@@ -58,54 +55,6 @@ def install(packages: Sequence[Path] = PACKAGES) -> Path:
         setattr(sys.modules["numba"].config, "CACHE_DIR", str(folder))  # noqa: B010, its type declares no members
     _remove_unused(folder)
     return folder
-
-
-@contextmanager
-def compiled_once(group: str, tell: Callable[[str], None]) -> Iterator[None]:
-    """The block in which the compiled functions of a group are called for the first time.
-
-    If their machine code is not cached yet, the first process compiles and the others wait for it; then they load it.
-
-    :param group: the functions' name for messages and files.
-    :param tell: called with what is being done, if that takes time.
-    """
-    folder = Path(os.environ.get(VARIABLE, ""))
-    done = folder / f"{group}.compiled"
-    if VARIABLE not in os.environ or not compiles() or done.exists():
-        yield
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / f"{group}.lock").open("a") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            tell(f"waiting for another process, which compiles the {group}")
-            fcntl.flock(lock, fcntl.LOCK_EX)  # released by the kernel, too, when that process ends
-        if not done.exists():
-            tell(f"compiling the {group}: once, then it is kept in {folder}")
-        yield
-        done.touch()
-
-
-def compiles() -> bool:
-    """False if this process runs compiled functions as Python: `NUMBA_DISABLE_JIT=1`, numba's own switch."""
-    return os.environ.get(DISABLED, "0") in ("", "0")
-
-
-@contextmanager
-def uncompiled() -> Iterator[None]:
-    """The block in which processes are started that run compiled functions as Python.
-
-    For work so small that compiling, and even importing numba, takes longer than it saves.
-    """
-    before = os.environ.get(DISABLED)
-    os.environ[DISABLED] = "1"
-    try:
-        yield
-    finally:
-        del os.environ[DISABLED]
-        if before is not None:
-            os.environ[DISABLED] = before
 
 
 def _sources(packages: Iterable[Path]) -> dict[str, bytes]:

@@ -23,8 +23,8 @@ ORDER = {
     "app": """cli composition trials api missions planning recordings agents core workflows settings store domain""",
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
-    "robots": """executive repertoire reactive conditions perception physical world link wire compiled kernels clock
-        data errors""",
+    "robots": """executive repertoire reactive conditions perception physical world link wire compiled
+        background_compilation compilation kernels clock data errors""",
     "sim": """trials process world bodies physics truth snapshot clock error""",
     "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",
 }
@@ -135,6 +135,7 @@ def test_the_wire_the_link_and_the_world_file_import_no_part_of_a_robots_runtime
             if module.startswith(f"robots.{room}"):
                 used = {target.split(".")[1] for target in targets} - {
                     "clock",
+                    "compilation",
                     "compiled",
                     "data",
                     "errors",

@@ -45,6 +45,7 @@ from app.settings import Settings
 from app.store.event_log import EventLog
 from app.workflows import PLANNING
 from app.workflows.leases import ExecutorRegistry
+from robots.background_compilation import Stage
 from robots.clock import Clock
 
 MIN_COMPRESSED_BYTES = 2000
@@ -58,6 +59,7 @@ class Services:
     :param token: the administrator's token.
     :param stopping: set when the process is about to end; open streams then end.
     :param waits_for: why the service cannot plan yet; empty once it can.
+    :param compilation: how far the compilation of its planner and its worlds is.
     """
 
     token: str
@@ -81,6 +83,7 @@ class Services:
     recordings: RecordingStore
     executors: ExecutorRegistry
     waits_for: Callable[[], str] = lambda: ""
+    compilation: Callable[[], Stage] = lambda: Stage.COMPILED
 
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -138,7 +141,12 @@ def _add_health(api: FastAPI, service: Services) -> None:
 
     @api.get("/readyz", tags=["health"], responses=problems.declared(503))
     def readyz() -> JSONResponse:
-        """The database answers, every world's robots can be reached, and the planner has started."""
+        """The database answers, every world's robots can be reached, and the planner has started.
+
+        `compilation` is `compiled` once the planner and the worlds run at full speed. Before, it is `compiling`, or
+        `waiting` while another process on the machine compiles them: problems of up to 8 goals are planned all the
+        same, larger ones wait for it. It is `uncompiled` if they will not be compiled.
+        """
         try:
             plans = any(PLANNING.name in one.serves for one in service.executors.executors() if one.alive)
         except Exception:
@@ -149,10 +157,11 @@ def _add_health(api: FastAPI, service: Services) -> None:
             return problems.problem(503, "world-unreachable", detail, worlds=broken)
         if doing := service.waits_for():
             return problems.problem(503, "starting", doing)
+        ready = {"status": "ready", "compilation": service.compilation().value}
         if not plans:
             # Goals are accepted, and planned once a planning process runs.
-            return JSONResponse({"status": "ready", "detail": "no process plans: start `macta worker`"})
-        return JSONResponse({"status": "ready"})
+            return JSONResponse({**ready, "detail": "no process plans: start `macta worker`"})
+        return JSONResponse(ready)
 
 
 def _is_unreachable(service: Services, world: str) -> bool:

@@ -85,12 +85,15 @@ class Page(BaseModel, Generic[Item]):
 
 
 class PlanningProgress(BaseModel):
-    """Progress of planning: the best makespan so far and the proven lower bound."""
+    """Progress of planning: the best makespan so far and the proven lower bound; or what it waits for."""
 
     engine: str
     elapsed_s: float
     makespan_s: float | None = None
     lower_bound_s: float | None = Field(default=None, description="no plan is shorter")
+    waits_for: str = Field(
+        default="", description="what must be before planning begins; empty once it has begun"
+    )
 
 
 class SeekAlternatives(Request):

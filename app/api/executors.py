@@ -6,11 +6,16 @@ from fastapi import APIRouter
 from pydantic import BaseModel
 
 from app.api.bodies import Page
+from app.planning.pool.status import PoolStatus
 from app.workflows.leases import ExecutorRegistry
 
 
 class ExecutorBody(BaseModel):
-    """A process: `serves` are the queues it works on, `worlds` those whose robots it drives."""
+    """A process: `serves` are the queues it works on, `worlds` those whose robots it drives.
+
+    `planning` is what its planning processes do, and the work that waits for them: now for the process that answers,
+    at their last heartbeat for others.
+    """
 
     id: str
     serves: Sequence[str]
@@ -20,6 +25,7 @@ class ExecutorBody(BaseModel):
     started_at: str
     seen_s: float
     alive: bool
+    planning: PoolStatus | None = None
 
 
 def executors_router(registry: ExecutorRegistry) -> APIRouter:

@@ -11,6 +11,7 @@ from rich.table import Column
 
 from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
+from app.cli.background import SMALL_ROBOTS, ending, groups_for
 from app.cli.goal_input import parse_goals
 from app.cli.ground_truth import holds
 from app.cli.render import show_plan, show_repairs
@@ -26,7 +27,8 @@ from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from app.store import GoalRow
 from planner import load_knowledge_base
-from robots.kernels import uncompiled
+from robots.background_compilation import BackgroundCompilation
+from robots.compilation import uncompiled
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim import SimulationProcess, Truth
@@ -35,8 +37,7 @@ REFRESH_S = 0.1
 """The longest interval between two updates of the display."""
 OPERATOR = "demo"
 SMALL_GOALS = 1
-SMALL_ROBOTS = 8
-"""A demo of so many goals and robots runs uncompiled: 8 CPU-s each time, instead of 63 the first time and 9 later."""
+"""A demo of so many goals and at most `SMALL_ROBOTS` robots compiles nothing: it takes less time than compilation."""
 
 
 def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
@@ -55,13 +56,20 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     with (
         tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,
         uncompiled() if is_small else nullcontext(),
+        ending(BackgroundCompilation(groups_for([world]))) as compilation,
     ):
         settings = settings_of({"data": Path(folder), "database_url": None})
-        return _run(console, settings, world, text, speed, seed)
+        return _run(console, settings, world, text, speed, seed, compilation)
 
 
 def _run(
-    console: Console, settings: Settings, world: WorldFile, text: str, speed: float | None, seed: int
+    console: Console,
+    settings: Settings,
+    world: WorldFile,
+    text: str,
+    speed: float | None,
+    seed: int,
+    compilation: BackgroundCompilation,
 ) -> int:
     """Plan the goal, approve the plan and show the mission in a new simulated world."""
     with (
@@ -71,11 +79,13 @@ def _run(
         running = RunningWorld(
             file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
         )
-        with Service(settings, [running], tell=progress.tell) as service:
+        with Service(settings, [running], tell=progress.tell, compilation=compilation) as service:
             service.planner_ready.result()
             progress.end()
+            compilation.start()
             request = GoalRequest(world=world.name, text=text, recovery=Policy.AUTO)
-            goal = _wait_until_planned(service, service.goals.submit(request, actor=OPERATOR))
+            goal = _wait_until_planned(service, service.goals.submit(request, actor=OPERATOR), progress)
+            progress.end()
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
                 console.print(f"[bold red]No plan[/]: {escape(goal.reason)}")
                 return 1
@@ -86,10 +96,15 @@ def _run(
             return _show_result(console, mission, goal, world, simulation.truth())
 
 
-def _wait_until_planned(service: Service, goal: GoalRow) -> GoalRow:
-    """Wait until planning has ended."""
+def _wait_until_planned(service: Service, goal: GoalRow, progress: StartProgress) -> GoalRow:
+    """Wait until planning has ended, and show what that waits for."""
     generation = service.events.generation
+    shown = ""
     while goal.state in goal_lifecycle.TO_BE_PLANNED:
+        waits_for = (goal.planning or {}).get("waits_for", "")
+        if waits_for and waits_for != shown:
+            progress.tell(f"waiting for {waits_for}")
+        shown = waits_for
         generation = service.events.wait(generation, REFRESH_S)
         goal = service.goals.get(goal.id)
     return goal

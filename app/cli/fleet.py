@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from app.cli.background import background_compilation
 from app.cli.long_running import end_signal, log_warnings, report_new_run, warn_of_broker
 from app.cli.settings import settings_of
 from app.domain.errors import Invalid, Unavailable
@@ -11,6 +12,7 @@ from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile
 from sim import SnapshotSettings, SupervisedWorld
+from sim.process.first_calls import SIMULATION
 from sim.snapshot import digest_of
 
 TURN_S = 0.02
@@ -35,11 +37,13 @@ def fleet(
     snapshots = SnapshotSettings(folder=settings.data / "worlds", any_run=True, start_new=start_new)
     with (
         end_signal() as ending,
+        background_compilation((SIMULATION,)) as compilation,
         SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
         if simulation.not_resumed_because:
             report_new_run(world.name, simulation.not_resumed_because)
+        compilation.start()
         relay = _Relay(world, simulation, link, broker, speed)
         while not ending.is_set():
             relay.turn()

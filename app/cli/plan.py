@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,13 @@ from rich.markup import escape
 from app.cli.goal_input import parse_goals
 from app.cli.progress_line import ProgressLine
 from app.cli.render import show_alternatives, show_explanation, show_plan
+from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import initial_facts
+from app.planning.pool.waiting_line import is_large
+from app.planning.pool.work import PLANNER
 from app.trials.offline_mission import goal_problem
 from planner import (
     KnowledgeBase,
@@ -27,11 +31,11 @@ from planner import (
     warm_up,
 )
 from planner.alternatives import alternatives
-from planner.engines.registry import engine_named
 from planner.errors import UnknownEngine, Unsupported
 from planner.explanation import explain
 from planner.interchange.foreign import ReadProblem, import_problem
 from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
+from robots.compilation import compile_once, is_compiled, uncompiled
 from robots.world import WorldFile
 
 
@@ -127,7 +131,6 @@ def plan(
     :raises Invalid: if a goal is malformed or impossible (with `as_json` also printed), or the engine does not
         exist.
     """
-    engine = _engine(engine_name, knowledge_base)
     try:
         problem = _problem(world, sentences, knowledge_base)
     except Invalid as refusal:
@@ -145,7 +148,9 @@ def plan(
         problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
     if pddl is not None:
         _write_pddl(pddl, knowledge_base, problem)
-    return _plan(engine, problem, request, knowledge_base, as_json=as_json, extras=extras, world=world.name)
+    return _plan(
+        engine_name, problem, request, knowledge_base, as_json=as_json, extras=extras, world=world.name
+    )
 
 
 def plan_pddl(
@@ -163,9 +168,8 @@ def plan_pddl(
     :raises Invalid: if a file is missing, no PDDL, or has features we cannot plan with.
     """
     read = _read_pddl(domain, problem, agents)
-    engine = _engine(engine_name, read.knowledge_base)
     return _plan(
-        engine,
+        engine_name,
         read.problem,
         request,
         read.knowledge_base,
@@ -176,7 +180,7 @@ def plan_pddl(
 
 
 def _plan(
-    engine: PlanningEngine,
+    engine_name: str,
     problem: PlanningProblem,
     request: PlanningRequest,
     knowledge_base: KnowledgeBase,
@@ -186,7 +190,15 @@ def _plan(
     world: str,
 ) -> int:
     errors = Console(stderr=True, highlight=False)
-    with ProgressLine(errors, is_shown=errors.is_terminal and not as_json) as progress:
+    is_compiled_now = is_compiled(PLANNER) or is_large(goals=len(problem.goals), effort_s=request.effort_s)
+    if is_compiled_now:
+        with StartProgress(errors) as start:
+            compile_once(PLANNER, start.tell)
+    with (
+        nullcontext() if is_compiled_now else uncompiled(),
+        ProgressLine(errors, is_shown=errors.is_terminal and not as_json) as progress,
+    ):
+        engine = _engine(engine_name, knowledge_base)
         warm_up(engine)
         result = engine.plan(problem, request, progress)
         found = extras.find(engine, knowledge_base, problem, request, progress, result)
@@ -234,6 +246,9 @@ def _read_pddl(domain: Path, problem: Path, agents: list[str]) -> ReadProblem:
 
 
 def _engine(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
+    # NOTE: imported here: the import decides whether the planner is compiled.
+    from planner.engines.registry import engine_named
+
     try:
         return engine_named(name, knowledge_base)
     except UnknownEngine as error:

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from app.api.connections import BoundedListener, ConnectionLimits, Connections, throttle_warnings
+from app.cli.background import background_compilation, groups_for
 from app.cli.http_server import HttpServer
 from app.cli.long_running import (
     end_signal,
@@ -31,6 +32,7 @@ from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.settings import Settings
 from app.store.recorded_run import recorded_run
+from robots.background_compilation import BackgroundCompilation
 from robots.world import WorldFile
 from sim import SnapshotSettings, SupervisedWorld
 
@@ -61,6 +63,7 @@ def serve(
     with (
         listen(settings) as listener,
         HttpServer(listener) as server,
+        background_compilation(groups_for([] if broker else worlds)) as compilation,
         StartProgress(Console(stderr=True)) as progress,
         ExitStack() as parts,
     ):
@@ -69,6 +72,7 @@ def serve(
             processes=settings.planning_processes,
             memory_mb=settings.planning_memory_mb,
             tell=progress.tell,
+            compilation=compilation,
         )
         parts.callback(worker.close)
         worker.warm_up()
@@ -89,12 +93,14 @@ def serve(
         else:
             running = [parts.enter_context(world_over_broker(broker, world)) for world in worlds]
         view = ViewProcess()
-        service = parts.enter_context(Service(settings, running, viewer=view.address, worker=worker))
+        service = parts.enter_context(
+            Service(settings, running, viewer=view.address, worker=worker, compilation=compilation)
+        )
         server.serve(service.api)
         gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
         try:
             with end_signal() as ending:
-                _attend(ending, server, service, view, progress)
+                _attend(ending, server, service, view, progress, compilation)
         finally:
             service.stopping.set()
             view.stop()
@@ -124,8 +130,9 @@ def _attend(
     service: "Service",
     view: ViewProcess,
     progress: StartProgress,
+    compilation: BackgroundCompilation,
 ) -> None:
-    """Allow the 3D view and print the address once the planner has started; wait for the end.
+    """Once the planner has started, print the address, allow the 3D view and compile; wait for the end.
 
     :raises Unavailable: if no planning process starts, or the HTTP server has ended by itself.
     """
@@ -146,6 +153,7 @@ def _attend(
         f"[dim]World {', '.join(service.clocks)}; the record is in {escape(service.settings.database_location)}. "
         "Ctrl-C ends.[/]"
     )
+    compilation.start()
     while not ending.wait(ALIVE_POLL_S):
         view.reap()
         if not server.is_alive:

@@ -1,4 +1,4 @@
-"""The progress of a start, on standard error: one line that is redrawn in a terminal, else a line per step."""
+"""What a command is doing, on standard error: one line that is redrawn in a terminal, else a line per step."""
 
 from types import TracebackType
 from typing import Self
@@ -9,17 +9,19 @@ from rich.status import Status
 
 
 class StartProgress:
-    """Shown within a `with` block, or until `end`. Thread-safe."""
+    """Shown within a `with` block, or until `end`; `tell` shows it again. Thread-safe."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, *, title: str = "Starting") -> None:
         self._console = console
-        self._status = Status("starting …", console=console) if console.is_terminal else None
+        self._title = title
+        self._status = Status(f"{title} …", console=console) if console.is_terminal else None
 
     def tell(self, doing: str) -> None:
         if self._status is None:
-            self._console.print(f"Starting: {escape(doing)}.", soft_wrap=True, highlight=False)
+            self._console.print(f"{self._title}: {escape(doing)}.", soft_wrap=True, highlight=False)
         else:
-            self._status.update(f"starting: {escape(doing)} …")
+            self._status.update(f"{self._title}: {escape(doing)} …")
+            self._status.start()
 
     def end(self) -> None:
         """Remove the line; safe to call again."""

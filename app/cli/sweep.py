@@ -16,13 +16,16 @@ from app.cli.simulated_mission import simulate_mission
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
+from app.planning.pool.work import PLANNER
 from app.trials.offline_mission import NoMission, goal_problem, plan_mission
 from app.trials.random_goals import drawn_goals
 from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
 from planner.engines.registry import portfolio
+from robots.compilation import compile_once
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
+from sim.process.first_calls import SIMULATION
 from sim.trials.parallel import run_parallel
 
 TIME_LIMIT_S = 30.0
@@ -84,6 +87,9 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
 @cache
 def _planning() -> tuple[KnowledgeBase, PlanningEngine]:
     """Made once per process."""
+    console = Console(stderr=True)
+    for group in (PLANNER, SIMULATION):
+        compile_once(group, lambda doing: console.print(f"Starting: {escape(doing)}.", soft_wrap=True))
     base = load_knowledge_base()
     return base, portfolio(base)
 

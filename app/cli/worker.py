@@ -5,13 +5,14 @@ from typing import Any
 
 from rich.console import Console
 
+from app.cli.background import background_compilation, groups_for
 from app.cli.long_running import end_signal, enter_all, log_warnings, warn_of_broker, world_over_broker
 from app.cli.settings import settings_of
 from app.cli.start_progress import StartProgress
 from app.composition import Service
 from app.domain.errors import Invalid
 from app.settings import Settings
-from app.workflows import PLANNING, WAITING
+from app.workflows import LARGE_PLANNING, PLANNING, WAITING
 from robots.world import WorldFile
 
 
@@ -27,12 +28,13 @@ def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
         raise Invalid("--broker: set the address of the robots' broker, mqtt://HOST[:PORT]")
     log_warnings()
     warn_of_broker(broker)
-    serves = (PLANNING, WAITING)
+    serves = (PLANNING, LARGE_PLANNING, WAITING)
     with (
         end_signal() as ending,
         enter_all(world_over_broker(broker, world) for world in worlds) as running,
+        background_compilation(groups_for(())) as compilation,
         StartProgress(Console(stderr=True)) as progress,
-        Service(settings, running, serves=serves, tell=progress.tell) as service,
+        Service(settings, running, serves=serves, tell=progress.tell, compilation=compilation) as service,
     ):
         service.planner_ready.result()
         progress.end()
@@ -42,6 +44,7 @@ def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
             f"The planning worker of {names} is ready: {settings.planning_processes} goals in parallel",
             flush=True,
         )
+        compilation.start()
         ending.wait()
 
 

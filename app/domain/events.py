@@ -70,12 +70,16 @@ class GoalPlanningBegan(GoalEvent, type="goal.planning"):
 
 
 class GoalProgress(GoalEvent, type="goal.progress"):
-    """The planner has a better plan or a better lower bound than before; also while a mission's plan is repaired."""
+    """The planner has a better plan or a better lower bound than before; also while a mission's plan is repaired.
+
+    Before planning begins, `waits_for` says what it has to wait for.
+    """
 
     engine: str
     elapsed_s: float
     makespan_s: float | None
     lower_bound_s: float | None
+    waits_for: str = ""
 
 
 class GoalPlanned(GoalEvent, type="goal.planned"):

@@ -21,6 +21,7 @@ from app.planning.approval import RECOVERY, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.waiting_line import Priority
 from app.planning.pool.work import RepairWork, Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
@@ -64,6 +65,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
     """Repairs the plans of missions."""
 
     step_name = "recover"
+    priority = Priority.RECOVERY
 
     def __init__(
         self,

@@ -21,12 +21,14 @@ from app.domain.plan_document import PlanBody
 from app.planning.job import PlanningJob, PlanningTask
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.waiting_line import Priority
 from app.planning.pool.work import AlternativesWork, Solutions, WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals, open_plans
+from app.planning.queueing import PlanningQueues
 from app.store import GoalRow, PlanRow
 from app.store.records import lock_goal
-from app.workflows import FIND_ALTERNATIVES, PLANNING
+from app.workflows import FIND_ALTERNATIVES
 from planner import PlanningResult, PlanningStatus
 
 FIRST = "proposed first"
@@ -50,7 +52,7 @@ class Alternatives:
     def __init__(self, core: Core) -> None:
         self._database = core.database
         self._events = core.events
-        self._workflows = core.workflows
+        self._queues = PlanningQueues(core.workflows)
 
     def search(self, goal_id: str, count: int, *, actor: str) -> GoalRow:
         """Start the search for alternatives; while one is under way, asking again changes nothing.
@@ -70,7 +72,10 @@ class Alternatives:
                 self._events.append(
                     session, GoalAlternativesSought(subject=goal.id, actor=actor, count=count)
                 )
-                self._workflows.start(session, PLANNING, FIND_ALTERNATIVES, new_id("alternatives"), goal.id)
+                workflow_id = new_id("alternatives")
+                self._queues.put(
+                    session, goal, Priority.ALTERNATIVES, FIND_ALTERNATIVES, workflow_id, goal.id
+                )
             return goal
 
     def plans(self, goal_id: str) -> Sequence[PlanRow]:
@@ -89,6 +94,7 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
     """Finds alternatives to a goal's proposed plan."""
 
     step_name = "find alternatives"
+    priority = Priority.ALTERNATIVES
 
     def __init__(
         self,

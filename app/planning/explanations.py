@@ -12,6 +12,7 @@ from app.domain.explanation_document import ActionExplanationBody, ExplanationBo
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import Watch
+from app.planning.pool.waiting_line import Job, Priority, is_large
 from app.planning.pool.work import ExplainWork
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import plan_row
@@ -55,7 +56,12 @@ class Explanations:
             if plan.explanation is not None:
                 return ExplanationBody.model_validate(plan.explanation)
             work, is_current = self._work(session, plan)
-        explanation = self._with_costs(work) if is_current else None
+            job = Job(
+                world=plan.world,
+                priority=Priority.EXPLANATION,
+                is_large=is_large(goals=len(work.problem.goals), effort_s=work.request.effort_s),
+            )
+        explanation = self._with_costs(work, job) if is_current else None
         body = ExplanationBody.of(explanation or work.without_costs(), self._knowledge_base, plan_id=plan_id)
         if explanation is not None:
             with self._database.write() as session:
@@ -85,12 +91,12 @@ class Explanations:
         )
         return work, current.is_current
 
-    def _with_costs(self, work: ExplainWork) -> Explanation | None:
+    def _with_costs(self, work: ExplainWork, job: Job) -> Explanation | None:
         """The explanation with costs; None if too many are requested or no planning process is free in time."""
         if not self._slots.acquire(blocking=False):
             return None
         try:
-            return self._worker.do(work, TIME_LIMIT_S, _Deadline(self._clock)).answer
+            return self._worker.do(work, TIME_LIMIT_S, _Deadline(self._clock), job).answer
         except WorkerClosed:
             return None
         finally:

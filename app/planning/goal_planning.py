@@ -14,6 +14,7 @@ from app.planning.approval import AUTOMATIC, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.waiting_line import Priority
 from app.planning.pool.work import PlanWork, RepairWork, Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
@@ -26,6 +27,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
     """Plans goals. If a goal's last plan has expired, it is repaired."""
 
     step_name = "plan"
+    priority = Priority.GOAL
 
     def __init__(
         self,

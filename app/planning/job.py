@@ -19,10 +19,12 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.plan_document import DifferenceBody, RepairsBody
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import Watch
+from app.planning.pool.waiting_line import Job, Priority
 from app.planning.pool.withheld import WorkUnlessBlocked
 from app.planning.pool.work import Solution, Solutions, Work, WorkResult
 from app.planning.problem_builder import GoalProblem
 from app.planning.progress_watch import ProgressWatch
+from app.planning.queueing import is_large_goal
 from app.store import GoalRow, MissionRow
 from app.workflows import or_give_up, step
 from planner import PlanNet, PlanningStatus
@@ -69,6 +71,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
 
     step_name: ClassVar[str]
     """The name that the workflow's step is recorded under."""
+    priority: ClassVar[Priority]
 
     def __init__(self, core: Core, *, worker: PlanningWorker, clock: WallClock = SYSTEM_CLOCK) -> None:
         self._database = core.database
@@ -115,14 +118,16 @@ class PlanningJob(ABC, Generic[Row, Task]):
             if task is None:
                 return
             key = self.attempt_key(subject)
-            goal_id = _goal_of(session, subject).id
+            goal = _goal_of(session, subject)
+            goal_id = goal.id
+            job = Job(world=goal.world, priority=self.priority, is_large=is_large_goal(goal))
 
         def is_wanted(session: Session) -> bool:
             return self.attempt_key(self.load(session, subject_id, lock=False)) == key
 
         watch = ProgressWatch(self._database, self._events, goal_id, is_wanted=is_wanted, clock=self._clock)
         try:
-            result = self._result(task, watch)
+            result = self._result(task, watch, job)
         except WorkerClosed:  # the service ends; the job is recovered at its next start
             return
         with self._database.write() as session:
@@ -137,7 +142,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
             _goal_of(session, subject).planning = None
             self.give_up(session, subject, reason)
 
-    def _result(self, task: Task, watch: Watch) -> WorkResult[Solutions]:
+    def _result(self, task: Task, watch: Watch, job: Job) -> WorkResult[Solutions]:
         problem = task.problem
         work = task.work
         if problem.withheld:
@@ -150,7 +155,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
             )
         elif problem.refusal:
             return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=problem.refusal)
-        return self._worker.do(work, task.time_limit_s, watch)
+        return self._worker.do(work, task.time_limit_s, watch, job)
 
 
 def _goal_of(session: Session, subject: GoalRow | MissionRow) -> GoalRow:

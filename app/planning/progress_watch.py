@@ -48,6 +48,13 @@ class ProgressWatch(Watch):
         self._newest = progress
         self._record()
 
+    def waits_for(self, what: str) -> None:
+        now_s = self._clock.monotonic_s()
+        if self._recorded.get("waits_for") == what or now_s < self._recorded_at_s + RECORD_S:
+            return
+        self._recorded_at_s = now_s
+        self._write(Progress(engine="", elapsed_s=0.0), waits_for=what)
+
     def should_stop(self) -> bool:
         self._record()
         self._read()
@@ -72,17 +79,20 @@ class ProgressWatch(Watch):
             return
         self._newest = None
         self._recorded_at_s = self._clock.monotonic_s()
+        self._write(newest)
+
+    def _write(self, newest: Progress, waits_for: str = "") -> None:
         reported = {
             "engine": newest.engine,
             "makespan_s": newest.makespan_s,
             "lower_bound_s": newest.lower_bound_s,
+            "waits_for": waits_for,
         }
-        planning = {**reported, "elapsed_s": newest.elapsed_s}
         with self._database.write() as session:
             goal = session.get_one(GoalRow, self._goal_id, with_for_update=True)
             if not self._is_wanted(session):
                 return
-            goal.planning = planning
+            goal.planning = {**reported, "elapsed_s": newest.elapsed_s}
             if reported != self._recorded:
                 self._events.append(
                     session,
@@ -93,6 +103,7 @@ class ProgressWatch(Watch):
                         elapsed_s=newest.elapsed_s,
                         makespan_s=newest.makespan_s,
                         lower_bound_s=newest.lower_bound_s,
+                        waits_for=waits_for,
                     ),
                 )
         self._recorded = reported

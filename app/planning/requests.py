@@ -13,8 +13,10 @@ from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy, Trouble, category_of
+from app.planning.pool.waiting_line import Priority
+from app.planning.queueing import PlanningQueues
 from app.store import GoalRow, MissionRow
-from app.workflows import PLAN_GOAL, PLANNING, RECOVER_MISSION
+from app.workflows import PLAN_GOAL, RECOVER_MISSION
 from robots.clock import Clock
 
 
@@ -25,6 +27,7 @@ class PlanningRequests:
         """:param clocks: the worlds' clocks by the world's name."""
         self._events = core.events
         self._workflows = core.workflows
+        self._queues = PlanningQueues(core.workflows)
         self._clocks = clocks
 
     def plan_goal(self, session: Session, goal: GoalRow, *, actor: str | None = None) -> None:
@@ -37,7 +40,7 @@ class PlanningRequests:
         self._events.append(
             session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor, reason=goal.reason)
         )
-        self._workflows.start(session, PLANNING, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
+        self._queues.put(session, goal, Priority.GOAL, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
 
     def plan_again(self, session: Session, goal: GoalRow, reason: str) -> None:
         """Have a goal planned again whose plan has expired."""
@@ -65,7 +68,8 @@ class PlanningRequests:
             ),
         )
         workflow_id = f"{mission.id}:recovery:{attempt['number']}"
-        self._workflows.start(session, PLANNING, RECOVER_MISSION, workflow_id, mission.id)
+        goal = session.get_one(GoalRow, mission.goal_id)
+        self._queues.put(session, goal, Priority.RECOVERY, RECOVER_MISSION, workflow_id, mission.id)
 
     def recover_again(self, session: Session, goal: GoalRow, reason: str) -> None:
         """Have another repair planned for the goal's mission: the last one became stale before it was approved."""

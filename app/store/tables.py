@@ -261,7 +261,10 @@ class MessageRow(Base):
 
 
 class ExecutorRow(Base):
-    """A process that runs workflows of the queues it serves; `seen_at`: its last heartbeat (database's clock)."""
+    """A process that runs workflows of the queues it serves; `seen_at`: its last heartbeat (database's clock).
+
+    `planning`: what its planning processes did then; None if it has none.
+    """
 
     __tablename__ = "executors"
     id: Mapped[str] = mapped_column(ID, primary_key=True)
@@ -270,6 +273,7 @@ class ExecutorRow(Base):
     pid: Mapped[int]
     started_at: Mapped[str]
     seen_at: Mapped[float]
+    planning: Mapped[dict[str, Any] | None]
 
 
 class LeaseRow(Base):

@@ -7,6 +7,7 @@ workflow, or a message to one, is created inside the transaction that makes it n
 from app.workflows.engine import Workflows
 from app.workflows.queues import (
     FIND_ALTERNATIVES,
+    LARGE_PLANNING,
     MISSION_LIFE,
     MISSIONS,
     PLAN_GOAL,
@@ -21,6 +22,7 @@ from app.workflows.steps import StepFailed, or_give_up, sleep_until_woken, step,
 
 __all__ = [
     "FIND_ALTERNATIVES",
+    "LARGE_PLANNING",
     "MISSIONS",
     "MISSION_LIFE",
     "PLANNING",

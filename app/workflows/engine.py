@@ -106,14 +106,29 @@ class Workflows:
             application_name=APPLICATION,
         )
 
-    def start(self, session: Session, queue: Queue, name: str, workflow_id: str, subject: str) -> None:
-        """Enqueue a workflow on one subject; it exists exactly if the caller's transaction commits."""
+    def start(
+        self,
+        session: Session,
+        queue: Queue,
+        name: str,
+        workflow_id: str,
+        subject: str,
+        *,
+        rank: int | None = None,
+    ) -> None:
+        """Enqueue a workflow on one subject; it exists exactly if the caller's transaction commits.
+
+        :param rank: 1 to 2147483647; of a queue's workflows the one with the lowest is run first, those without a rank
+            before.
+        """
         options: EnqueueOptions = {
             "workflow_name": name,
             "queue_name": queue.name,
             "workflow_id": workflow_id,
             "app_version": APPLICATION_VERSION,
         }
+        if rank is not None:
+            options["priority"] = rank
         self._connected.enqueue_in_transaction(session, options, subject)
         after_commit(session, lambda: self.poll(queue))
         announce(session, queue.name)

@@ -10,10 +10,10 @@ server is unavailable, no process can write a heartbeat: silence counts from whe
 import logging
 import os
 import socket
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import inf
-from typing import Protocol
+from typing import Any, Protocol
 
 from sqlalchemy import delete, func, select
 from sqlalchemy.dialects.postgresql import insert
@@ -45,6 +45,7 @@ class Executor:
     :param serves: the queues whose workflows it runs.
     :param worlds: those whose lease it holds.
     :param seen_s: seconds since its last heartbeat.
+    :param planning: what its planning processes do, as of then; None if it has none.
     """
 
     id: str
@@ -55,6 +56,7 @@ class Executor:
     started_at: str
     seen_s: float
     alive: bool
+    planning: Mapping[str, Any] | None = None
 
 
 class RecoverableWorkflows(Protocol):
@@ -91,17 +93,20 @@ class ExecutorRegistry:
         *,
         serves: Sequence[str],
         worlds: Collection[str],
+        planning: Callable[[], Mapping[str, Any] | None] = lambda: None,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
         :param worlds: those whose leases this process may hold.
+        :param planning: what this process's planning processes do now, for JSON.
         """
         self._database = database
         self._workflows = workflows
         self._serves = list(serves)
         self._executor = workflows.executor
         self._worlds = sorted(worlds)
+        self._planning = planning
         self._clock = clock
         self._lost_check_at_s = 0.0
         self._started_at = iso_utc(clock.epoch_s())
@@ -158,11 +163,15 @@ class ExecutorRegistry:
 
     def executors(self) -> Sequence[Executor]:
         """All known processes, the oldest first."""
-        return executors(self._database, self._clock)
+        return [
+            replace(one, planning=self._planning()) if one.id == self._executor else one
+            for one in executors(self._database, self._clock)
+        ]
 
     def beat(self) -> None:
         """Write a heartbeat, and take or renew the leases that no other running process holds."""
         until = self._clock.monotonic_s() + LEASE_S
+        planning = self._planning()
         with self._database.write() as session:
             now = _now(session, self._database, self._clock)
             row = session.get(ExecutorRow, self._executor, with_for_update=True)
@@ -174,6 +183,7 @@ class ExecutorRegistry:
             row.pid = os.getpid()
             row.started_at = self._started_at
             row.seen_at = now
+            row.planning = None if planning is None else dict(planning)
             session.flush()
             dead_before = _dead_before(session, self._database, now)
             held = [world for world in self._worlds if self._takes(session, world, dead_before)]
@@ -259,6 +269,7 @@ def _executor(row: ExecutorRow, worlds: Sequence[str], seen_s: float) -> Executo
         started_at=row.started_at,
         seen_s=round(seen_s, 3),
         alive=alive,
+        planning=row.planning if alive else None,
     )
 
 

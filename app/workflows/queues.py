@@ -20,9 +20,10 @@ class Queue:
 
 
 PLANNING = Queue(name="planning", at_once=4)
+LARGE_PLANNING = Queue(name="planning-large", at_once=2)
 WAITING = Queue(name="waiting", at_once=1)
 MISSIONS = Queue(name="missions", at_once=UNLIMITED)
-QUEUES = (PLANNING, WAITING, MISSIONS)
+QUEUES = (PLANNING, LARGE_PLANNING, WAITING, MISSIONS)
 
 PLAN_GOAL = "plan_goal"
 """Workflow: plan one goal."""

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from robots.clock import Clock
-from robots.kernels import compiled_once
+from robots.compiled import get_compiled
 from robots.link import LinkClosed, PipeLink
 from robots.world import WorldFile
 from sim.clock import WallClock
@@ -26,6 +26,7 @@ from sim.process.control import (
     Starting,
     Stop,
 )
+from sim.process.first_calls import SIMULATION
 from sim.process.pacing import Pacer
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
 from sim.world.hub import Hub
@@ -64,9 +65,8 @@ def run(order: WorldOrder, channels: Channels) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     try:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError, LinkClosed):
-            with compiled_once("simulation", lambda doing: channels.control.send(Starting(doing))):
-                loop = WorldLoop(order, channels, WallClock())
-            loop.run()
+            get_compiled(SIMULATION, lambda doing: channels.control.send(Starting(doing)))
+            WorldLoop(order, channels, WallClock()).run()
     except SimulationError as error:
         with contextlib.suppress(OSError):
             channels.control.send(Failed(str(error)))

@@ -4,6 +4,8 @@ from concurrent.futures import Future
 
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process import Watch
+from app.planning.pool.status import PoolStatus
+from app.planning.pool.waiting_line import Job
 from app.planning.pool.work import Answer, Work, WorkResult
 from planner import (
     UNOBSERVED,
@@ -15,6 +17,7 @@ from planner import (
     PlanningResult,
     PlanningStatus,
 )
+from robots.background_compilation import Stage
 
 
 class InProcessWorker(PlanningWorker):
@@ -28,8 +31,13 @@ class InProcessWorker(PlanningWorker):
         ready.set_result(True)
         return ready
 
-    def do(self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None) -> WorkResult[Answer]:
+    def do(
+        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+    ) -> WorkResult[Answer]:
         return work(self._engine, watch or UNOBSERVED)
+
+    def status(self) -> PoolStatus:
+        return PoolStatus(compilation=Stage.COMPILED)
 
     def close(self) -> None: ...
 

@@ -68,4 +68,4 @@ def test_missions_are_paused_and_cancelled_while_the_planner_warms_up(tmp_path: 
         assert api.post(f"{mission}:cancel").status_code == 202
         assert not service.planner_ready.done()
         worker.ready.set_result(True)
-        assert api.get("/readyz").json() == {"status": "ready"}
+        assert api.get("/readyz").json() == {"status": "ready", "compilation": "compiled"}

@@ -3,15 +3,13 @@
 import os
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
 import pytest
 
 import robots.kernels
-from robots.kernels import KEPT_FOLDERS, UNUSED_S, VARIABLE, KernelsError, compiled_once, install
-from tests.waiting import until
+from robots.kernels import KEPT_FOLDERS, UNUSED_S, VARIABLE, KernelsError, install
 
 HELPER = """
 from numba.extending import register_jitable
@@ -158,45 +156,3 @@ def test_old_folders_are_removed_but_not_recent_ones_nor_other_files(small: Path
     kept = {path.name for path in cache.iterdir()}
     newest = {one.name for one in old[: KEPT_FOLDERS - 2]}
     assert kept == {folder.name, recent.name, "other", *newest}
-
-
-def test_one_compiles_while_the_others_wait_and_say_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
-    first: list[str] = []
-    second: list[str] = []
-    leave = threading.Event()
-
-    def compile_first() -> None:
-        with compiled_once("planner", first.append):
-            leave.wait()
-
-    def compile_second() -> None:
-        with compiled_once("planner", second.append):
-            second.append("loads")
-
-    threads = [threading.Thread(target=target) for target in (compile_first, compile_second)]
-    threads[0].start()
-    until(lambda: bool(first))
-    threads[1].start()
-    until(lambda: bool(second))
-    assert second == ["waiting for another process, which compiles the planner"]
-    leave.set()
-    for thread in threads:
-        thread.join()
-    assert first == [f"compiling the planner: once, then it is kept in {tmp_path}"]
-    assert second[1:] == ["loads"]
-
-
-def test_what_failed_to_compile_is_compiled_by_the_next(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
-    told: list[str] = []
-    with pytest.raises(MemoryError), compiled_once("planner", told.append):
-        raise MemoryError
-    for _ in range(2):
-        with compiled_once("planner", told.append):
-            pass
-    assert len(told) == 2, "the third finds it compiled"

@@ -14,7 +14,7 @@ def test_the_service_says_where_it_is_keeps_its_token_and_ends_in_order(tmp_path
     """By Ctrl-C; every other service that a scenario starts is ended by SIGTERM."""
     data = tmp_path / "data"
     with macta_serve(data) as served:
-        assert httpx2.get(f"{served.address}/readyz").json() == {"status": "ready"}
+        assert httpx2.get(f"{served.address}/readyz").json()["status"] == "ready"
         assert (data / "token").read_text().strip() == served.token
         assert (data / "token").stat().st_mode & 0o077 == 0
         assert httpx2.get(served.console).status_code == 303

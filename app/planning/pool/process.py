@@ -14,6 +14,8 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock, pause
 from app.planning.pool.process_tree import kill, tree_of
 from app.planning.pool.work import Answer, Work, WorkResult
 from planner import Observer, PlanningEngine, PlanningStatus, Progress
+from robots.background_compilation import start_with_interrupts_blocked
+from robots.compilation import run_uncompiled
 
 GRACE_S = 10.0
 """An engine keeps its time limit itself; its process is ended when it exceeds the limit by this."""
@@ -39,6 +41,9 @@ class Watch(Observer):
     def is_cancelled(self) -> bool:
         """True: the plan is no longer wanted; the process is ended at once."""
         return False
+
+    def waits_for(self, what: str) -> None:
+        """Called now and then while the work waits for a process; `what` says why."""
 
 
 class ProcessDied(Exception):
@@ -87,6 +92,7 @@ class PlanningProcess:
         self,
         make_engine: MakeEngine,
         *,
+        is_compiled: bool = True,
         memory_mb: float = MEMORY_MB,
         grace_s: float = GRACE_S,
         clock: WallClock = SYSTEM_CLOCK,
@@ -94,15 +100,16 @@ class PlanningProcess:
         """Start the process.
 
         :param make_engine: picklable.
+        :param is_compiled: run the planner compiled; else as Python.
         :param memory_mb: limit of its memory beyond that after warm-up, native engines included.
         :param grace_s: the process is ended when its work exceeds its time limit by this.
         """
         context = multiprocessing.get_context("spawn")
         self._pipe, child_end = context.Pipe()
         self._process = context.Process(
-            target=_serve, args=(make_engine, child_end), name="planning", daemon=True
+            target=_serve, args=(make_engine, child_end, is_compiled), name="planning", daemon=True
         )
-        _start_with_interrupts_blocked(self._process.start)
+        start_with_interrupts_blocked(self._process.start)
         child_end.close()
         self._ending = threading.Lock()
         self._allowed_mb = memory_mb
@@ -124,7 +131,7 @@ class PlanningProcess:
         """
         while isinstance(message := self._receive(), _Starting):
             tell(message.doing)
-        self._max_mb = self._memory_mb() + self._allowed_mb
+        self._max_mb = self.memory_mb() + self._allowed_mb
         self.is_idle = True
 
     def do(self, work: Work[Answer], time_limit_s: float, watch: Watch) -> WorkResult[Answer]:
@@ -158,7 +165,7 @@ class PlanningProcess:
                     watch.progress(message)
             if watch.is_cancelled():
                 raise _GivenUp(PlanningStatus.NOT_FOUND, CANCELLED)
-            if self._memory_mb() > self._max_mb:
+            if self.memory_mb() > self._max_mb:
                 reason = f"planning took more than {self._allowed_mb:.0f} MB (MACTA_PLANNING_MEMORY_MB)"
                 raise _GivenUp(PlanningStatus.OUT_OF_MEMORY, reason)
             if not stopped and watch.should_stop():
@@ -171,6 +178,10 @@ class PlanningProcess:
     def is_alive(self) -> bool:
         return self._process.is_alive()
 
+    def memory_mb(self) -> float:
+        """Its memory with that of its native engines."""
+        return sum(one.memory_mb for one in tree_of(self.pid)) if self.pid is not None else 0.0
+
     def end(self) -> None:
         """End the process and the native engines it runs."""
         with self._ending:
@@ -181,9 +192,6 @@ class PlanningProcess:
                 self._process.kill()
                 self._process.join()
             kill(running)
-
-    def _memory_mb(self) -> float:
-        return sum(one.memory_mb for one in tree_of(self.pid)) if self.pid is not None else 0.0
 
     def _poll(self) -> bool:
         try:
@@ -236,8 +244,10 @@ class _ProgressSender(Observer):
             self._sent_at_s = now_s
 
 
-def _serve(make_engine: MakeEngine, pipe: Pipe) -> None:
+def _serve(make_engine: MakeEngine, pipe: Pipe, is_compiled: bool) -> None:
     """The process's main function: do the work received, until the service ends it or has ended itself."""
+    if not is_compiled:
+        run_uncompiled()
     # NOTE: while functions are compiled, an exception cannot unwind the stack: the compiler's callbacks drop it.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -276,12 +286,3 @@ def _end_with_parent() -> None:
         pause(SYSTEM_CLOCK, EXIT_S)
         kill(tree_of(os.getpid())[1:])
         os._exit(1)
-
-
-def _start_with_interrupts_blocked(start: Callable[[], None]) -> None:
-    """Start a child with SIGINT blocked, by the inherited signal mask: only the parent handles Ctrl-C."""
-    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)

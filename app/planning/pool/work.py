@@ -22,7 +22,7 @@ from planner import (
 from planner.alternatives import alternatives
 from planner.explanation import Explanation, explain
 from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
-from robots.kernels import compiled_once
+from robots.compilation import Group, compile_once
 
 Answer = TypeVar("Answer")
 
@@ -153,15 +153,25 @@ def _of_result(result: PlanningResult, repaired: Repair | None = None) -> WorkRe
     return WorkResult.solved((Solution(result=result, repair=repaired),))
 
 
+def compile_planner() -> None:
+    """Call the planner's compiled functions."""
+    from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+
+    HierarchicalEngine(load_knowledge_base()).warm_up()
+
+
+PLANNER = Group(name="planner", compile=compile_planner)
+
+
 def make_engine(tell: Callable[[str], None]) -> PlanningEngine:
     """The planning engine, warm. Called inside the planning process.
 
     :param tell: called with messages about what takes time.
     """
+    compile_once(PLANNER, tell)
     # NOTE: imported here: only the planning process needs the engines, whose import takes seconds.
     from planner.engines.registry import portfolio
 
     engine = portfolio(load_knowledge_base())
-    with compiled_once("planner", tell):
-        engine.warm_up()
+    engine.warm_up()
     return engine

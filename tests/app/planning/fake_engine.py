@@ -21,6 +21,7 @@ from planner import (
     Progress,
 )
 from planner.repair import NOT_BEGUN, repair
+from robots.compilation import compiles
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.sample_store import Store
 
@@ -45,6 +46,12 @@ class FakeEngine:
 
     def answer(self, _: Observer) -> None:
         """At once."""
+
+    def is_compiled(self, _: Observer) -> None:
+        assert compiles()
+
+    def is_uncompiled(self, _: Observer) -> None:
+        assert not compiles()
 
     def improve(self, observer: Observer) -> None:
         """Tell of ever shorter plans until told to stop."""

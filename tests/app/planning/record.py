@@ -27,7 +27,16 @@ class RecordedWorkflows:
     def __init__(self) -> None:
         self.started: list[tuple[str, str]] = []
 
-    def start(self, session: Session, queue: object, name: str, workflow_id: str, subject: str) -> None:
+    def start(
+        self,
+        session: Session,
+        queue: object,
+        name: str,
+        workflow_id: str,
+        subject: str,
+        *,
+        rank: int | None = None,
+    ) -> None:
         self.started.append((name, subject))
 
 

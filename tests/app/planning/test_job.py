@@ -17,6 +17,7 @@ from app.planning.goal_planning import GoalPlanningJob
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import WorkerClosed
 from app.planning.pool.process import Watch
+from app.planning.pool.waiting_line import Job
 from app.planning.pool.work import Answer, Work, WorkResult
 from app.planning.proposals import Proposals, close_plans, open_plans
 from app.planning.requests import PlanningRequests
@@ -45,7 +46,9 @@ class InterruptedWorker(InProcessWorker):
         self.calls = 0
         self.was_cancelled: bool | None = None
 
-    def do(self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None) -> WorkResult[Answer]:
+    def do(
+        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+    ) -> WorkResult[Answer]:
         assert watch is not None
         self.calls += 1
         if self.is_closed:

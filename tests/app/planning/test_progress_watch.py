@@ -55,6 +55,12 @@ class Watched:
         events = self._record.events.since(0)
         return [event.data["makespan_s"] for event in events if event.subject == self.goal_id]
 
+    @property
+    def waits_for(self) -> list[str]:
+        """What clients were told that it waits for."""
+        events = self._record.events.since(0)
+        return [event.data["waits_for"] for event in events if event.subject == self.goal_id]
+
     def request_stop(self) -> None:
         with self._record.database.write() as session:
             session.get_one(GoalRow, self.goal_id).stop_requested = True
@@ -101,3 +107,17 @@ def test_the_progress_of_a_plan_that_is_not_wanted_any_more_is_not_recorded(watc
     watched.clock.advance(RECORD_S)
     watched.tell(80.0)
     assert (watched.makespan_s, watched.events) == (None, [])
+
+
+def test_what_work_waits_for_is_recorded_once_it_waits_for_long(record: StoreRecord) -> None:
+    watched = Watched(record)
+    watched.watch.waits_for("a free planning process")
+    assert watched.waits_for == []
+    for _ in range(3):
+        watched.clock.advance(RECORD_S)
+        watched.watch.waits_for("a free planning process")
+    assert watched.waits_for == ["a free planning process"]
+    watched.clock.advance(RECORD_S)
+    watched.tell(100.0)
+    assert watched.waits_for == ["a free planning process", ""]
+    assert watched.makespan_s == 100.0

@@ -14,6 +14,7 @@ export function createPlanningProgress(now = () => performance.now() / 1000) {
     if (heard.goal !== goal.id) heard = { goal: goal.id, message: "", at: now(), steps: [] };
     if (heard.message !== message) Object.assign(heard, { message, at: now() });
     if (!goal.planning) return el("p", { class: "note" }, "Waits for a planner …");
+    if (goal.planning.waits_for) return el("p", { class: "note" }, `Waits for ${goal.planning.waits_for} …`);
     const { engine, elapsed_s: sent, makespan_s: best, lower_bound_s: bound } = goal.planning;
     const elapsed = sent + now() - heard.at; // no message comes while only the time changes
     const last = heard.steps.at(-1);

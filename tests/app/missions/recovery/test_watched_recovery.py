@@ -7,6 +7,7 @@ from sqlalchemy import select
 from app.domain.blockers import Blockers
 from app.domain.lifecycles.recovery import RecoveryStep
 from app.planning.pool.process import Watch
+from app.planning.pool.waiting_line import Job
 from app.planning.pool.work import Answer, Solutions, Work, WorkResult
 from app.store import EventRow, GoalRow
 from app.store.migrate import migrate
@@ -35,7 +36,9 @@ class WatchedWorker(ScriptedWorker):
         super().__init__(store.store_sample_1())
         self._clock = clock
 
-    def do(self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None) -> WorkResult[Answer]:
+    def do(
+        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+    ) -> WorkResult[Answer]:
         assert watch is not None
         for second in (1.0, 2.0):
             self._clock.advance(1.0)

@@ -3,8 +3,9 @@
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,12 +13,16 @@ import pytest
 from app.domain.errors import Unavailable
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.process import POLL_S, TERMINATE_S, Watch
-from app.planning.pool.work import PlanWork, Solutions, WorkResult
+from app.planning.pool.waiting_line import Job, Priority
+from app.planning.pool.work import PLANNER, PlanWork, Solutions, WorkResult
 from planner import PlanningRequest, PlanningStatus, Progress
+from robots.background_compilation import BackgroundCompilation, Stage
 from tests.app.planning.fake_engine import make_fake_engine, make_no_engine, problem
+from tests.app.stepped_clock import SteppedClock
 from tests.waiting import until
 
 PATIENCE_S = 60.0
+LARGE = Job(is_large=True)
 
 
 class Watching(Watch):
@@ -25,7 +30,11 @@ class Watching(Watch):
 
     def __init__(self) -> None:
         self.seen: list[Progress] = []
+        self.waited_for: set[str] = set()
         self.stop, self.cancel = threading.Event(), threading.Event()
+
+    def waits_for(self, what: str) -> None:
+        self.waited_for.add(what)
 
     def progress(self, progress: Progress) -> None:
         self.seen.append(progress)
@@ -38,11 +47,16 @@ class Watching(Watch):
 
 
 def plan(
-    worker: PlanningWorker, deed: str, *words: str, watch: Watch | None = None, time_limit_s: float = 120.0
+    worker: PlanningWorker,
+    deed: str,
+    *words: str,
+    watch: Watch | None = None,
+    time_limit_s: float = 120.0,
+    job: Job | None = None,
 ) -> WorkResult[Solutions]:
     """What comes of a problem that has the fake engine do the deed."""
     work = PlanWork(problem=problem(deed, *words), request=PlanningRequest(time_limit_s=time_limit_s))
-    return worker.do(work, time_limit_s, watch)
+    return worker.do(work, time_limit_s, watch, job)
 
 
 def gone(pid: int) -> bool:
@@ -167,6 +181,122 @@ def test_a_long_problem_blocks_no_short_one(worker: PlanningWorker, threads: Thr
     assert not planning.done()
     watch.stop.set()
     planning.result(PATIENCE_S)
+
+
+def test_large_problems_leave_a_process_to_small_ones(
+    worker: PlanningWorker, threads: ThreadPoolExecutor
+) -> None:
+    first, second = Watching(), Watching()
+    planning = [threads.submit(plan, worker, "improve", watch=first, job=LARGE)]
+    until(lambda: bool(first.seen))
+    planning.append(threads.submit(plan, worker, "improve", watch=second, job=LARGE))
+    until(lambda: second.waited_for == {"the end of other large planning work"})
+    assert plan(worker, "answer").answer
+    assert not second.seen
+    for watch in (first, second):
+        watch.stop.set()
+    assert all(one.result(PATIENCE_S).answer for one in planning)
+
+
+def test_a_pool_of_one_starts_a_second_process_for_small_work_beside_large_work(
+    threads: ThreadPoolExecutor,
+) -> None:
+    worker = PlanningWorker(make_fake_engine, processes=1)
+    watch = Watching()
+    planning = threads.submit(plan, worker, "improve", watch=watch, job=LARGE)
+    until(lambda: bool(watch.seen))
+    assert plan(worker, "answer").answer
+    assert len(worker.pids) == 2
+    watch.stop.set()
+    planning.result(PATIENCE_S)
+    until(lambda: len(worker.pids) == 1)
+    assert plan(worker, "answer").answer
+    worker.close()
+
+
+class Compiling(BackgroundCompilation):
+    """Compiles nothing; the test says when a stage is reached."""
+
+    def __init__(self) -> None:
+        self.now = Stage.COMPILING
+        self.callbacks: list[Callable[[], None]] = []
+
+    def stage_of(self, name: str) -> Stage:
+        assert name == PLANNER.name
+        return self.now
+
+    def when_changed(self, callback: Callable[[], None]) -> None:
+        self.callbacks.append(callback)
+
+    def reach(self, stage: Stage) -> None:
+        self.now = stage
+        for callback in self.callbacks:
+            callback()
+
+
+def test_until_the_planner_is_compiled_small_problems_are_planned_and_large_ones_wait(
+    threads: ThreadPoolExecutor,
+) -> None:
+    compilation = Compiling()
+    worker = PlanningWorker(make_fake_engine, processes=2, compilation=compilation)
+    assert plan(worker, "is_uncompiled").answer
+    watch = Watching()
+    large = threads.submit(plan, worker, "is_compiled", watch=watch, job=replace(LARGE, world="store"))
+    until(lambda: bool(watch.waited_for))
+    assert watch.waited_for == {"the compilation of the planner, as it is a large problem"}
+    assert plan(worker, "is_uncompiled").answer
+    status = worker.status()
+    assert status.compilation is Stage.COMPILING
+    assert [one.compiled for one in status.processes] == [False]
+    (waiting,) = status.waiting
+    assert (waiting.world, waiting.priority, waiting.large, waiting.count) == ("store", "goal", True, 1)
+    assert waiting.waits_for in watch.waited_for
+    compilation.reach(Stage.COMPILED)
+    assert large.result(PATIENCE_S).answer
+    until(lambda: [one.compiled for one in worker.status().processes] == [True])
+    assert plan(worker, "is_compiled").answer
+    worker.close()
+
+
+def test_a_process_finishes_its_work_before_a_compiled_one_replaces_it(threads: ThreadPoolExecutor) -> None:
+    compilation = Compiling()
+    worker = PlanningWorker(make_fake_engine, processes=1, compilation=compilation)
+    watch = Watching()
+    planning = threads.submit(
+        plan, worker, "improve", watch=watch, job=Job(world="store", priority=Priority.RECOVERY)
+    )
+    until(lambda: bool(watch.seen))
+    compilation.reach(Stage.COMPILED)
+    assert plan(worker, "is_compiled").answer
+    assert {(one.compiled, one.world, one.priority) for one in worker.status().processes} == {
+        (False, "store", "recovery"),
+        (True, "", ""),
+    }
+    watch.stop.set()
+    assert planning.result(PATIENCE_S).answer
+    until(lambda: [one.compiled for one in worker.status().processes] == [True])
+    worker.close()
+
+
+def test_large_problems_are_planned_uncompiled_if_nothing_will_be_compiled(
+    threads: ThreadPoolExecutor,
+) -> None:
+    compilation = Compiling()
+    worker = PlanningWorker(make_fake_engine, compilation=compilation)
+    watch = Watching()
+    large = threads.submit(plan, worker, "is_uncompiled", watch=watch, job=LARGE)
+    until(lambda: bool(watch.waited_for))
+    compilation.reach(Stage.UNCOMPILED)
+    assert large.result(PATIENCE_S).answer
+    worker.close()
+
+
+def test_large_problems_do_not_wait_for_a_slow_compiler_for_ever() -> None:
+    worker = PlanningWorker(make_fake_engine, compilation=Compiling(), clock=SteppedClock())
+    watch = Watching()
+    assert plan(worker, "is_uncompiled", watch=watch, job=LARGE).answer
+    assert "the compilation of the planner, as it is a large problem" in watch.waited_for
+    worker.close()
 
 
 def test_whoever_waits_for_a_turn_may_cancel(worker: PlanningWorker, threads: ThreadPoolExecutor) -> None:
