@@ -20,8 +20,8 @@ def plan(name: str = "plan-1", **changes: Any) -> PlanRow:
         "objects": {"sample_1": "sample"},
         "makespan_s": 12.5,
     }
-    known = {"reason": "", "label": "", "comparison": "", "created_at": "2026-01-01T00:00:00.000Z"}
-    return PlanRow(id=name, state="proposed", body=body, **(known | changes))
+    known = {"state": "proposed", "reason": "", "label": "", "comparison": "", "created_at": "2026-01-01T00:00:00.000Z"}
+    return PlanRow(id=name, body=body, **(known | changes))
 
 
 def test_a_plans_json_is_that_of_its_model() -> None:
