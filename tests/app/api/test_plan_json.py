@@ -20,7 +20,13 @@ def plan(name: str = "plan-1", **changes: Any) -> PlanRow:
         "objects": {"sample_1": "sample"},
         "makespan_s": 12.5,
     }
-    known = {"state": "proposed", "reason": "", "label": "", "comparison": "", "created_at": "2026-01-01T00:00:00.000Z"}
+    known = {
+        "state": "proposed",
+        "reason": "",
+        "label": "",
+        "comparison": "",
+        "created_at": "2026-01-01T00:00:00.000Z",
+    }
     return PlanRow(id=name, body=body, **(known | changes))
 
 
