@@ -23,7 +23,7 @@ def simulation(runs: int) -> Iterator[Row]:
         yield Row(
             what=f"simulation, {robots} robots",
             unit="× real time",
-            values=[1 / one.whole for one in found],
+            values=[1 / one.path for one in found],
             target=speed,
             before=speed_before,
             more_is_better=True,
