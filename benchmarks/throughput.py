@@ -126,7 +126,8 @@ def await_all(api: TestClient, goals: Sequence[str], state: str) -> None:
         time.sleep(LOOK_S)
 
 
-def measure(url: str | None, worker: PlanningWorker, rounds: int) -> str:
+def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[float, float]:
+    """Goals a second until they have a plan, and until they are finished."""
     near, far = InMemoryLink.pair()
     clock = ManualClock()
     world = RunningWorld(file=load_world("sample_store"), link=near, clock=clock, rate=None, run="benchmark")
@@ -139,6 +140,11 @@ def measure(url: str | None, worker: PlanningWorker, rounds: int) -> str:
         ):
             done = through(api, range(rounds), finished=True)
             planned = through(api, range(rounds, 2 * rounds), finished=False)
+    return planned, done
+
+
+def measure(url: str | None, worker: PlanningWorker, rounds: int) -> str:
+    planned, done = figures(url, worker, rounds)
     return f"{planned:.1f} goals a second proposed, {done:.1f} finished"
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from enum import Enum, auto
 from typing import Protocol
 
-from sqlalchemy import or_, select
+from sqlalchemy import or_, select, union
 
 from app.agents.communications import MIN_RESEND_S, Communications
 from app.agents.questions import Questions
@@ -17,7 +17,7 @@ from app.agents.robot_board import RobotBoard
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.script import Delivery, order_label, unanswered_order
 from app.store import Database, MissionRow, ScriptRow, is_unavailable
 from app.workflows.background import Background
@@ -210,12 +210,18 @@ class AgentModels:
             ScriptRow.control.is_not(None),
             ScriptRow.question.is_not(None),
         )
+        # Through the indices of both tables: with an `or` over them, all missions of the record would be read.
+        is_open = (MissionRow.world == self._world, MissionRow.state.in_(OPEN))
+        missions = union(
+            select(MissionRow.id).where(*is_open), select(ScriptRow.mission_id).where(ScriptRow.abandoned)
+        )
         query = (
             select(ScriptRow, MissionRow.state)
             .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
             .where(
+                MissionRow.id.in_(missions),
                 MissionRow.world == self._world,
-                or_(MissionRow.state.not_in(ENDED), ScriptRow.abandoned),
+                or_(MissionRow.state.in_(OPEN), ScriptRow.abandoned),
                 ScriptRow.robot.in_(self._robots),
                 unanswered,
             )

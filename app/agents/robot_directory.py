@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import or_, select
+from sqlalchemy.orm import Session
 
 from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import RobotBoard, RobotView
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.contact import Connection
 from app.domain.errors import NotFound
-from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.store import Database, LostRobotRow, MissionRow, ScriptRow
 from app.store.records import lost_robots
@@ -55,6 +56,11 @@ class RobotDirectory:
         self._board = board
         self._contact = contact
         self._wall = wall
+        self._reach = {
+            (name, robot.name): [place.name for place in world.reach_of(robot)]
+            for name, world in worlds.items()
+            for robot in world.robots
+        }
 
     def robots(self, world: str | None = None) -> list[RobotReport]:
         """The robots of a world, or of all worlds, in alphabetical order.
@@ -63,9 +69,9 @@ class RobotDirectory:
         """
         if world is not None and world not in self._worlds:
             raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
-        missions = self._missions_by_robot()
         views = self._board.views(world)
         with self._database.read() as session:
+            missions = _missions_by_robot(session)
             lost = {
                 (row.world, row.robot): row for name in self._worlds for row in lost_robots(session, name)
             }
@@ -93,21 +99,22 @@ class RobotDirectory:
             silent=self._contact.silent_in_s(view.name) == 0,
             next_contact_s=round(self._contact.next_contact_s(view.name), 3),
             repertoire=spec.repertoire,
-            reach=[place.name for place in world.reach_of(spec)],
+            reach=self._reach[view.world, view.name],
             mission_id=mission_id,
             lost=lost,
         )
 
-    def _missions_by_robot(self) -> Mapping[tuple[str, str], str]:
-        query = (
-            select(MissionRow.world, ScriptRow.robot, MissionRow.id)
-            .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
-            .where(
-                MissionRow.state.not_in(ENDED),
-                ScriptRow.delivery != Delivery.REFUSED,
-                ScriptRow.plan_id == MissionRow.plan_id,
-                or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
-            )
+
+def _missions_by_robot(session: Session) -> Mapping[tuple[str, str], str]:
+    """The open mission of each robot, by world and robot."""
+    query = (
+        select(MissionRow.world, ScriptRow.robot, MissionRow.id)
+        .join(ScriptRow, ScriptRow.mission_id == MissionRow.id)
+        .where(
+            MissionRow.state.in_(OPEN),
+            ScriptRow.delivery != Delivery.REFUSED,
+            ScriptRow.plan_id == MissionRow.plan_id,
+            or_(ScriptRow.state.is_(None), ScriptRow.state.not_in(TERMINAL_SCRIPTS)),
         )
-        with self._database.read() as session:
-            return {(world, robot): mission for world, robot, mission in session.execute(query)}
+    )
+    return {(world, robot): mission for world, robot, mission in session.execute(query)}

@@ -91,10 +91,18 @@ class WorldService:
         """Every fact in rel/ref form with its row, and the version they are of."""
         self.world(world)
         with self._database.read() as session:
+            version = self._facts.version(
+                session, world
+            )  # first: a fact that is added meanwhile is a later one's
             rows = self._facts.rows(session, world)
-            version = self._facts.version(session, world)
         form = self._knowledge_base.to_relation
         return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
+
+    def version(self, world: str) -> int:
+        """The version of the world's facts: it increases with every change of them."""
+        self.world(world)
+        with self._database.read() as session:
+            return self._facts.version(session, world)
 
     def unknown(self, world: str) -> Sequence[Unknown]:
         """Samples without a believed place, and robots that are lost or do not answer."""

@@ -159,7 +159,12 @@ class CheckedGoal(BaseModel):
 
 def plan_body(row: PlanRow) -> PlanBody:
     """The stored plan body with the decision on it."""
-    decision = {
+    return PlanBody.model_validate({**row.body, **decision_on(row)})
+
+
+def decision_on(row: PlanRow) -> dict[str, str | None]:
+    """The part of a plan's body that changes after it was proposed."""
+    return {
         "state": row.state,
         "reason": row.reason,
         "label": row.label,
@@ -169,7 +174,6 @@ def plan_body(row: PlanRow) -> PlanBody:
         "decided_by": row.decided_by,
         "decided_at": row.decided_at,
     }
-    return PlanBody.model_validate({**row.body, **decision})
 
 
 class PlanChoice(BaseModel):

@@ -14,6 +14,10 @@ IfMatch = Annotated[
 ]
 
 
+def etag_of(version: int) -> str:
+    return f'"{version}"'
+
+
 def version_of(if_match: str | None) -> int | None:
     """The version that the header names; None if any will do."""
     if if_match is None or if_match == ANY:

@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 
 from app.api.bodies import (
     CheckedGoal,
@@ -16,6 +16,7 @@ from app.api.bodies import (
     plan_body,
 )
 from app.api.parameters import After, Id, IdempotencyKey, Limit, NameFilter
+from app.api.plan_json import JSON, PlanJson, json_page
 from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.domain.lifecycles.goal import GoalState
@@ -98,21 +99,24 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
 
 def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanExport) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
+    plan_json = PlanJson()
 
-    @router.get("/plans")
+    @router.get("/plans", response_model=Page[PlanBody])
     def list_plans(
         goal_id: NameFilter = None,
         state: PlanState | None = None,
         limit: Limit = 100,
         after: After = None,
-    ) -> Page[PlanBody]:
-        rows, token = plans.newest(goal_id=goal_id, state=state, limit=limit, after=after)
-        return Page(items=[plan_body(row) for row in rows], next=token)
+    ) -> Response:
+        known = plan_json.known()
+        rows, token = plans.newest(goal_id=goal_id, state=state, limit=limit, after=after, without_body=known)
+        return json_page([plan_json.of(row, known) for row in rows], token)
 
-    @router.get("/plans/{plan_id}")
-    def get_plan(plan_id: Id) -> PlanBody:
-        row = plans.get(plan_id)
-        return plan_body(row).model_copy(update={"overtaken": tuple(plans.why_stale(row))})
+    @router.get("/plans/{plan_id}", response_model=PlanBody)
+    def get_plan(plan_id: Id) -> Response:
+        known = plan_json.known()
+        row = plans.get(plan_id, without_body=known)
+        return Response(plan_json.of(row, known, plans.why_stale(row)), media_type=JSON)
 
     @router.get("/plans/{plan_id}/explanation", responses=declared(409))
     def explain_plan(plan_id: Id) -> ExplanationBody:

@@ -28,6 +28,10 @@ class PacketProgress(BaseModel):
     )
 
 
+PLANNED = ("id", "tag", "expected_start_s", "expected_duration_s")
+"""What a packet's progress takes from the script."""
+
+
 class ScriptProgress(BaseModel):
     robot: str
     script_id: str
@@ -44,22 +48,18 @@ class ScriptProgress(BaseModel):
     @classmethod
     def of(cls, row: ScriptRow, doers: Mapping[str, Sequence[str]]) -> Self:
         """:param doers: the robots of each action of the mission."""
-        script = BehaviourScript.model_validate(row.body)
         packets = [
             PacketProgress(
-                id=packet.id,
-                tag=packet.tag,
-                description=packet.description,
-                expected_start_s=packet.expected_start_s,
-                expected_duration_s=packet.expected_duration_s,
+                **{name: packet[name] for name in PLANNED},
+                description=packet.get("description", ""),
                 waits_for=[
                     f"{action} of {' and '.join(doers.get(action, ()))}"
-                    for action in packet.after
+                    for action in packet.get("after", ())
                     if action not in row.cleared
                 ],
-                **_reported(row.packets.get(packet.id, {})),
+                **_reported(row.packets.get(packet["id"], {})),
             )
-            for packet in script.packets
+            for packet in row.body["packets"]  # not as a model: it was validated when it was recorded
         ]
         return cls(
             robot=row.robot,

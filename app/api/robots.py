@@ -11,7 +11,7 @@ from app.agents import Questions
 from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.agents.tuning import TunedRobot, TuningService
 from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
-from app.api.etags import IfMatch, version_of
+from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id, NameFilter
 from app.api.problems import declared
@@ -115,7 +115,7 @@ def robots_router(
 
 
 def _tuning(tuned: TunedRobot, response: Response) -> TuningBody:
-    response.headers["etag"] = f'"{tuned.version}"'
+    response.headers["etag"] = etag_of(tuned.version)
     return TuningBody.model_validate(tuned)
 
 

@@ -18,9 +18,10 @@ from app.api.bodies import (
     WorldBody,
     WorldItem,
 )
-from app.api.etags import IfMatch, version_of
+from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id
+from app.api.plan_json import JSON
 from app.api.problems import declared
 from app.domain.durations import Kind, Learned
 from app.domain.world_model.timeliness import DatedFact
@@ -44,10 +45,18 @@ def worlds_router(worlds: WorldService) -> APIRouter:
     def get_world(world_id: Id) -> WorldBody:
         return WorldBody.model_validate(worlds.get(world_id), from_attributes=True)
 
-    @router.get("/worlds/{world_id}/facts")
-    def get_facts(world_id: Id, response: Response) -> FactsBody:
+    facts_json: dict[str, tuple[str, bytes]] = {}
+    """By world: the version's ETag and the answer."""
+
+    @router.get("/worlds/{world_id}/facts", response_model=FactsBody)
+    def get_facts(world_id: Id) -> Response:
         """Every believed fact with its source and time (world's clock)."""
-        return _facts(worlds, world_id, response)
+        etag = etag_of(worlds.version(world_id))
+        known = facts_json.get(world_id)
+        if known is None or known[0] != etag:
+            answer = _facts(worlds, world_id)
+            known = facts_json[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
+        return Response(known[1], media_type=JSON, headers={"etag": known[0]})
 
     @router.get("/worlds/{world_id}/unknown")
     def get_unknown(world_id: Id) -> Page[UnknownBody]:
@@ -79,16 +88,15 @@ def worlds_router(worlds: WorldService) -> APIRouter:
             comment=body.comment,
             expected_version=version_of(if_match),
         )
-        return _facts(worlds, world_id, response, dropped)
+        answer = _facts(worlds, world_id, dropped)
+        response.headers["etag"] = etag_of(answer.version)
+        return answer
 
     return router
 
 
-def _facts(
-    worlds: WorldService, world_id: str, response: Response, dropped: Sequence[SymbolicFact] = ()
-) -> FactsBody:
+def _facts(worlds: WorldService, world_id: str, dropped: Sequence[SymbolicFact] = ()) -> FactsBody:
     rows, version = worlds.facts(world_id)
-    response.headers["etag"] = f'"{version}"'
     items = [
         FactBody(
             predicate=predicate,

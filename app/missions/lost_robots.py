@@ -15,7 +15,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.contact import Connection
 from app.domain.errors import Conflict
 from app.domain.events import RobotDeclaredLost, RobotFound, ScriptAbandoned
-from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.recovery import answer_troubles
 from app.domain.lifecycles.script import abandon
 from app.planning.waiting_goals import WaitingGoals
@@ -137,7 +137,7 @@ def _open_scripts(session: Session, world: str, robot: str) -> Sequence[ScriptRo
         .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
         .where(
             MissionRow.world == world,
-            MissionRow.state.not_in(ENDED),
+            MissionRow.state.in_(OPEN),
             ScriptRow.robot == robot,
             ScriptRow.plan_id == MissionRow.plan_id,
             *UNENDED_SCRIPT,

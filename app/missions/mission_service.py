@@ -1,6 +1,6 @@
 """Operators' requests on missions: read, cancel, pause, resume, set the recovery policy."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -15,7 +15,7 @@ from app.domain.lifecycles.recovery import RecoveryStep, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
 from app.domain.recovery_rules import Policy
 from app.store import MissionRow, ScriptRow
-from app.store.records import page
+from app.store.records import all_of, page, read_only
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]
@@ -43,7 +43,8 @@ class MissionService:
     ) -> tuple[Sequence[Mission], str | None]:
         with self._database.read() as session:
             rows, token = page(session, MissionRow, limit=limit, after=after, world=world, state=state)
-            return [_with_scripts(session, row) for row in rows], token
+            scripts = _scripts_by_mission(session, [row.id for row in rows])
+            return [(row, scripts.get(row.id, [])) for row in rows], token
 
     def cancel(self, mission_id: str, actor: str, comment: str) -> Mission:
         """Have every robot stop its script. The mission is cancelled once they have answered."""
@@ -137,6 +138,14 @@ def _refuse_ended(mission: MissionRow, verb: str) -> None:
 def _scripts(session: Session, mission_id: str) -> Sequence[ScriptRow]:
     query = select(ScriptRow).where(ScriptRow.mission_id == mission_id).order_by(ScriptRow.robot)
     return session.scalars(query).all()
+
+
+def _scripts_by_mission(session: Session, mission_ids: Sequence[str]) -> Mapping[str, list[ScriptRow]]:
+    query = read_only(ScriptRow).where(ScriptRow.mission_id.in_(mission_ids)).order_by(ScriptRow.robot)
+    found: dict[str, list[ScriptRow]] = {}
+    for script in all_of(session, query):
+        found.setdefault(script.mission_id, []).append(script)
+    return found
 
 
 def _with_scripts(session: Session, mission: MissionRow) -> Mission:

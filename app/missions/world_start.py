@@ -12,7 +12,7 @@ from app.agents.tuning import renew_tunings
 from app.core import Core
 from app.domain.events import GoalWaiting, GoalWithdrawn
 from app.domain.lifecycles import goal as goal_lifecycle
-from app.domain.lifecycles.mission import ENDED, MissionState
+from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
@@ -95,7 +95,7 @@ def end_missions_of_absent_worlds(session: Session, core: Core, running: Collect
 
 
 def _end_missions(session: Session, events: EventLog, world_id: str, reason: str) -> None:
-    query = select(MissionRow).where(MissionRow.world == world_id, MissionRow.state.not_in(ENDED))
+    query = select(MissionRow).where(MissionRow.world == world_id, MissionRow.state.in_(OPEN))
     for mission in session.scalars(query).all():
         end_mission(
             session,

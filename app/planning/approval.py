@@ -1,6 +1,6 @@
 """Operators' decisions on plans: approve or reject. A plan that the world has made stale expires instead."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -28,7 +28,7 @@ from app.domain.recovery_rules import TRIES
 from app.domain.world_model import broken_support, taken_by
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
-from app.planning.proposals import close_plans, open_plans, plan_row
+from app.planning.proposals import WITHOUT_BODY, close_plans, open_plans, plan_row, read_bodies
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
@@ -62,9 +62,10 @@ class PlanApproval:
         self._margin = margin
         self._requests = requests
 
-    def get(self, plan_id: str) -> PlanRow:
+    def get(self, plan_id: str, *, without_body: Container[str] = ()) -> PlanRow:
+        """:param without_body: plans whose bodies need not be read."""
         with self._database.read() as session:
-            return plan_row(session, plan_id)
+            return plan_row(session, plan_id, with_body=plan_id not in without_body)
 
     def why_stale(self, plan: PlanRow) -> list[str]:
         """Why the proposed plan cannot be approved; approving it then has it repaired. Empty if it can be approved."""
@@ -80,9 +81,21 @@ class PlanApproval:
         state: str | None = None,
         limit: int = 100,
         after: str | None = None,
+        without_body: Container[str] = (),
     ) -> tuple[Sequence[PlanRow], str | None]:
+        """:param without_body: plans whose bodies need not be read."""
         with self._database.read() as session:
-            return page(session, PlanRow, limit=limit, after=after, goal_id=goal_id, state=state)
+            rows, token = page(
+                session,
+                PlanRow,
+                limit=limit,
+                after=after,
+                options=(WITHOUT_BODY,),
+                goal_id=goal_id,
+                state=state,
+            )
+            read_bodies(session, [row for row in rows if row.id not in without_body])
+            return rows, token
 
     def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
         """Approve a plan and start its mission; approving it again returns the same mission's id.

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from math import ceil
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, defer
+from sqlalchemy.orm.attributes import set_committed_value
 
 from app.core import Core
 from app.domain.errors import unrecorded
@@ -87,12 +88,24 @@ class Proposals:
         return f"ends {late_s} s after the deadline" if late_s > 0 else ""
 
 
-def plan_row(session: Session, plan_id: str) -> PlanRow:
+WITHOUT_BODY = defer(PlanRow.body, raiseload=True)
+"""Leaves out the body, by far the largest part of a plan."""
+
+
+def plan_row(session: Session, plan_id: str, *, with_body: bool = True) -> PlanRow:
     """:raises NotFound: if there is no such plan."""
-    plan = session.get(PlanRow, plan_id)
+    plan = session.get(PlanRow, plan_id, options=() if with_body else (WITHOUT_BODY,))
     if plan is None:
         raise unrecorded("plan", plan_id)
     return plan
+
+
+def read_bodies(session: Session, plans: Sequence[PlanRow]) -> None:
+    """Read the bodies of plans that were read without."""
+    rows = {plan.id: plan for plan in plans}
+    query = select(PlanRow.id, PlanRow.body).where(PlanRow.id.in_(rows))
+    for plan_id, body in session.execute(query) if rows else ():
+        set_committed_value(rows[plan_id], PlanRow.body.key, body)
 
 
 def open_plans(session: Session, goal_id: str) -> Sequence[PlanRow]:

@@ -12,6 +12,7 @@ from app.domain.events import GoalWaiting
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.recovery import RecoveryStep, note_blockers, waits_for
 from app.store import GoalRow, MissionRow, WorldRow
 from app.workflows import PLAN_WAITING, WAITING, step
@@ -129,7 +130,11 @@ def _waiting_goals(world: str) -> Select[GoalRow]:
 
 
 def _waiting_missions(world: str) -> Select[MissionRow]:
-    waiting = (MissionRow.world == world, MissionRow.recovery_step == RecoveryStep.WAITING)
+    waiting = (
+        MissionRow.world == world,
+        MissionRow.state.in_(OPEN),
+        MissionRow.recovery_step == RecoveryStep.WAITING,
+    )
     return select(MissionRow).where(*waiting).order_by(MissionRow.id)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import select
 
-from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.mission import OPEN
 from app.store import Database, EventRow, GoalRow, MissionRow, PlanRow, ScriptRow
 
 MISSION_ID = re.compile(r"mission-[0-9a-f]+")
@@ -31,7 +31,7 @@ class MissionReader:
     def open_missions(self) -> Collection[str]:
         """The ids of missions that have not ended."""
         with self._database.read() as session:
-            return session.scalars(select(MissionRow.id).where(MissionRow.state.not_in(ENDED))).all()
+            return session.scalars(select(MissionRow.id).where(MissionRow.state.in_(OPEN))).all()
 
     def missions(self, ids: Collection[str]) -> Sequence[MissionRow]:
         if not ids:

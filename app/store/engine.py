@@ -8,11 +8,13 @@ goal, plan, mission, script, world; and other processes are notified of what was
 import sqlite3
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from hashlib import sha256
 from pathlib import Path
+from threading import Lock
 
 import psycopg
+from pydantic_core import from_json
 from sqlalchemy import Connection, Engine, create_engine, event, func, make_url, select
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError
@@ -48,6 +50,8 @@ class Database:
         self.engine = _engine(url)
         self.name = uuid.uuid4().hex
         """Identifies this process among those that share the database."""
+        self._turn: AbstractContextManager[object] = nullcontext() if self.shared else Lock()
+        """Writers on SQLite queue here: SQLite's own wait polls ten times a second, and lets later ones overtake."""
         self.committed: list[Callable[[], None]] = []
         """Called after each committed write transaction of this process and, once notified, of other processes."""
 
@@ -59,7 +63,7 @@ class Database:
     @contextmanager
     def write(self) -> Iterator[Session]:
         """A read-write transaction; commits at the end, rolls back on an exception."""
-        with self.engine.connect() as connection:
+        with self._turn, self.engine.connect() as connection:
             if connection.dialect.name == "sqlite":
                 connection.exec_driver_sql("BEGIN IMMEDIATE")
             with Session(connection, expire_on_commit=False) as session:
@@ -170,6 +174,7 @@ def _engine(url: str) -> Engine:
     if not url.startswith("sqlite"):
         return create_engine(
             url,
+            json_deserializer=from_json,
             pool_pre_ping=True,
             pool_size=10,
             max_overflow=20,
@@ -177,7 +182,13 @@ def _engine(url: str) -> Engine:
         )
     if path := make_url(url).database:
         _make_private(Path(path))
-    engine = create_engine(url, pool_size=20, max_overflow=20, connect_args={"check_same_thread": False})
+    engine = create_engine(
+        url,
+        json_deserializer=from_json,
+        pool_size=20,
+        max_overflow=20,
+        connect_args={"check_same_thread": False},
+    )
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: DBAPIConnection, _: ConnectionPoolEntry) -> None:

@@ -1,17 +1,19 @@
 """Queries of goals, missions and lost robots that several services share."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from typing import TypeVar, cast
 
-from sqlalchemy import and_, or_, select
+from sqlalchemy import Select, inspect, select, tuple_
 from sqlalchemy.orm import Session
+from sqlalchemy.orm.interfaces import ORMOption
 
 from app.domain.errors import Invalid, unrecorded
-from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store.tables import GoalRow, LostRobotRow, MissionRow, PlanRow, ScriptRow
 
 Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
+Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow)
 
 UNENDED_SCRIPT = (
     ScriptRow.delivery.in_(DELIVERABLE),
@@ -40,7 +42,7 @@ def lock_mission(session: Session, mission_id: str) -> MissionRow:
 
 def lock_running_missions(session: Session, world: str) -> Sequence[MissionRow]:
     """The missions of a world that have not ended, locked one after the other in the order of their ids."""
-    query = select(MissionRow).where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+    query = select(MissionRow).where(MissionRow.world == world, MissionRow.state.in_(OPEN))
     return session.scalars(query.order_by(MissionRow.id).with_for_update()).all()
 
 
@@ -55,22 +57,41 @@ def lost_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
     return {row.robot: f"which {row.declared_by} declared lost" for row in lost_robots(session, world)}
 
 
+def read_only(table: type[Shown]) -> Select[Shown]:
+    """A query of the table's columns, for `all_of`."""
+    return select(*inspect(table).columns)
+
+
+def all_of(session: Session, query: Select[Shown]) -> Sequence[Shown]:
+    """The rows of a `read_only` query: with the table's attributes, and cheaper than objects of the session."""
+    return cast(Sequence[Shown], session.execute(query).all())
+
+
 def page(
-    session: Session, table: type[Row], *, limit: int, after: str | None, **equal: str | None
+    session: Session,
+    table: type[Row],
+    *,
+    limit: int,
+    after: str | None,
+    options: Sequence[ORMOption] = (),
+    **equal: str | None,
 ) -> tuple[Sequence[Row], str | None]:
     """A page of rows, newest first: `limit` rows after the continuation token, and the next page's token or None.
 
+    :param options: of the query, such as columns to leave out.
     :param equal: columns and the values they must have; None leaves a column open.
     :raises Invalid: if the token is malformed.
     """
-    query = select(table).where(*(getattr(table, name) == v for name, v in equal.items() if v is not None))
+    query = select(table).options(*options) if options else read_only(table)
+    query = query.where(*(getattr(table, name) == v for name, v in equal.items() if v is not None))
     if after is not None:
         created_at, _, row_id = after.partition("~")
         if not row_id:
             raise Invalid(f"no such continuation token: {after!r}", code="unknown-token")
-        same = and_(table.created_at == created_at, table.id < row_id)
-        query = query.where(or_(table.created_at < created_at, same))
-    rows = session.scalars(query.order_by(table.created_at.desc(), table.id.desc()).limit(limit + 1)).all()
+        # As one comparison: an index leads to its first row.
+        query = query.where(tuple_(table.created_at, table.id) < (created_at, row_id))
+    query = query.order_by(table.created_at.desc(), table.id.desc()).limit(limit + 1)
+    rows = session.scalars(query).all() if options else all_of(session, query)
     if len(rows) <= limit:
         return rows, None
     last = rows[limit - 1]

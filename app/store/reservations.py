@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.mission import OPEN
 from app.domain.world_model import Reservation, named_in, needed_by, union_of
 from app.store import MissionRow, ScriptRow
 from app.store.plan_nets import PlanNets
@@ -62,7 +62,7 @@ class Reservations:
         """The running missions of a world with what each still needs, oldest first."""
         query = (
             select(MissionRow)
-            .where(MissionRow.world == world, MissionRow.state.not_in(ENDED))
+            .where(MissionRow.world == world, MissionRow.state.in_(OPEN))
             .order_by(MissionRow.created_at, MissionRow.id)
         )
         missions = session.scalars(query).all()

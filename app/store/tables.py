@@ -1,8 +1,9 @@
 """The tables. JSON columns hold bodies of the wire and the API; times ending in `_s` are the world's clock."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import JSON, ForeignKey, Index, Integer, String
+from sqlalchemy import JSON, Boolean, ForeignKey, Index, Integer, String, column, true
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from app.domain.clock import SYSTEM_CLOCK, iso_utc
@@ -17,6 +18,17 @@ def utc_now() -> str:
 
 class Base(DeclarativeBase):
     type_annotation_map = {dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012
+
+
+ABANDONED = column("abandoned", Boolean) == true()
+
+
+def newest_first(table: str, *filters: Sequence[str]) -> tuple[Index, ...]:
+    """Indices for pages of rows, newest first, one for each combination of columns that a page can be filtered by."""
+    return tuple(
+        Index("_".join(("ix", table, *columns, "newest")), *columns, "created_at", "id")
+        for columns in filters
+    )
 
 
 class WorldRow(Base):
@@ -91,8 +103,9 @@ class GoalRow(Base):
     """
 
     __tablename__ = "goals"
+    __table_args__ = newest_first("goals", (), ("state",), ("world",), ("world", "state"))
     id: Mapped[str] = mapped_column(ID, primary_key=True)
-    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), index=True)
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"))
     text: Mapped[str]
     goal: Mapped[list[Any]]
     priority: Mapped[int]
@@ -100,7 +113,7 @@ class GoalRow(Base):
     deadline_at_s: Mapped[float | None]
     auto_approve: Mapped[bool]
     recovery: Mapped[str] = mapped_column(default="never")
-    state: Mapped[str] = mapped_column(index=True)
+    state: Mapped[str]
     reason: Mapped[str] = mapped_column(default="")
     outcome: Mapped[str | None]
     attempts: Mapped[int] = mapped_column(default=0)
@@ -124,8 +137,9 @@ class PlanRow(Base):
     """
 
     __tablename__ = "plans"
+    __table_args__ = newest_first("plans", (), ("state",), ("goal_id", "state"))
     id: Mapped[str] = mapped_column(ID, primary_key=True)
-    goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"), index=True)
+    goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"))
     world: Mapped[str]
     state: Mapped[str]
     reason: Mapped[str] = mapped_column(default="")
@@ -151,12 +165,13 @@ class MissionRow(Base):
     """
 
     __tablename__ = "missions"
+    __table_args__ = newest_first("missions", (), ("state",), ("world",), ("world", "state"))
     id: Mapped[str] = mapped_column(ID, primary_key=True)
     workflow: Mapped[str]
     goal_id: Mapped[str] = mapped_column(ForeignKey("goals.id"), index=True)
     plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), unique=True)
-    world: Mapped[str] = mapped_column(index=True)
-    state: Mapped[str] = mapped_column(index=True)
+    world: Mapped[str]
+    state: Mapped[str]
     reason: Mapped[str] = mapped_column(default="")
     failure: Mapped[str | None]
     resume_to: Mapped[str | None]
@@ -188,12 +203,15 @@ class ScriptRow(Base):
     """
 
     __tablename__ = "scripts"
+    __table_args__ = (
+        Index("ix_scripts_abandoned", "mission_id", sqlite_where=ABANDONED, postgresql_where=ABANDONED),
+    )
     id: Mapped[str] = mapped_column(ID, primary_key=True)
     mission_id: Mapped[str] = mapped_column(ForeignKey("missions.id"), index=True)
     plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), index=True)
     robot: Mapped[str]
     body: Mapped[dict[str, Any]]
-    delivery: Mapped[str] = mapped_column(index=True)
+    delivery: Mapped[str]
     control: Mapped[str | None]
     control_number: Mapped[int | None]
     orders: Mapped[int] = mapped_column(default=0)
@@ -257,7 +275,7 @@ class MessageRow(Base):
     robot: Mapped[str]
     kind: Mapped[str]
     body: Mapped[dict[str, Any]]
-    recorded_at: Mapped[str] = mapped_column(default=utc_now)
+    recorded_at: Mapped[str] = mapped_column(default=utc_now, index=True)
 
 
 class ExecutorRow(Base):

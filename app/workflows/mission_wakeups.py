@@ -3,7 +3,7 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.mission import OPEN
 from app.store import MissionRow
 from app.workflows import Workflows
 
@@ -14,7 +14,7 @@ def wake_missions(session: Session, workflows: Workflows, world: str, key: str, 
     :param but: a mission that the caller wakes itself.
     """
     query = select(MissionRow.workflow).where(
-        MissionRow.world == world, MissionRow.state.not_in(ENDED), MissionRow.id != but
+        MissionRow.world == world, MissionRow.state.in_(OPEN), MissionRow.id != but
     )
     for workflow in session.scalars(query):
         workflows.wake(session, workflow, f"{workflow}:{key}")

@@ -11,7 +11,7 @@ from sqlalchemy import delete, func, or_, select
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
 from app.domain.lifecycles.goal import GoalState
-from app.domain.lifecycles.mission import ENDED
+from app.domain.lifecycles.mission import OPEN
 from app.settings import Settings
 from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ScriptRow
 from app.store.records import UNENDED_SCRIPT
@@ -132,7 +132,7 @@ class Retention:
         open_scripts = (
             select(ScriptRow.id)
             .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
-            .where(MissionRow.state.not_in(ENDED))
+            .where(MissionRow.state.in_(OPEN))
         )
         with self._database.write() as session:
             old = session.scalars(
@@ -146,7 +146,7 @@ class Retention:
 
     def _drop_goals(self, before: str) -> int:
         missions = select(MissionRow.id, MissionRow.goal_id, MissionRow.state).subquery()
-        under_way = select(missions.c.goal_id).where(missions.c.state.not_in(ENDED))
+        under_way = select(missions.c.goal_id).where(missions.c.state.in_(OPEN))
         to_be_told = (
             select(missions.c.goal_id)
             .join(ScriptRow, ScriptRow.mission_id == missions.c.id)

@@ -51,6 +51,8 @@ ENDED = frozenset(
         MissionState.CANCELLED,
     }
 )
+OPEN = tuple(state for state in MissionState if state not in ENDED)
+"""The states of a mission that is not over; queries name them, because an index finds no rows by `not in`."""
 
 _TRANSITIONS: Mapping[MissionState, frozenset[MissionState]] = {
     MissionState.PENDING: frozenset(

@@ -1,0 +1,1 @@
+"""What the service costs: its start, its idle hours and its busy ones, beside the targets."""

@@ -1,0 +1,1 @@
+"""How the costs of requests grow with the record."""
