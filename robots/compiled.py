@@ -94,7 +94,12 @@ def _change_over(group: Group) -> None:
     never = threading.Event()
     while not is_compiled(group):
         never.wait(POLL_S)
-    del os.environ[DISABLED]
+    use_compiled()
+
+
+def use_compiled() -> None:
+    """Have functions that ran as Python use their machine code from now on."""
+    os.environ.pop(DISABLED, None)
     import numba  # noqa: F401, here, so that no kernel's next call has to wait for it
 
     for one in KERNELS:

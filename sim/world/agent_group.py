@@ -23,6 +23,8 @@ from weakref import finalize
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.compilation import compiles
+from robots.compiled import use_compiled
 from robots.executive.memory import RobotMemory
 from robots.link import Link
 from robots.physical.body import Body
@@ -46,11 +48,13 @@ class Tick(NamedTuple):
     """What a group's robots feel in one control tick, in their order.
 
     `rest`: a row a robot, as `ReadingsSender` makes it. `numbers`: all their ranges and sightings, one after the other.
+    `is_compiled`: False while the world's process runs compiled functions as Python.
     """
 
     ticks: int
     rest: Sequence[tuple[Any, ...]]
     numbers: NDArray[np.float64]
+    is_compiled: bool
 
 
 class Memories(NamedTuple):
@@ -127,7 +131,7 @@ class RemoteGroup:
             readings = body.sense()
             rest.append(sender.packed(body.get_position(), readings, link.receive()))
             numbers += numbers_of(readings)
-        self._send(Tick(ticks, rest, np.concatenate(numbers)))
+        self._send(Tick(ticks, rest, np.concatenate(numbers), compiles()))
 
     def finish_tick(self) -> None:
         for (body, link), (velocity, grips, sensors, sent) in zip(self._robots, self._answer(), strict=True):
@@ -209,6 +213,8 @@ class _FarGroup:
     def answer(self, order: Tick | Memories) -> object:
         if isinstance(order, Memories):
             return self._agents.finish_memories()
+        if order.is_compiled and not compiles():
+            use_compiled()
         self._clock.ticks = order.ticks
         numbers = order.numbers
         for robot, row in zip(self._robots, order.rest, strict=True):

@@ -5,6 +5,7 @@ from itertools import pairwise
 import pytest
 
 from benchmarks.errands import tour
+from robots.compilation import uncompiled
 from robots.wire import Message, Performative, ScriptRequest
 from robots.world import load_world
 from sim.error import SimulationError
@@ -98,3 +99,15 @@ def test_few_robots_stay_in_one_process() -> None:
     assert processes_for(0) == 1
     assert processes_for(ROBOTS_A_PROCESS) == 1
     assert 1 <= processes_for(ROBOTS_A_PROCESS + 1) <= 2
+
+
+def test_agents_in_other_processes_are_compiled_when_their_world_is() -> None:
+    """They begin as Python, as the world does while its functions are compiled in the background."""
+    with uncompiled():
+        later = busy(2)
+        run_s(later, 1.0)
+    at_once = busy(2)
+    run_s(at_once, 1.0)
+    assert outcome(later, 1.0) == outcome(at_once, 1.0)
+    later.close()
+    at_once.close()
