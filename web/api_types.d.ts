@@ -61,7 +61,7 @@ interface Goal {
   outcome?: string | null;
   plan_id?: string | null;
   mission_id?: string | null;
-  planning?: { engine: string; elapsed_s: number; makespan_s: number | null; lower_bound_s: number | null } | null;
+  planning?: { engine: string; elapsed_s: number; makespan_s: number | null; lower_bound_s: number | null; waits_for: string } | null;
   alternatives?: { state: string; reason?: string } | null;
   deadline_s?: number | null;
   deadline_at_s?: number | null;

@@ -65,6 +65,7 @@ class _Relevance:
         kinds += self._others(terminals, kinds)
         agents = [agent for kind in kinds for agent in self._members(kind)]
         agents += [name for name in self.core if name in index.agents]
+        agents += self._in_the_way(node for node, longer in over.items() if not longer)
         homes = [
             place for agent in agents for place in index.linked_by_fluents(agent) if place not in index.agents
         ]
@@ -152,6 +153,17 @@ class _Relevance:
             counts[key] += 1
             if counts[key] <= SPARES[self.level]:
                 yield name
+
+    def _in_the_way(self, connection: Iterable[Node]) -> list[str]:
+        """The agents at places of the shortest connections: they may have to make way."""
+        index = self.index
+        return [
+            name
+            for node in connection
+            if isinstance(node, str)
+            for name in index.linked_by_fluents(node)
+            if name in index.agents and index.kind_of[name] not in self.left_out
+        ]
 
     def _floating(self) -> Iterator[str]:
         """Objects that no static fact or function places: tools and the like, a few of each sort, and where

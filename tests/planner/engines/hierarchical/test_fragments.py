@@ -32,6 +32,13 @@ def test_a_sample_passes_three_compartments(fragments: Fragments) -> None:
     assert {robot.split("_")[0] for robot in crew(fragment)} == {"store", "yard"}
 
 
+def test_robots_that_stand_in_the_way_are_in_the_smallest_world(fragments: Fragments) -> None:
+    standing = {"yard_1": "door_1", "yard_2": "interchange_2", "store_1": "interchange_1", "store_2": "bay_8"}
+    samples = {"sample_2": "bay_6"}
+    problem = store_problem([inside("sample_2", "bay_10")], samples=samples, robots_at=standing)
+    assert fragments.of(problem).alternatives(problem.goals, levels=1)
+
+
 def test_a_goal_that_holds_needs_no_action(fragments: Fragments) -> None:
     (fragment,) = fragments_of(fragments, store_problem([inside("sample_1", "door_1")]))
     assert fragment.actions == ()
