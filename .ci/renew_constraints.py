@@ -1,7 +1,7 @@
 # /// script
 # requires-python = ">=3.11"
 # ///
-"""Resolve every dependency anew and write the versions into pyproject.toml: `uv run .ci/renew_constraints.py`.
+"""Resolve all dependencies again and write the versions into pyproject.toml: `uv run .ci/renew_constraints.py`.
 
 Of the environment, all extras and groups included, and of what builds the wheel. Only names and versions are written:
 where they come from is up to who installs them.

@@ -52,6 +52,7 @@ from app.store.plan_nets import PlanNets
 from app.store.reservations import Reservations
 from app.workflows import (
     FIND_ALTERNATIVES,
+    LARGE_PLANNING,
     MISSION_LIFE,
     MISSIONS,
     PLAN_GOAL,
@@ -363,12 +364,13 @@ class Service:
 
     def _start_workflows(self) -> None:
         workflows = self.core.workflows
-        workflows.register(PLAN_GOAL, PLANNING, self._goal_planning.run)
-        workflows.register(FIND_ALTERNATIVES, PLANNING, self._alternatives_job.run)
+        planning = (PLANNING, LARGE_PLANNING)
+        workflows.register(PLAN_GOAL, self._goal_planning.run, makes_room_in=planning)
+        workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run, makes_room_in=planning)
+        workflows.register(RECOVER_MISSION, self._recovery.run, makes_room_in=planning)
         plan_waiting = partial(self._waiting_goals.run, plan=self._goal_planning.run)
-        workflows.register(PLAN_WAITING, WAITING, plan_waiting)
-        workflows.register(MISSION_LIFE, MISSIONS, self._mission_life.run)
-        workflows.register(RECOVER_MISSION, PLANNING, self._recovery.run)
+        workflows.register(PLAN_WAITING, plan_waiting, makes_room_in=(WAITING,))
+        workflows.register(MISSION_LIFE, self._mission_life.run)
         workflows.launch()
 
     def close(self) -> None:

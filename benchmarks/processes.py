@@ -57,6 +57,16 @@ class Run:
     said: str
 
 
+def environment(cache: Path | None = None, **variables: str) -> dict[str, str]:
+    """This process's environment without settings of Macta, with a cache of compiled code of its own."""
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith("MACTA_") and name != "VIRTUAL_ENV"
+    }
+    return kept | ({"XDG_CACHE_HOME": str(cache)} if cache else {}) | variables
+
+
 def run(
     command: Sequence[str], *, environment: Mapping[str, str] | None = None, folder: Path | None = None
 ) -> Run:

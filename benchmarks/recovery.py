@@ -90,7 +90,7 @@ def execute(url: str, name: str, turns: int) -> None:
             step("tick", tick)
             sleep_until_woken(0.0 if turn < turns else TICK_S)
 
-    workflows.register("life", MISSIONS, life)
+    workflows.register("life", life)
     presence = ExecutorRegistry(database, workflows, serves=[MISSIONS.name], worlds=())
     presence.register()
     workflows.launch()

@@ -6,7 +6,6 @@ on both. Ratios below 1 are better for seconds, above 1 for figures a second. Po
 """
 
 import argparse
-import os
 import re
 import shutil
 import subprocess
@@ -18,10 +17,10 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from benchmarks.databases import SERVER
-from benchmarks.processes import run
+from benchmarks.processes import environment, run
 
 PROJECT = Path(__file__).parents[1]
-SYNC = ("uv", "sync", "--quiet", "--all-extras", "--compile-bytecode")
+SYNC = ("uv", "sync", "--quiet", "--all-extras", "--group", "dev", "--compile-bytecode")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,10 +94,8 @@ def tree_of(revision: str) -> Iterator[Tree]:
         try:
             if (lock := PROJECT / "uv.lock").exists():
                 shutil.copy(lock, folder)
-            kept = {k: v for k, v in os.environ.items() if not k.startswith("MACTA_") and k != "VIRTUAL_ENV"}
-            environment = kept | {"XDG_CACHE_HOME": f"{place}/cache"}
-            run(SYNC, environment=kept, folder=folder)
-            yield Tree(folder=folder, environment=environment)
+            run(SYNC, environment=environment(), folder=folder)
+            yield Tree(folder=folder, environment=environment(Path(place) / "cache"))
         finally:
             subprocess.run([*git, "remove", "--force", str(folder)], check=True)
 

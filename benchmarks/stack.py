@@ -14,7 +14,6 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import atan2, cos, sin
-from pathlib import Path
 from statistics import median
 from time import process_time
 from typing import Any
@@ -24,6 +23,7 @@ import pybullet
 
 from app.planning.pool.process_tree import tree_of
 from benchmarks.errands import Leg, script, tour
+from benchmarks.processes import cpu_s
 from robots.physical.body import RADIUS_M
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, ScriptState, Telemetry
 from robots.world import WorldFile
@@ -143,11 +143,6 @@ class Whole:
                 body=request,
             )
         )
-
-
-def cpu_s(pid: int) -> float:
-    """The CPU time that a process has taken."""
-    return int(Path(f"/proc/{pid}/schedstat").read_text().split()[0]) / 1e9
 
 
 class Bare:

@@ -31,6 +31,8 @@ from fastapi.responses import StreamingResponse
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from benchmarks.processes import cpu_s
+
 TELEMETRY_S = 0.1
 SETTLE_S = 3.0
 SECRET = "any"
@@ -64,11 +66,11 @@ def main() -> None:
         for browser in connected:
             browser.wait()
         time.sleep(SETTLE_S)
-        used_s = _cpu_s(view.pid)
+        used_s = cpu_s(view.pid)
         for browser in connected:
             browser.begin()
         time.sleep(seconds)
-        share = (_cpu_s(view.pid) - used_s) / seconds
+        share = (cpu_s(view.pid) - used_s) / seconds
         for browser in connected:
             print(browser.told(seconds))
         print(f"{robots} robots, {browsers} browsers: the view takes {share:.0%} of a core")
@@ -200,13 +202,6 @@ def _free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
-
-
-def _cpu_s(pid: int) -> float:
-    """The processor time that a process has taken."""
-    with open(f"/proc/{pid}/stat") as stat:
-        fields = stat.read().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _given(place: int, otherwise: int) -> int:

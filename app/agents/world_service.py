@@ -91,9 +91,8 @@ class WorldService:
         """Every fact in rel/ref form with its row, and the version they are of."""
         self.world(world)
         with self._database.read() as session:
-            version = self._facts.version(
-                session, world
-            )  # first: a fact that is added meanwhile is a later one's
+            # First: a fact that is added meanwhile belongs to a later version.
+            version = self._facts.version(session, world)
             rows = self._facts.rows(session, world)
         form = self._knowledge_base.to_relation
         return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version

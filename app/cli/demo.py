@@ -37,7 +37,8 @@ REFRESH_S = 0.1
 """The longest interval between two updates of the display."""
 OPERATOR = "demo"
 SMALL_GOALS = 1
-"""A demo of so many goals and at most `SMALL_ROBOTS` robots compiles nothing: it takes less time than compilation."""
+"""A demo of at most this number of goals and `SMALL_ROBOTS` robots compiles nothing: that takes less time than
+compilation."""
 
 
 def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:

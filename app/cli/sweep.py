@@ -13,6 +13,7 @@ from rich.progress import Progress
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
+from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
@@ -87,9 +88,9 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
 @cache
 def _planning() -> tuple[KnowledgeBase, PlanningEngine]:
     """Made once per process."""
-    console = Console(stderr=True)
-    for group in (PLANNER, SIMULATION):
-        compile_once(group, lambda doing: console.print(f"Starting: {escape(doing)}.", soft_wrap=True))
+    with StartProgress(Console(stderr=True)) as start:
+        for group in (PLANNER, SIMULATION):
+            compile_once(group, start.tell)
     base = load_knowledge_base()
     return base, portfolio(base)
 

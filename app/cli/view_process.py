@@ -30,11 +30,8 @@ class ViewProcess:
 
     def allow(self, *, api: str, token: str) -> None:
         """From now on it is started when it is asked for."""
-        module = [
-            "-P",
-            "-m",
-            "web.viewer",
-        ]  # -P: a folder "web" in the working directory must not shadow the package
+        # -P: a folder "web" in the working directory must not shadow the package
+        module = ["-P", "-m", "web.viewer"]
         with self._lock:
             self._command = [sys.executable, *module, "--api", api, "--parent", str(os.getpid())]
             self._token = token

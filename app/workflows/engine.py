@@ -72,10 +72,12 @@ class Workflows:
             "console_log_level": "ERROR",
         }
 
-    def register(self, name: str, queue: Queue, function: Callable[[str], None]) -> None:
+    def register(
+        self, name: str, function: Callable[[str], None], *, makes_room_in: Collection[Queue] = ()
+    ) -> None:
         """Register a workflow under a name. Every process registers every workflow before `launch`.
 
-        :param queue: the one that it is started in.
+        :param makes_room_in: the queues that it may be started in and whose workflows wait for each other's end.
         """
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
@@ -83,7 +85,7 @@ class Workflows:
             try:
                 function(subject)
             finally:
-                if queue.is_narrow:  # there is room for the next one
+                for queue in makes_room_in:
                     self.poll(queue)
 
         DBOS.workflow(name=name)(workflow)

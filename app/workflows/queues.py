@@ -2,9 +2,6 @@
 
 from dataclasses import dataclass
 
-UNLIMITED = 1000
-"""So many at once that none waits for another."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Queue:
@@ -13,16 +10,11 @@ class Queue:
     name: str
     at_once: int
 
-    @property
-    def is_narrow(self) -> bool:
-        """True if workflows may have to wait for the end of others."""
-        return self.at_once < UNLIMITED
-
 
 PLANNING = Queue(name="planning", at_once=4)
 LARGE_PLANNING = Queue(name="planning-large", at_once=2)
 WAITING = Queue(name="waiting", at_once=1)
-MISSIONS = Queue(name="missions", at_once=UNLIMITED)
+MISSIONS = Queue(name="missions", at_once=1000)
 QUEUES = (PLANNING, LARGE_PLANNING, WAITING, MISSIONS)
 
 PLAN_GOAL = "plan_goal"

@@ -20,13 +20,13 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.planning.pool.process_tree import tree_of
 from benchmarks.console.history import Traffic, carry_out, fill
+from benchmarks.processes import cpu_s, tree_cpu_s
 from tests.chromium import FLAGS, SOFTWARE_GL
 from tests.scenarios.serving import Served, macta_serve
 
 STATIC = Path(__file__).parents[2] / "web" / "static"
 WORLD = "sample_store"
 LOADS, SCROLL_S, IDLE_S, PACE_S = 9, 10.0, 15.0, 0.15
-TICKS_A_S = os.sysconf("SC_CLK_TCK")
 USABLE = """
   const seen = new MutationObserver(() => {
     if (!document.querySelector("[data-testid=goal-item]")) return;
@@ -115,23 +115,14 @@ def idle(page: Page, served: Served) -> str:
 def idle_cpu_s(served: Served) -> tuple[float, ...]:
     """Seconds used by service and world, by the view, by browsers' pages and by their software graphics."""
     view, renderer, graphics = (
-        sum(own_cpu_s(one.pid) for one in tree_of(os.getpid()) if mark in command(one.pid))
+        sum(cpu_s(one.pid) for one in tree_of(os.getpid()) if mark in command(one.pid))
         for mark in ("web.viewer", "--type=renderer", "--type=gpu-process")
     )
-    return cpu_s(served.process.pid) - view, view, renderer, graphics
+    return tree_cpu_s(served.process.pid) - view, view, renderer, graphics
 
 
 def command(pid: int) -> str:
     return Path(f"/proc/{pid}/cmdline").read_text()
-
-
-def own_cpu_s(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS_A_S
-
-
-def cpu_s(pid: int) -> float:
-    return sum(own_cpu_s(one.pid) for one in tree_of(pid))
 
 
 @contextmanager
@@ -148,9 +139,9 @@ def opened(browser: Browser, served: Served, world_as: str) -> Iterator[Page]:
 
 
 def measure(browser: Browser, served: Served, api: httpx2.Client) -> None:
-    before = cpu_s(served.process.pid), cpu_s(os.getpid())
+    before = tree_cpu_s(served.process.pid), tree_cpu_s(os.getpid())
     painted, usable, came = zip(*(load(browser, served) for _ in range(LOADS)), strict=True)
-    spent_s = cpu_s(served.process.pid) - before[0], cpu_s(os.getpid()) - before[1]
+    spent_s = tree_cpu_s(served.process.pid) - before[0], tree_cpu_s(os.getpid()) - before[1]
     service, browsing = (one / LOADS for one in (spent_s[0], spent_s[1] - spent_s[0]))
     took = f"painted {median(painted):.2f} s, usable {median(usable):.2f} s (longest {max(usable):.2f}), "
     took += f"{median(came):.1f} kB of files came; CPU {service:.2f} s of the service, {browsing:.2f} s of the browser"

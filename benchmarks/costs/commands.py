@@ -1,6 +1,5 @@
 """Costs of commands that end by themselves, and of an installation."""
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from tempfile import TemporaryDirectory
 from benchmarks.costs.table import Row
 from benchmarks.databases import SERVER
 from benchmarks.posting import service_on
-from benchmarks.processes import run
+from benchmarks.processes import environment, run
 
 MACTA = (sys.executable, "-c", "from app.cli import main; main()")
 DEMO = (*MACTA, "demo", "--flat-out")
@@ -19,12 +18,6 @@ INSTALLATIONS: Mapping[str, tuple[Callable[[str], Sequence[str]], float, str]] =
     "production": (lambda folder: ("sh", "examples/install_production.sh", folder), 450.0, "1008"),
 }
 PROJECT = Path(__file__).parents[2]
-
-
-def environment(cache: Path | None = None, **variables: str) -> dict[str, str]:
-    """This process's environment without settings of Macta, with a cache of compiled code of its own."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("MACTA_")}
-    return kept | ({"XDG_CACHE_HOME": str(cache)} if cache else {}) | variables
 
 
 def demo(runs: int) -> Iterator[Row]:

@@ -13,11 +13,11 @@ from app.composition import make_engine
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process_tree import tree_of
 from benchmarks import reads, throughput
-from benchmarks.costs.commands import MACTA, environment
+from benchmarks.costs.commands import MACTA
 from benchmarks.costs.table import Row
 from benchmarks.databases import SERVER, database_on
 from benchmarks.posting import post, service_on
-from benchmarks.processes import pss_mb, tree_cpu_s
+from benchmarks.processes import environment, pss_mb, tree_cpu_s
 
 LOOK_S = 0.02
 GIVE_UP_S = 600.0

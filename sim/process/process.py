@@ -2,7 +2,6 @@
 
 import logging
 import multiprocessing
-import signal
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -10,6 +9,7 @@ from multiprocessing.process import BaseProcess
 from threading import Lock
 from typing import Any, Self
 
+from robots.background_compilation import start_with_interrupts_blocked
 from robots.link import PipeLink
 from robots.world import WorldFile
 from sim.error import SimulationError
@@ -101,7 +101,7 @@ class SimulationProcess:
             name=f"world-{world.name}",
             daemon=True,
         )
-        _start_with_interrupts_blocked(process.start)
+        start_with_interrupts_blocked(process.start)
         far_control.close()
         far_link.close()
         return cls(process, control, PipeLink(link), now_s, tell)
@@ -177,12 +177,3 @@ class SimulationProcess:
         if isinstance(answer, Failed):
             raise SimulationError(answer.reason)
         return answer
-
-
-def _start_with_interrupts_blocked(start: Callable[[], None]) -> None:
-    """A child inherits the signal mask, so the operator's Ctrl-C does not reach it even while it starts."""
-    previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, previous)

@@ -8,8 +8,8 @@ from enum import IntEnum
 from typing import Generic, TypeVar
 
 SMALL_GOALS = 8
-"""A problem of so many goals is small. Uncompiled it takes seconds, and its plan is at most a tenth longer; with more
-goals the plan is longer by more than the compilation takes."""
+"""A problem of at most this number of goals is small. Uncompiled it takes seconds, and its plan is at most a tenth
+longer; with more goals the plan is longer by more than the compilation takes."""
 SMALL_EFFORT_S = 10.0
 """… unless the request asks for a longer search."""
 

@@ -92,7 +92,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
             session.get_one(GoalRow, goal_id).releases_seen = 1
         planned.put(goal_id)
 
-    workflows.register(PLAN_WAITING, WAITING, partial(goals.run, plan=plan))
+    workflows.register(PLAN_WAITING, partial(goals.run, plan=plan), makes_room_in=(WAITING,))
     workflows.launch()
     names = [f"goal {number:03}" for number in range(2 * GOALS_PER_WORKFLOW + 1)]
     with database.write() as session:

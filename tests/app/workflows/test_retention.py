@@ -41,7 +41,7 @@ def done() -> "Queue[str]":
 @pytest.fixture
 def workflows(database: Database, done: "Queue[str]") -> Iterator[Workflows]:
     workflows = Workflows(database.url)
-    workflows.register("note", PLANNING, done.put)
+    workflows.register("note", done.put)
     workflows.launch()
     yield workflows
     workflows.close()

@@ -47,9 +47,9 @@ def fail_for_good() -> None:
 def workflows(database: Database, carried_out: Queue[str]) -> Iterator[Workflows]:
     """Workflows that are hardly ever looked for."""
     workflows = Workflows(database.url, queue_polling_s=HARDLY_EVER_S)
-    workflows.register("note", PLANNING, carried_out.put)
+    workflows.register("note", carried_out.put)
     workflows.register(
-        "fail", PLANNING, lambda subject: or_give_up(partial(step, "try", fail_for_good), carried_out.put)
+        "fail", lambda subject: or_give_up(partial(step, "try", fail_for_good), carried_out.put)
     )
     workflows.launch()
     yield workflows
@@ -73,7 +73,7 @@ def test_a_process_that_others_take_for_dead_dequeues_nothing(
 ) -> None:
     clock = StandingClock()
     workflows = Workflows(database.url, queue_polling_s=0.02, clock=clock)
-    workflows.register("note", PLANNING, carried_out.put)
+    workflows.register("note", carried_out.put)
     workflows.launch()
     workflows.dequeue_until(clock.monotonic_s())
     with database.write() as session:
@@ -113,7 +113,7 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
 
     def launched() -> Workflows:
         workflows = Workflows(database.url)
-        workflows.register("nap", MISSIONS, nap)
+        workflows.register("nap", nap)
         workflows.launch()
         return workflows
 
