@@ -5,11 +5,11 @@ What is still to be delivered is read from the database, so a restart loses noth
 
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import Enum, auto
 from typing import Protocol
 
-from sqlalchemy import or_, select, union
+from sqlalchemy import Select, or_, select, union
 
 from app.agents.communications import MIN_RESEND_S, Communications
 from app.agents.questions import Questions
@@ -60,8 +60,8 @@ class Reception(Enum):
 class ReportRecorder(Protocol):
     """Records what robots report of their scripts, with all consequences."""
 
-    def record(self, message: Message, world: str) -> Reception:
-        """Record a report once."""
+    def record_all(self, messages: Sequence[Message], world: str) -> Sequence[Reception]:
+        """Record reports, each once, in one transaction."""
         ...
 
 
@@ -109,6 +109,7 @@ class AgentModels:
         self._has_lease = has_lease
         self._each_turn = each_turn
         self._wall = wall
+        self._open_scripts_query = _open_scripts_query(world, self._robots)
         self._due = threading.Event()
         self._background = Background(f"agents-{world}", self._run)
         database.committed.append(self._due.set)
@@ -125,8 +126,8 @@ class AgentModels:
         while not self._background.ending.is_set():
             try:
                 self._each_turn()
-                for message in self._communications.receive(RECEIVE_S):
-                    self._take(message)
+                received = self._communications.receive(RECEIVE_S)
+                self._record([message for message in received if not self._handle(message)])
                 self._ask()
                 now_s = self._wall.monotonic_s()
                 if now_s >= readmit_s and self._has_lease():
@@ -153,23 +154,40 @@ class AgentModels:
                     logger.exception("handling of messages of the robots of %s failed", self._world)
                 self._wall.wait(self._background.ending, DELIVER_S)
 
-    def _take(self, message: Message) -> None:
+    def _handle(self, message: Message) -> bool:
+        """Handle a message at once; False if it is one to be recorded."""
         if message.sender not in self._robots:
-            return
+            return True
         if isinstance(message.body, Telemetry):
             self._board.heard(message.sender, message.body)
-            return
+            return True
         self._board.heard(message.sender)
         is_handled = self._questions.answered(message) or self._teleoperation.refused(message)
         if is_handled or not self._has_lease():
-            return
+            return True
         if isinstance(message.body, TuningReport):
             self._tunings.record_answer(self._world, message.sender, message.performative, message.body)
+            return True
+        return False
+
+    def _record(self, messages: Sequence[Message]) -> None:
+        """Record messages together, or one by one if they fail together, and confirm those that robots repeat."""
+        if not messages:
             return
-        if self._reports.record(message, self._world) is Reception.HELD_BACK:
+        try:
+            receptions = self._reports.record_all(messages, self._world)
+        except Exception as error:
+            if len(messages) == 1 or is_unavailable(error):
+                raise
+            for message in messages:
+                self._record([message])
             return
-        if message.performative in (Performative.INFORM, Performative.FAILURE):
-            self._communications.send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
+        for message, reception in zip(messages, receptions, strict=True):
+            is_repeated = message.performative in (Performative.INFORM, Performative.FAILURE)
+            if is_repeated and reception is not Reception.HELD_BACK:
+                self._communications.send(
+                    message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id
+                )
 
     def _ask(self) -> None:
         """Send clients' questions and set-points, without repetition: they expire soon."""
@@ -204,33 +222,39 @@ class AgentModels:
         self._communications.keep_unanswered()
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
-        unanswered = or_(
-            ScriptRow.delivery == Delivery.PENDING,
-            ScriptRow.clearance.is_not(None),
-            ScriptRow.control.is_not(None),
-            ScriptRow.question.is_not(None),
-        )
-        # Through the indices of both tables: with an `or` over them, all missions of the record would be read.
-        is_open = (MissionRow.world == self._world, MissionRow.state.in_(OPEN))
-        missions = union(
-            select(MissionRow.id).where(*is_open), select(ScriptRow.mission_id).where(ScriptRow.abandoned)
-        )
-        query = (
-            select(ScriptRow, MissionRow.state)
-            .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
-            .where(
-                MissionRow.id.in_(missions),
-                MissionRow.world == self._world,
-                or_(MissionRow.state.in_(OPEN), ScriptRow.abandoned),
-                ScriptRow.robot.in_(self._robots),
-                unanswered,
-            )
-            .order_by(ScriptRow.id)
-        )
         with self._database.read() as session:
-            found = session.execute(query).all()
+            found = session.execute(self._open_scripts_query).all()
         return [
             row
             for row, state in found
             if state != MissionState.PAUSED or row.delivery != Delivery.PENDING or row.stopping
         ]
+
+
+def _open_scripts_query(world: str, robots: Collection[str]) -> Select[ScriptRow, str]:
+    """The scripts of open missions, or of robots declared lost, for which a robot owes an answer, with their mission's
+    state.
+    """
+    unanswered = or_(
+        ScriptRow.delivery == Delivery.PENDING,
+        ScriptRow.clearance.is_not(None),
+        ScriptRow.control.is_not(None),
+        ScriptRow.question.is_not(None),
+    )
+    # Through the indices of both tables: with an `or` over them, all missions of the record would be read.
+    is_open = (MissionRow.world == world, MissionRow.state.in_(OPEN))
+    missions = union(
+        select(MissionRow.id).where(*is_open), select(ScriptRow.mission_id).where(ScriptRow.abandoned)
+    )
+    return (
+        select(ScriptRow, MissionRow.state)
+        .join(MissionRow, MissionRow.id == ScriptRow.mission_id)
+        .where(
+            MissionRow.id.in_(missions),
+            MissionRow.world == world,
+            or_(MissionRow.state.in_(OPEN), ScriptRow.abandoned),
+            ScriptRow.robot.in_(robots),
+            unanswered,
+        )
+        .order_by(ScriptRow.id)
+    )

@@ -1,10 +1,11 @@
-"""Robots' reports: each recorded once, with its consequences, in one transaction."""
+"""Robots' reports: each recorded once, with its consequences; those that arrive together in one transaction."""
 
 import logging
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import select
+from sqlalchemy import select, tuple_
 from sqlalchemy.orm import Session
 
 from app.agents.agent_models import Reception
@@ -100,38 +101,66 @@ class MissionReports:
         self._plausibility = plausibility
 
     def record(self, message: Message, world: str) -> Reception:
-        """Record a robot's answer or report.
+        """Record one answer or report, see `record_all`."""
+        return self.record_all([message], world)[0]
 
-        :param world: the world that the robot is in.
+    def record_all(self, messages: Sequence[Message], world: str) -> Sequence[Reception]:
+        """Record robots' answers and reports, in order.
+
+        :param world: the world that the robots are in.
         """
         with self._database.write() as session:
-            self._database.lock(session, message.id)  # another process may receive it, too
-            if session.get(MessageRow, message.id) is not None:
-                return Reception.IGNORED
-            if isinstance(message.body, UpkeepReport):
-                if why := self._plausibility.doubt(session, message, world, None):
-                    logger.debug("report held back as implausible: %s %s", message.sender, why)
-                    return Reception.HELD_BACK
-                session.add(_row(message))
-                self._beliefs.note_upkeep(session, message.body, world=world, robot=message.sender)
-                return Reception.RECORDED
-            subject = _subject_of(session, message)
-            if subject is None:
-                return Reception.IGNORED
-            if why := self._plausibility.doubt(session, message, world, subject.script):
-                self._hold_back(session, message, subject, why)
-                return Reception.HELD_BACK
-            session.add(_row(message))
-            if _may_free(message) and subject.is_current:
-                before = self._reserved(session, subject)
-                self._apply(session, message, subject)
-                if self._reserved(session, subject) != before:
-                    self._waiting.release(session, world)
-            else:
-                self._apply(session, message, subject)
-            if not has_ended(subject.mission):  # the workflow of an ended one is over and may be deleted
-                self._workflows.wake(session, subject.mission.workflow, message.id)
-            return Reception.RECORDED
+            ids = sorted({message.id for message in messages})
+            for message_id in ids:
+                self._database.lock(session, message_id)  # another process may receive it, too
+            known = set(session.scalars(select(MessageRow.id).where(MessageRow.id.in_(ids))))
+            subjects = _subjects_of(session, [message for message in messages if message.id not in known])
+            freeing = {
+                subject.mission.id: subject
+                for message in messages
+                if _may_free(message) and (subject := subjects.get(message.id)) and subject.is_current
+            }
+            before = self._reserved(session, freeing.values())
+            receptions = list[Reception]()
+            wake = dict[str, tuple[MissionRow, str]]()
+            for message in messages:
+                subject = subjects.get(message.id)
+                reception = Reception.IGNORED
+                if message.id in known:
+                    pass
+                elif isinstance(message.body, UpkeepReport):
+                    reception = self._record_upkeep(session, message, message.body, world)
+                elif subject is not None:
+                    reception = self._record_subject(session, message, subject, world)
+                if reception is Reception.RECORDED:
+                    known.add(message.id)
+                    if subject is not None:
+                        wake[subject.mission.id] = subject.mission, message.id
+                receptions.append(reception)
+            if self._reserved(session, freeing.values()) != before:
+                self._waiting.release(session, world)
+            for mission, key in wake.values():
+                if not has_ended(mission):  # the workflow of an ended one is over and may be deleted
+                    self._workflows.wake(session, mission.workflow, key)
+            return receptions
+
+    def _record_upkeep(
+        self, session: Session, message: Message, report: UpkeepReport, world: str
+    ) -> Reception:
+        if why := self._plausibility.doubt(session, message, world, None):
+            logger.debug("report held back as implausible: %s %s", message.sender, why)
+            return Reception.HELD_BACK
+        session.add(_row(message))
+        self._beliefs.note_upkeep(session, report, world=world, robot=message.sender)
+        return Reception.RECORDED
+
+    def _record_subject(self, session: Session, message: Message, subject: _Subject, world: str) -> Reception:
+        if why := self._plausibility.doubt(session, message, world, subject.script):
+            self._hold_back(session, message, subject, why)
+            return Reception.HELD_BACK
+        session.add(_row(message))
+        self._apply(session, message, subject)
+        return Reception.RECORDED
 
     def _hold_back(self, session: Session, message: Message, subject: _Subject, why: str) -> None:
         """Note an implausible report, and wake its mission to query the robot."""
@@ -140,8 +169,9 @@ class MissionReports:
             logger.warning("report held back as implausible: %s %s", message.sender, why)
             self._workflows.wake(session, subject.mission.workflow, new_id("doubt"))
 
-    def _reserved(self, session: Session, subject: _Subject) -> Reservation:
-        return self._reservations.of_scripts(session, subject.mission.plan_id, subject.scripts)
+    def _reserved(self, session: Session, subjects: Iterable[_Subject]) -> Sequence[Reservation]:
+        """What the missions still need, in order."""
+        return [self._reservations.of_scripts(session, one.mission.plan_id, one.scripts) for one in subjects]
 
     def _apply(self, session: Session, message: Message, subject: _Subject) -> None:
         match message.body:
@@ -304,7 +334,7 @@ class MissionReports:
     def _status(self, session: Session, message: Message, report: StatusReport, script: ScriptRow) -> None:
         note_answer(script, message.in_reply_to)
         script.orders = max(script.orders, report.order)
-        if has_terminated(script):
+        if has_terminated(script) or script.delivery == Delivery.REFUSED:
             return
         if report.state is None:
             forget(script, f"{script.robot} no longer has the script")
@@ -325,21 +355,37 @@ class MissionReports:
         )
 
 
-def _subject_of(session: Session, message: Message) -> _Subject | None:
-    """The script that the message is about, with its mission, locked; None if it is no script of the sender's."""
-    script = session.get(ScriptRow, getattr(message.body, "script_id", ""))
-    if script is None or script.robot != message.sender:
-        return None
-    # The mission is locked first: its other scripts change with it.
-    mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
+def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Subject]:
+    """By message, the script that it is about, with its mission, locked; without those that are no script's."""
+    script_ids = {message.id: getattr(message.body, "script_id", "") for message in messages}
+    found = session.scalars(select(ScriptRow).where(ScriptRow.id.in_(set(script_ids.values())))).all()
+    if not found:
+        return {}
+    by_id = {script.id: script for script in found}
+    # The missions are locked first: their other scripts change with them.
+    in_order = select(MissionRow).where(MissionRow.id.in_({one.mission_id for one in found}))
+    locked = in_order.order_by(MissionRow.id).with_for_update().execution_options(populate_existing=True)
+    missions = {mission.id: mission for mission in session.scalars(locked)}
+    plans = tuple_(ScriptRow.mission_id, ScriptRow.plan_id)
     query = (
         select(ScriptRow)
-        .where(ScriptRow.mission_id == mission.id, ScriptRow.plan_id == script.plan_id)
+        .where(plans.in_({(one.mission_id, one.plan_id) for one in found}))
         .order_by(ScriptRow.id)
         .with_for_update()
         .execution_options(populate_existing=True)
     )
-    return _Subject(script=script, mission=mission, scripts=session.scalars(query).all())
+    scripts: dict[tuple[str, str], list[ScriptRow]] = defaultdict(list)
+    for row in session.scalars(query):
+        scripts[row.mission_id, row.plan_id].append(row)
+    return {
+        message.id: _Subject(
+            script=script,
+            mission=missions[script.mission_id],
+            scripts=scripts[script.mission_id, script.plan_id],
+        )
+        for message in messages
+        if (script := by_id.get(script_ids[message.id])) is not None and script.robot == message.sender
+    }
 
 
 def _may_free(message: Message) -> bool:

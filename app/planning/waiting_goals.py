@@ -31,6 +31,7 @@ class WaitingGoals:
     def __init__(self, core: Core) -> None:
         self._database = core.database
         self._events = core.events
+        self._facts = core.facts
         self._workflows = core.workflows
         self._has_available: set[str] = set()
         self._new_reasons: dict[tuple[str, str], str] = {}
@@ -90,7 +91,7 @@ class WaitingGoals:
 
     def release(self, session: Session, world: str) -> None:
         """Count a release in the world, and have waiting goals planned once the caller's transaction commits."""
-        _world_to_change(session, world).releases += 1
+        self._facts.lock(session, world).releases += 1
         session.flush()
         if most_urgent(session, world) is not None:
             self._wake(session, world)
@@ -99,7 +100,7 @@ class WaitingGoals:
         """Have a goal that begins to wait planned again if there was a release during its planning."""
         session.flush()
         # Without the lock, a concurrent release would not see the waiting goal, and this would not see the release.
-        if goal.releases_seen < _world_to_change(session, goal.world).releases:
+        if goal.releases_seen < self._facts.lock(session, goal.world).releases:
             self._wake(session, goal.world)
 
     def run(self, world: str, *, plan: Callable[[str], None]) -> None:
@@ -136,11 +137,6 @@ def _waiting_missions(world: str) -> Select[MissionRow]:
         MissionRow.recovery_step == RecoveryStep.WAITING,
     )
     return select(MissionRow).where(*waiting).order_by(MissionRow.id)
-
-
-def _world_to_change(session: Session, world: str) -> WorldRow:
-    query = select(WorldRow).where(WorldRow.id == world).with_for_update()
-    return session.scalars(query.execution_options(populate_existing=True)).one()
 
 
 def _releases(session: Session, world: str) -> int:

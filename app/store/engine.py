@@ -12,13 +12,14 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from hashlib import sha256
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 import psycopg
 from pydantic_core import from_json
-from sqlalchemy import Connection, Engine, create_engine, event, func, make_url, select
+from sqlalchemy import Connection, Engine, create_engine, event, func, insert, make_url, select
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import DeclarativeBase, Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
 CHANNEL = "macta"
@@ -96,10 +97,10 @@ class Database:
 
     def _write_last(self, session: Session) -> None:
         """Write the rows numbered in commit order and notify other processes; no lock is taken after this."""
-        if rows := session.info.pop(_LAST, ()):
+        if last := session.info.pop(_LAST, None):
             self.lock(session, IN_ORDER)
-            session.add_all(rows)
-            session.flush()
+            for table, rows in last.items():
+                session.execute(insert(table), rows)
             announce(session, WRITTEN)
         if self.shared and (topics := session.info.pop(_TOPICS, ())):
             notify = (func.pg_notify(CHANNEL, f"{topic} {self.name}") for topic in sorted(topics))
@@ -115,12 +116,12 @@ _LAST = "last"
 _TOPICS = "topics"
 
 
-def write_last(session: Session, row: object) -> None:
+def write_last(session: Session, table: type[DeclarativeBase], **values: Any) -> None:
     """Insert a row at the very end of the session's write transaction, so that rows are numbered in commit order.
 
     On PostgreSQL a transaction could otherwise commit after another one that got higher numbers.
     """
-    session.info.setdefault(_LAST, []).append(row)
+    session.info.setdefault(_LAST, {}).setdefault(table, []).append(values)
 
 
 def announce(session: Session, topic: str) -> None:

@@ -29,7 +29,7 @@ class EventLog:
     def append(self, session: Session, event: Event) -> None:
         """Record the event."""
         data = to_jsonable_python(event)
-        write_last(session, EventRow(type=event.type, subject=data.pop("subject"), data=data))
+        write_last(session, EventRow, type=event.type, subject=data.pop("subject"), data=data)
 
     def since(self, seq: int, limit: int = 500) -> Sequence[EventRow]:
         """The events after `seq`, oldest first."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
@@ -19,6 +19,14 @@ REMEMBERED_BELIEFS = 5
 """How many contradicted beliefs a fact keeps, the newest (our choice)."""
 _CHANGED = "changed facts"
 """Key of `Session.info`: the worlds whose facts the transaction has changed."""
+_LOCKED = "locked facts"
+"""Key of `Session.info`: the facts of the worlds that the transaction has locked, by world."""
+
+
+# Made once: making a select() takes as long as executing it.
+_OF_WORLD = WorldRow.id == bindparam("world")
+_VERSION = select(WorldRow.version).where(_OF_WORLD)
+_LOCKING = select(WorldRow).where(_OF_WORLD).with_for_update().execution_options(populate_existing=True)
 
 
 class FactStore:
@@ -54,23 +62,25 @@ class FactStore:
 
     def version(self, session: Session, world: str) -> int:
         """The number of changes of the world's facts."""
-        return session.scalars(select(WorldRow.version).where(WorldRow.id == world)).one()
+        return session.scalars(_VERSION, {"world": world}).one()
 
     def lock(self, session: Session, world: str) -> WorldRow:
         """The world's row, locked until the end of the transaction."""
-        query = select(WorldRow).where(WorldRow.id == world).with_for_update()
-        return session.scalars(query.execution_options(populate_existing=True)).one()
+        return session.scalars(_LOCKING, {"world": world}).one()
 
     def read_locked(self, session: Session, world: str) -> "WorldFacts":
-        """Read the world's facts and lock the world until the end of the transaction."""
-        return WorldFacts(
-            session,
-            self._events,
-            self._knowledge_base,
-            world=self.lock(session, world),
-            rows=self.rows(session, world),
-            unknown=unknown_rows(session, world),
-        )
+        """Read the world's facts, once per transaction, and lock the world until its end."""
+        locked: dict[str, WorldFacts] = session.info.setdefault(_LOCKED, {})
+        if world not in locked:
+            locked[world] = WorldFacts(
+                session,
+                self._events,
+                self._knowledge_base,
+                world=self.lock(session, world),
+                rows=self.rows(session, world),
+                unknown=unknown_rows(session, world),
+            )
+        return locked[world]
 
     def change(
         self,
@@ -156,7 +166,7 @@ class WorldFacts:
             history += self._last_beliefs(fact.args[0] for fact in new if fact.predicate in PLACED)
         history.sort(key=lambda belief: belief["at_s"], reverse=True)
         for old in gone:
-            self._session.delete(old)
+            self._delete(old)
             del self._rows[old.atom]
         for fact in new:
             self._rows[str(fact)] = _row(world, fact, source, at_s, history)
@@ -179,8 +189,14 @@ class WorldFacts:
             believed = tuple(map(self._belief, before))
             contradicted = FactsContradicted(subject=world, source=source, at_s=at_s, believed=believed)
             self._events.append(self._session, contradicted)
-        self._session.flush()  # so that the next change can delete what this one has added
         return bool(gone or new)
+
+    def _delete(self, row: FactRow | UnknownRow) -> None:
+        """Delete a row, which an earlier change of the same transaction may have added."""
+        if row in self._session.new:
+            self._session.expunge(row)
+        else:
+            self._session.delete(row)
 
     def _last_beliefs(self, names: Iterable[str]) -> list[dict[str, Any]]:
         """What was last believed about objects and robots whose place is unknown, newest first."""
@@ -191,7 +207,7 @@ class WorldFacts:
         """Keep the last belief about each object and robot that has lost its place, until it has one again."""
         placed = {row.args[0] for row in self._rows.values() if row.predicate in PLACED}
         for name in placed & self._unknown.keys():
-            self._session.delete(self._unknown.pop(name))
+            self._delete(self._unknown.pop(name))
         for row in gone:
             name = row.args[0]
             if row.predicate not in PLACED or name in placed:

@@ -3,6 +3,7 @@
 import logging
 import threading
 import uuid
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from math import inf
@@ -54,6 +55,9 @@ class Workflows:
         self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
         self._closing = threading.Event()
         self._suspected: set[str] = set()
+        self._lock = threading.Lock()
+        self._executing = Counter[Queue]()
+        """By queue, the workflows that may be from it and are executed here."""
         self._dequeues_until = inf
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
@@ -82,11 +86,17 @@ class Workflows:
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
             CLOSING.set(self._closing)
+            with self._lock:
+                self._executing.update(makes_room_in)
             try:
                 function(subject)
             finally:
-                for queue in makes_room_in:
-                    self.poll(queue)
+                with self._lock:
+                    full = [queue for queue in makes_room_in if self._executing[queue] >= queue.at_once]
+                    self._executing.subtract(makes_room_in)
+                for queue in full:
+                    if queue.name in self._listeners:
+                        self._listeners[queue.name].poll_soon()
 
         DBOS.workflow(name=name)(workflow)
 

@@ -10,6 +10,8 @@ from app.workflows.dbos_internals import work_queue
 
 ACTIVE_S = 0.5
 """How long after the last notification a queue is polled at its own interval."""
+ROOM_S = 0.02
+"""How long after a workflow's function has returned its queue is polled: its place is free once its end is recorded."""
 IDLE_POLLING_S = 1.0
 """Polling interval after that. Only workflows of dead processes are in a queue without an announcement."""
 
@@ -33,6 +35,10 @@ class QueueListener:
     def poll_now(self) -> None:
         self._pause.cut_short()
 
+    def poll_soon(self) -> None:
+        """Poll as soon as the end of the workflow that calls this is recorded."""
+        self._pause.cut_short(ROOM_S)
+
     def stop(self) -> None:
         self._pause.set()
         self._thread.join()
@@ -49,9 +55,12 @@ class PollPause(threading.Event):
         self._may_dequeue = may_dequeue
         self._clock = clock
         self._over = threading.Event()
+        self._rest_s = 0.0
         self._active_until = clock.monotonic_s() + ACTIVE_S
 
-    def cut_short(self) -> None:
+    def cut_short(self, rest_s: float = 0.0) -> None:
+        """End the pause in `rest_s` seconds."""
+        self._rest_s = rest_s
         self._over.set()
 
     def set(self) -> None:
@@ -65,6 +74,8 @@ class PollPause(threading.Event):
             is_active = self._clock.monotonic_s() < self._active_until
             if self._clock.wait(self._over, polling_s if is_active else max(polling_s, IDLE_POLLING_S)):
                 self._over.clear()
+                if self._rest_s and not self.is_set():
+                    self._clock.wait(self._over, self._rest_s)
                 self._active_until = self._clock.monotonic_s() + ACTIVE_S
             if self.is_set() or self._may_dequeue():
                 return self.is_set()

@@ -1,7 +1,8 @@
 """The knowledge base: plan-net actions and their vocabulary, as data (MACTA §4, fig. 4; §5, table 3)."""
 
-from collections.abc import Collection, Iterable, Mapping
-from functools import cached_property
+import pickle
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import cached_property, lru_cache
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
@@ -23,6 +24,14 @@ class KnowledgeBase:
             value: kind for kind in file.types for value in file.constants(kind)
         }
         """Each constant's type."""
+
+    def __reduce__(self) -> tuple[Callable[[bytes], "KnowledgeBase"], tuple[bytes]]:
+        """Pickle the file only; a process that receives the same one again has its knowledge base already."""
+        return _received, (self._pickled_file,)
+
+    @cached_property
+    def _pickled_file(self) -> bytes:
+        return pickle.dumps(self.file)
 
     @cached_property
     def fluents(self) -> frozenset[str]:
@@ -199,3 +208,8 @@ def _choices(where: str, value: str, kind: str, base: KnowledgeBase, objects: Ma
         name for name, other in {**base.constants, **objects}.items() if base.file.is_a(other, kind)
     )
     return f"{where} {value!r} is no {kind}; choices: {', '.join(fitting) or 'none'}"
+
+
+@lru_cache(maxsize=8)
+def _received(pickled_file: bytes) -> KnowledgeBase:
+    return KnowledgeBase(pickle.loads(pickled_file))

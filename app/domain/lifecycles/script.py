@@ -103,6 +103,7 @@ def refuse(script: Script, reason: str) -> None:
     else:
         _deliver(script, Delivery.REFUSED)
         script.detail = reason
+        script.question = None  # the refusal answers it: the robot does not have the script
 
 
 def hear(script: Script, state: str | None, at_s: float) -> None:

@@ -8,11 +8,22 @@ from typing import Any
 import pytest
 from sqlalchemy import event
 
+from app.agents.agent_models import Reception
+from app.domain.lifecycles.script import ask
 from app.store import GoalRow, ScriptRow
 from app.store.migrate import migrate
 from robots.clock import ManualClock
-from robots.wire import Acknowledgement, Body, Message, PacketReport, PacketState, Performative
-from tests.app.missions.mission_services import MissionServices, services
+from robots.wire import (
+    Acknowledgement,
+    Body,
+    Message,
+    PacketReport,
+    PacketState,
+    Performative,
+    Refusal,
+    StatusReport,
+)
+from tests.app.missions.mission_services import WORLD, MissionServices, services
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -27,9 +38,12 @@ class Mission:
         services.start_world()
         _, self.id = services.plans.approve(services.plan(), actor="operator")
         services.life.monitor(self.id)
-        for script in services.scripts(self.id):
+
+    def agree(self) -> None:
+        """Every robot accepts its script."""
+        for script in self.services.scripts(self.id):
             agreed = Acknowledgement(script_id=script.id)
-            services.record(self.message(script, agreed, in_reply_to=f"{script.id}:request"))
+            self.services.record(self.message(script, agreed, in_reply_to=f"{script.id}:request"))
 
     def script(self, robot: str) -> ScriptRow:
         (script,) = (one for one in self.services.scripts(self.id) if one.robot == robot)
@@ -61,12 +75,19 @@ class Mission:
 
 
 @pytest.fixture
-def mission(tmp_path: Path) -> Iterator[Mission]:
+def dispatched(tmp_path: Path) -> Iterator[Mission]:
+    """No robot has answered yet."""
     clock = ManualClock()
     made = services(tmp_path, store=STORE, clock=clock)
     migrate(made.database)
     yield Mission(made, clock)
     made.close()
+
+
+@pytest.fixture
+def mission(dispatched: Mission) -> Mission:
+    dispatched.agree()
+    return dispatched
 
 
 @contextmanager
@@ -118,6 +139,46 @@ def test_the_end_of_a_packet_is_not_taken_back(mission: Mission) -> None:
     mission.report("yard_1", 0, PacketState.FINISHED, 3.0)
     mission.report("yard_1", 0, PacketState.RUNNING, 5.0)
     assert mission.known("yard_1", 0)["state"] == "finished"
+
+
+def test_the_reason_of_a_refusal_outlasts_the_answer_to_a_status_query(dispatched: Mission) -> None:
+    script = dispatched.script("yard_1")
+    with dispatched.services.database.write() as session:
+        ask(session.get_one(ScriptRow, script.id), "a query")
+    refusal = Refusal(script_id=script.id, reason="the battery is low")
+    dispatched.services.record(dispatched.message(script, refusal, in_reply_to=f"{script.id}:request"))
+    assert dispatched.script("yard_1").question is None
+    has_none = StatusReport(script_id=script.id, state=None, at_s=1.0)
+    dispatched.services.record(dispatched.message(script, has_none, in_reply_to="a query"))
+    assert dispatched.script("yard_1").detail == "the battery is low"
+
+
+def test_reports_that_arrive_together_are_recorded_in_one_transaction_in_their_order(
+    mission: Mission,
+) -> None:
+    told = [
+        mission.packet_report(robot, 0, state, at_s)
+        for robot in ("yard_1", "store_2")
+        for state, at_s in ((PacketState.RUNNING, 1.0), (PacketState.FINISHED, 9.0))
+    ]
+    mission.clock.advance(9.0)
+    with statements(mission.services) as sent:
+        receptions = mission.services.reports.record_all([*told, told[0]], WORLD)
+    assert receptions == [Reception.RECORDED] * 4 + [Reception.IGNORED]
+    assert [mission.known(robot, 0)["state"] for robot in ("yard_1", "store_2")] == ["finished"] * 2
+    assert mission.known("yard_1", 0)["started_at_s"] == 1.0
+    assert (reads(sent, "facts"), reads(sent, "missions")) == (1, 1)
+    assert sum(one.startswith("BEGIN") for one in sent) == 1
+    assert mission.services.reports.record_all(told, WORLD) == [Reception.IGNORED] * 4
+
+
+def test_a_report_among_others_that_is_implausible_is_held_back_alone(mission: Mission) -> None:
+    early = mission.packet_report("yard_1", 0, PacketState.FINISHED, 5000.0)
+    running = mission.packet_report("store_2", 0, PacketState.RUNNING, 0.0)
+    receptions = mission.services.reports.record_all([early, running], WORLD)
+    assert receptions == [Reception.HELD_BACK, Reception.RECORDED]
+    assert mission.known("yard_1", 0) == {}
+    assert mission.known("store_2", 0)["state"] == "running"
 
 
 def test_the_goal_is_committed_while_its_mission_runs(mission: Mission) -> None:

@@ -308,3 +308,10 @@ def test_a_file_that_would_take_for_ever_to_read_is_refused_in_one_line(text: st
 def test_a_formula_that_is_nested_too_deeply_is_refused_by_name(formula: str) -> None:
     with pytest.raises(KnowledgeBaseError, match=r"duration: '.*longer than 300 characters"):
         read_knowledge_base(shipped().replace("duration: ", f"duration: {formula} + ", 1), "base.yaml")
+
+
+def test_a_process_that_receives_a_knowledge_base_again_has_it_already() -> None:
+    base = load_knowledge_base()
+    received, again = (pickle.loads(pickle.dumps(base)) for _ in range(2))
+    assert received is again
+    assert received.file == base.file
