@@ -171,7 +171,10 @@ class AgentModels:
         return False
 
     def _record(self, messages: Sequence[Message]) -> None:
-        """Record messages together, or one by one if they fail together, and confirm those that robots repeat."""
+        """Record messages, together if possible, and confirm those that robots repeat.
+
+        A message whose recording fails keeps no other from being recorded.
+        """
         if not messages:
             return
         try:
@@ -179,8 +182,11 @@ class AgentModels:
         except Exception as error:
             if len(messages) == 1 or is_unavailable(error):
                 raise
-            for message in messages:
-                self._record([message])
+            middle = len(messages) // 2
+            try:
+                self._record(messages[:middle])
+            finally:
+                self._record(messages[middle:])
             return
         for message, reception in zip(messages, receptions, strict=True):
             is_repeated = message.performative in (Performative.INFORM, Performative.FAILURE)
