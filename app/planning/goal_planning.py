@@ -59,10 +59,15 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             return None
         goal_lifecycle.begin_planning(goal)
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
+        return self._task(session, goal, self._expired(session, goal))
+
+    def renew(self, session: Session, subject: GoalRow, task: PlanningTask) -> PlanningTask:
+        return self._task(session, subject, task.replaces)
+
+    def _task(self, session: Session, goal: GoalRow, expired: ReplacedPlan | None) -> PlanningTask:
         built = self._problems.build(session, goal)
         goal.releases_seen = built.releases
         request = self._limits.request(PlanningWish.from_json(goal.limits))
-        expired = self._expired(session, goal)
         if expired is None:
             work: PlanWork | RepairWork = PlanWork(problem=built.problem, request=request)
         else:

@@ -8,6 +8,7 @@ failing is given up.
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Generic, TypeVar
@@ -18,14 +19,13 @@ from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.plan_document import DifferenceBody, RepairsBody
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
-from app.planning.pool.process import Watch
 from app.planning.pool.waiting_line import Job, Priority
 from app.planning.pool.withheld import WorkUnlessBlocked
 from app.planning.pool.work import Solution, Solutions, Work, WorkResult
 from app.planning.problem_builder import GoalProblem
 from app.planning.progress_watch import ProgressWatch
 from app.planning.queueing import is_large_goal
-from app.store import GoalRow, MissionRow
+from app.store import Database, GoalRow, MissionRow
 from app.workflows import or_give_up, step
 from planner import PlanNet, PlanningStatus
 
@@ -88,6 +88,10 @@ class PlanningJob(ABC, Generic[Row, Task]):
     def begin(self, session: Session, subject: Row) -> Task | None:
         """Build what is to be planned, and record that planning begins; None if no plan is wanted any longer."""
 
+    def renew(self, session: Session, subject: Row, task: Task) -> Task:
+        """The task in the present world, after it has waited for a planning process; the same unless overridden."""
+        return task
+
     @abstractmethod
     def attempt_key(self, subject: Row) -> Hashable:
         """Identifies the present planning attempt; None while no plan is wanted.
@@ -117,24 +121,25 @@ class PlanningJob(ABC, Generic[Row, Task]):
             task = self.begin(session, subject)
             if task is None:
                 return
-            key = self.attempt_key(subject)
+            attempt = _Attempt(self, self._database, subject_id, task, self.attempt_key(subject))
             goal = _goal_of(session, subject)
             goal_id = goal.id
             job = Job(world=goal.world, priority=self.priority, is_large=is_large_goal(goal))
-
-        def is_wanted(session: Session) -> bool:
-            return self.attempt_key(self.load(session, subject_id, lock=False)) == key
-
-        watch = ProgressWatch(self._database, self._events, goal_id, is_wanted=is_wanted, clock=self._clock)
-        try:
-            result = self._result(task, watch, job)
-        except WorkerClosed:  # the service ends; the job is recovered at its next start
+        if task.problem.refusal and not task.problem.withheld:
+            attempt.conclude(WorkResult(status=PlanningStatus.UNSOLVABLE, reason=task.problem.refusal))
             return
-        with self._database.write() as session:
-            subject = self.load(session, subject_id, lock=True)
-            _goal_of(session, subject).planning = None
-            if self.attempt_key(subject) == key:
-                self.conclude(session, subject, task, result)
+        watch = ProgressWatch(
+            self._database, self._events, goal_id, is_wanted=attempt.is_wanted, clock=self._clock
+        )
+        with suppress(WorkerClosed):  # the service ends; the job is recovered at its next start
+            self._worker.do(
+                self.work(task),
+                task.time_limit_s,
+                watch,
+                job,
+                renew=attempt.renew,
+                conclude=attempt.conclude,
+            )
 
     def _give_up(self, subject_id: str, reason: str) -> None:
         with self._database.write() as session:
@@ -142,20 +147,56 @@ class PlanningJob(ABC, Generic[Row, Task]):
             _goal_of(session, subject).planning = None
             self.give_up(session, subject, reason)
 
-    def _result(self, task: Task, watch: Watch, job: Job) -> WorkResult[Solutions]:
+    def work(self, task: Task) -> Work[Solutions]:
+        """The task's work, which may turn out to have to wait for what its problem leaves out."""
         problem = task.problem
-        work = task.work
-        if problem.withheld:
-            work = WorkUnlessBlocked(
-                work=work,
-                problem=None if task.is_under_way else problem.problem,
-                withheld=problem.withheld,
-                knowledge_base=self._knowledge_base,
-                refusal=problem.refusal,
-            )
-        elif problem.refusal:
-            return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=problem.refusal)
-        return self._worker.do(work, task.time_limit_s, watch, job)
+        if not problem.withheld and not problem.refusal:
+            return task.work
+        return WorkUnlessBlocked(
+            work=task.work,
+            problem=None if task.is_under_way else problem.problem,
+            withheld=problem.withheld,
+            knowledge_base=self._knowledge_base,
+            refusal=problem.refusal,
+        )
+
+
+class _Attempt(Generic[Row, Task]):
+    """One planning of a subject, from its task to the record of the result."""
+
+    def __init__(
+        self,
+        job: PlanningJob[Row, Task],
+        database: Database,
+        subject_id: str,
+        task: Task,
+        key: Hashable,
+    ) -> None:
+        self._job: PlanningJob[Row, Task] = job
+        self._database = database
+        self._subject_id = subject_id
+        self._task = task
+        self._key = key
+
+    def is_wanted(self, session: Session) -> bool:
+        return self._job.attempt_key(self._job.load(session, self._subject_id, lock=False)) == self._key
+
+    def renew(self) -> Work[Solutions]:
+        """The work in the present world."""
+        with self._database.write() as session:
+            subject = self._job.load(session, self._subject_id, lock=True)
+            if self._job.attempt_key(subject) == self._key:
+                self._task = self._job.renew(session, subject, self._task)
+                self._key = self._job.attempt_key(subject)
+        return self._job.work(self._task)
+
+    def conclude(self, result: WorkResult[Solutions]) -> None:
+        """Record the result, if it is still wanted."""
+        with self._database.write() as session:
+            subject = self._job.load(session, self._subject_id, lock=True)
+            _goal_of(session, subject).planning = None
+            if self._job.attempt_key(subject) == self._key:
+                self._job.conclude(session, subject, self._task, result)
 
 
 def _goal_of(session: Session, subject: GoalRow | MissionRow) -> GoalRow:

@@ -52,3 +52,16 @@ def message_waker(dbos: DBOS) -> Callable[[str | None], None]:
                 signal.set()
 
     return wake
+
+
+def leave_message_poller(dbos: DBOS) -> list[threading.Thread]:
+    """Have `DBOS.destroy` not wait for the thread that polls for messages on SQLite; returns that one thread.
+
+    It sleeps for a polling interval and cannot be woken; then it ends by itself, since it finds the engine retired. The
+    public `DBOS.destroy` waits for it, half a second on average.
+    """
+    poll = dbos._sys_db.run_notification_listener
+    left = [thread for thread in dbos._background_threads if getattr(thread, "_target", None) == poll]
+    for thread in left:
+        dbos._background_threads.remove(thread)
+    return left

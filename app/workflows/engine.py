@@ -13,7 +13,12 @@ from sqlalchemy.orm import Session
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.store import after_commit, announce
-from app.workflows.dbos_internals import executing_workflows, message_waker, reenqueue
+from app.workflows.dbos_internals import (
+    executing_workflows,
+    leave_message_poller,
+    message_waker,
+    reenqueue,
+)
 from app.workflows.queue_listener import QueueListener
 from app.workflows.queues import MISSIONS, QUEUES, Queue
 from app.workflows.steps import CLOSING, WAKE
@@ -242,6 +247,8 @@ class Workflows:
         wake = None if self._client is None else message_waker(self._dbos)
         if self._client is not None:
             self._client.destroy()
+            if self.executor == EMBEDDED:
+                leave_message_poller(self._dbos)
         DBOS.destroy(destroy_registry=True)
         # A thread that keeps waiting would delay the process's end; one that wakes later would run a workflow that
         # another process has recovered. They wake now, and without a connection they can record nothing.

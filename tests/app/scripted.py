@@ -1,5 +1,6 @@
 """A planning worker without processes."""
 
+from collections.abc import Callable
 from concurrent.futures import Future
 
 from app.planning.pool.pool import PlanningWorker
@@ -32,9 +33,19 @@ class InProcessWorker(PlanningWorker):
         return ready
 
     def do(
-        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+        self,
+        work: Work[Answer],
+        time_limit_s: float,
+        watch: Watch | None = None,
+        job: Job | None = None,
+        *,
+        renew: Callable[[], Work[Answer]] | None = None,
+        conclude: Callable[[WorkResult[Answer]], None] = lambda _: None,
     ) -> WorkResult[Answer]:
-        return work(self._engine, watch or UNOBSERVED)
+        """The work never waits, so it is never renewed."""
+        result = work(self._engine, watch or UNOBSERVED)
+        conclude(result)
+        return result
 
     def status(self) -> PoolStatus:
         return PoolStatus(compilation=Stage.COMPILED)

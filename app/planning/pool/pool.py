@@ -6,6 +6,7 @@ it as Python and do small work only; once it is, compiled ones replace them.
 
 import logging
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
@@ -60,6 +61,10 @@ class _Member:
     is_ready: bool = False
     job: Job | None = None
     since_s: float = 0.0
+
+
+def _ignore(_: object) -> None:
+    """Conclude nothing."""
 
 
 class PlanningWorker:
@@ -139,13 +144,22 @@ class PlanningWorker:
         return self._ready
 
     def do(
-        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+        self,
+        work: Work[Answer],
+        time_limit_s: float,
+        watch: Watch | None = None,
+        job: Job | None = None,
+        *,
+        renew: Callable[[], Work[Answer]] | None = None,
+        conclude: Callable[[WorkResult[Answer]], None] = _ignore,
     ) -> WorkResult[Answer]:
         """Do the work in a process; if the process ends unexpectedly or hangs, that is a result, too.
 
         The time limit begins when a process begins the work.
 
         :param job: decides which work is next.
+        :param renew: if the work has waited for a process, called for what to do instead: the world may have changed.
+        :param conclude: called with the result before the process begins other work, which may depend on it.
         :raises WorkerClosed: if the worker is closed before there is a result.
         """
         self.warm_up()
@@ -160,11 +174,18 @@ class PlanningWorker:
         attempts = ATTEMPTS
         spare = self._count
         while attempts:
-            member = self._turn(job, watch)
+            ticket = self._turn(job, watch)
+            member = ticket.member
             if member is None:
-                return WorkResult(status=PlanningStatus.NOT_FOUND, reason=CANCELLED)
+                cancelled: WorkResult[Answer] = WorkResult(status=PlanningStatus.NOT_FOUND, reason=CANCELLED)
+                conclude(cancelled)
+                return cancelled
             try:
-                return member.process.do(work, time_limit_s, watch)
+                if renew is not None and ticket.has_waited:
+                    work = renew()
+                result = member.process.do(work, time_limit_s, watch)
+                conclude(result)
+                return result
             except ProcessDied as death:
                 if self._closed:
                     raise WorkerClosed from death
@@ -175,9 +196,11 @@ class PlanningWorker:
                     attempts -= 1
             finally:
                 self._give_back(member)
-        return WorkResult(
+        failed: WorkResult[Answer] = WorkResult(
             status=PlanningStatus.FAILED, reason=f"the planning process ended unexpectedly ({cause})"
         )
+        conclude(failed)
+        return failed
 
     def close(self) -> None:
         """End the processes; callers of `do` that wait for a result get WorkerClosed."""
@@ -188,12 +211,13 @@ class PlanningWorker:
         for member in members:
             member.process.end()
 
-    def _turn(self, job: Job, watch: Watch) -> _Member | None:
-        """Wait for a process; None if the work is cancelled first."""
+    def _turn(self, job: Job, watch: Watch) -> Ticket[_Member]:
+        """Wait for a process; the ticket is without one if the work is cancelled first."""
         ticket: Ticket[_Member] = Ticket(job, since_s=self._clock.monotonic_s())
         with self._lock:
             self._line.join(ticket)
             self._assign()
+            ticket.has_waited = ticket.member is None
         try:
             while not self._clock.wait(ticket.called, POLL_S):
                 if self._closed:
@@ -207,7 +231,7 @@ class PlanningWorker:
         finally:
             with self._lock:
                 self._line.leave(ticket)
-        return ticket.member
+        return ticket
 
     def _assign(self) -> None:
         """Give waiting work to free processes. Call with the lock."""

@@ -57,6 +57,7 @@ class Ticket(Generic[Member]):
         self.since_s = since_s
         self.called = threading.Event()
         self.member: Member | None = None
+        self.has_waited = False
 
     def call(self, member: Member) -> None:
         self.member = member

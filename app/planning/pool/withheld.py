@@ -94,6 +94,8 @@ class WorkUnlessBlocked:
             result = self.work(engine, observer)
             if result.answer is not None:
                 return result
+        if not self.withheld:
+            return result
         if never := self.withheld.why_never(self.knowledge_base):
             return WorkResult(status=PlanningStatus.UNSOLVABLE, reason=never)
         return replace(result, waits_for=self.withheld.blockers(self.knowledge_base))

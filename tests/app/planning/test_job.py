@@ -45,9 +45,17 @@ class InterruptedWorker(InProcessWorker):
         self.is_closed = False
         self.calls = 0
         self.was_cancelled: bool | None = None
+        self.renews = False
 
     def do(
-        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+        self,
+        work: Work[Answer],
+        time_limit_s: float,
+        watch: Watch | None = None,
+        job: Job | None = None,
+        *,
+        renew: Callable[[], Work[Answer]] | None = None,
+        conclude: Callable[[WorkResult[Answer]], None] = lambda _: None,
     ) -> WorkResult[Answer]:
         assert watch is not None
         self.calls += 1
@@ -56,7 +64,12 @@ class InterruptedWorker(InProcessWorker):
         with self._record.database.write() as session:
             self.meanwhile(session.get_one(GoalRow, self.goal_id))
         self.was_cancelled = watch.is_cancelled()
-        return self.result or super().do(work, time_limit_s, watch)
+        if self.renews and renew is not None:
+            work = renew()
+        if self.result is None:
+            return super().do(work, time_limit_s, watch, conclude=conclude)
+        conclude(self.result)
+        return self.result
 
 
 @pytest.fixture(scope="module")
@@ -208,6 +221,33 @@ def test_a_goal_whose_robot_rests_waits_and_is_planned_at_once_if_something_beca
         assert record.workflows.started == [(PLAN_WAITING, WORLD)]
     finally:
         unavailable.clear()
+
+
+def test_work_that_has_waited_for_a_process_is_done_in_the_present_world(
+    record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob, unavailable: dict[str, str]
+) -> None:
+    def rest_and_release(goal: GoalRow) -> None:
+        unavailable["store_2"] = "which charges"
+        release_something(goal)
+
+    worker.meanwhile = rest_and_release
+    worker.renews = True
+    started = list(record.workflows.started)
+    try:
+        goal = planned(record, worker, planning)
+        assert (goal.state, goal.reason) == (GoalState.WAITING, "waits for store_2, which charges")
+        assert record.workflows.started == started  # the release is in the world that it was planned in
+    finally:
+        unavailable.clear()
+
+
+def test_work_that_is_no_longer_wanted_is_not_renewed(
+    record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob
+) -> None:
+    worker.meanwhile = cancel
+    worker.renews = True
+    goal = planned(record, worker, planning)
+    assert (goal.state, goal.plan_id) == (GoalState.WITHDRAWN, None)
 
 
 def test_nothing_is_recorded_when_the_service_ends(

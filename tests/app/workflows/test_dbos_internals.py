@@ -120,3 +120,11 @@ def test_a_workflow_that_waits_looks_for_a_message_when_woken(dbos: DBOS, worker
     assert dbos_internals.executing_workflows(dbos) == {"other"}
     dbos_internals.message_waker(dbos)(None)
     assert DBOS.retrieve_workflow("other").get_result() == "heard None"
+
+
+def test_the_poller_for_messages_is_one_thread_that_ends_by_itself(dbos: DBOS) -> None:
+    (poller,) = dbos_internals.leave_message_poller(dbos)
+    assert poller.is_alive()
+    DBOS.destroy()
+    poller.join(timeout=30)
+    assert not poller.is_alive()

@@ -1,5 +1,6 @@
 """A repair under way: operators see its progress, as they do of a goal's first plan, and what it waits for."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from sqlalchemy import select
@@ -37,7 +38,14 @@ class WatchedWorker(ScriptedWorker):
         self._clock = clock
 
     def do(
-        self, work: Work[Answer], time_limit_s: float, watch: Watch | None = None, job: Job | None = None
+        self,
+        work: Work[Answer],
+        time_limit_s: float,
+        watch: Watch | None = None,
+        job: Job | None = None,
+        *,
+        renew: Callable[[], Work[Answer]] | None = None,
+        conclude: Callable[[WorkResult[Answer]], None] = lambda _: None,
     ) -> WorkResult[Answer]:
         assert watch is not None
         for second in (1.0, 2.0):
@@ -45,7 +53,7 @@ class WatchedWorker(ScriptedWorker):
             watch.progress(
                 Progress(engine="watched", elapsed_s=second, makespan_s=60.0, lower_bound_s=10.0 * second)
             )
-        return super().do(work, time_limit_s, watch)
+        return super().do(work, time_limit_s, watch, conclude=conclude)
 
 
 def fail(made: MissionServices, mission_id: str) -> None:

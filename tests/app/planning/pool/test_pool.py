@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,37 @@ def test_a_second_process_is_started_once_work_finds_none_free() -> None:
     assert len(worker.pids) == 1
     start_second(worker)
     assert len(worker.pids) == 2
+    worker.close()
+
+
+def test_work_that_has_waited_is_renewed_once_the_work_before_it_is_concluded(
+    threads: ThreadPoolExecutor,
+) -> None:
+    worker = PlanningWorker(make_fake_engine)
+    worker.warm_up().result(timeout=PATIENCE_S)
+    told: list[str] = []
+    work = PlanWork(problem=problem("answer"), request=PlanningRequest(time_limit_s=120.0))
+
+    def renew() -> PlanWork:
+        told.append("renewed")
+        return work
+
+    def conclude(name: str, result: WorkResult[Solutions]) -> None:
+        told.append(f"{name}: {result.status.value}")
+
+    def do(name: str, deed: str, watch: Watch) -> None:
+        first = replace(work, problem=problem(deed))
+        worker.do(first, 120.0, watch, renew=renew, conclude=partial(conclude, name))
+
+    watch, waiting = Watching(), Watching()
+    before = threads.submit(do, "before", "improve", watch)
+    until(lambda: bool(watch.seen))
+    after = threads.submit(do, "after", "die", waiting)
+    until(lambda: bool(waiting.waited_for))
+    watch.stop.set()
+    for one in (before, after):
+        one.result(PATIENCE_S)
+    assert told == ["before: solved", "renewed", "after: solved"]
     worker.close()
 
 
