@@ -24,6 +24,8 @@ POLL_S = 0.1
 TERMINATE_S = 0.5
 """Time for an engine to end by itself after SIGTERM, with its native engines; then all are killed."""
 MEMORY_MB = 2048
+NICENESS = 3
+"""Added to the niceness of a warm process: on a busy machine requests and robots' reports come before planning."""
 EXIT_S = 5.0
 """Time for a process to end after its pipe was closed or its service has ended."""
 
@@ -254,6 +256,7 @@ def _serve(make_engine: MakeEngine, pipe: Pipe, is_compiled: bool) -> None:
     try:
         engine = make_engine(lambda doing: pipe.send(_Starting(doing)))
         signal.signal(signal.SIGTERM, _exit)
+        os.nice(NICENESS)
         gc.freeze()  # keeps the collector from scanning the libraries' objects, 0.2 s each time
         pipe.send(_Ready())
         while True:
