@@ -10,7 +10,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict, Field
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from starlette.exceptions import HTTPException
 
 from app.api.problem_body import PROBLEM, problem_body
@@ -91,7 +91,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(MactaError, _domain)
     app.add_exception_handler(RequestValidationError, _malformed)
     app.add_exception_handler(HTTPException, _http)
-    app.add_exception_handler(DBAPIError, _database)
+    app.add_exception_handler(SQLAlchemyError, _database)
     app.add_exception_handler(Exception, _internal)
 
 
@@ -124,9 +124,9 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
 
 async def _database(request: Request, error: Exception) -> JSONResponse:
     """The database is unavailable or another transaction conflicted; a later request may succeed."""
-    if not isinstance(error, DBAPIError) or not is_unavailable(error):
+    if not is_unavailable(error):
         return await _internal(request, error)
-    if is_unwritable(error):
+    if isinstance(error, DBAPIError) and is_unwritable(error):
         detail = f"the database cannot be written: {error.orig}; nothing was changed"
         logging.getLogger(__name__).error("%s", detail)
         answer = problem(503, "record-not-writable", detail)

@@ -10,7 +10,7 @@ import anyio
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import SQLAlchemyError
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.agents import RobotBoard
@@ -106,7 +106,7 @@ class Streams:
         """The events after `seq`; none while the database is unavailable, so that the stream survives that."""
         try:
             return await to_thread.run_sync(self.events.since, seq)
-        except DBAPIError as error:
+        except SQLAlchemyError as error:
             if not is_unavailable(error):
                 raise
             await anyio.sleep(WAIT_S)

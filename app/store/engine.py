@@ -19,6 +19,7 @@ from pydantic_core import from_json
 from sqlalchemy import Connection, Engine, create_engine, event, func, insert, make_url, select
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import DeclarativeBase, Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
@@ -144,9 +145,10 @@ def is_unwritable(error: BaseException | None) -> bool:
 def is_unavailable(error: BaseException) -> bool:
     """True if the database cannot be used for now, so that a retry makes sense.
 
-    Its server does not answer or ended the connection (also after a deadlock), or it cannot be written.
+    Its server does not answer or ended the connection (also after a deadlock), it cannot be written, or all of this
+    process's connections have been in use for too long.
     """
-    if is_unwritable(error):
+    if is_unwritable(error) or isinstance(error, PoolTimeoutError):
         return True
     if not isinstance(error, DBAPIError) or not isinstance(error.orig, psycopg.Error):
         return False  # SQLite is always available

@@ -1,7 +1,11 @@
 """Requests that cannot be carried out are refused by name, with the choices there are."""
 
 import pytest
+from fastapi import FastAPI
 from fastapi.testclient import TestClient
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
+
+from app.api.problems import install
 
 
 @pytest.mark.parametrize(
@@ -69,3 +73,17 @@ def test_a_state_that_does_not_exist_is_answered_with_those_that_do(
     assert answer.status_code == 422
     assert state in answer.json()["detail"]
     assert shared_api.get(f"/v1/{things}?state={state}").json()["items"] == []
+
+
+def test_a_request_that_gets_no_connection_to_the_database_is_told_to_come_back() -> None:
+    app = FastAPI()
+    install(app)
+
+    @app.get("/any")
+    def no_connection() -> None:
+        raise PoolTimeoutError("all connections are in use")
+
+    answer = TestClient(app).get("/any")
+    assert answer.status_code == 503
+    assert answer.json()["type"] == "urn:macta:problem:database-away"
+    assert int(answer.headers["retry-after"]) > 0
