@@ -168,6 +168,7 @@ def main() -> None:
     except Incomplete as missing:
         parser.error(str(missing))
     told: set[int] = set()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         while True:
             shape.look()

@@ -1,12 +1,17 @@
 """docker-compose.yml keeps to the house rules, and the script that does without containers reads it right."""
 
+import os
 import re
+import signal
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
 from app.settings import Settings
+from examples import production
 from examples.production import COMPOSE, Incomplete, filled, parts_of
 
 SECRETS = {
@@ -89,3 +94,37 @@ def test_variables_are_filled_in_as_compose_does() -> None:
     assert filled("${WORLD:-store} ${NONE:-store} $${WORLD} [${NONE:-}] ${WORLD:?needed}", given) == (
         "lab store ${WORLD} [] lab"
     )
+
+
+class Shape:
+    """Is asked to end while it is looked at."""
+
+    ended = 0
+
+    def __init__(self, folder: Path, given: Mapping[str, str]) -> None:
+        self.running: dict[str, production.Running] = {}
+
+    def look(self) -> Sequence[production.Running]:
+        os.kill(os.getpid(), self.by)
+        return []
+
+    def end(self) -> None:
+        Shape.ended += 1
+
+    by = signal.SIGTERM
+
+
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_end_ends_every_process(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by: signal.Signals
+) -> None:
+    monkeypatch.setattr(production, "Shape", Shape)
+    monkeypatch.setattr(Shape, "by", by)
+    monkeypatch.setattr(Shape, "ended", 0)
+    monkeypatch.setattr("sys.argv", ["production", str(tmp_path)])
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        production.main()
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert Shape.ended == 1
