@@ -227,6 +227,7 @@ class Service:
             limits=limits,
             open_goals=settings.open_goals,
             requests=self._requests,
+            paces={name: world.pace for name, world in self._worlds.items()},
         )
 
     def _wire_missions(self) -> None:

@@ -5,6 +5,8 @@ from typing import Any, Generic, Literal, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from app.api.parameters import Name
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+from app.domain.goal_language.terms import GoalTerms, Reading
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import Policy
 from app.planning.alternatives import Search
@@ -32,6 +34,7 @@ class SubmitGoal(Request):
     world: Name | None = Field(default=None, description="optional if only one world runs")
     text: str | None = Field(default=None, min_length=1, max_length=1000, examples=["move sample_1 to bay_7"])
     goal: list[StatedFact] | None = Field(default=None, min_length=1, max_length=100)
+    constraints: Constraints = UNCONSTRAINED
     priority: int = Field(default=0, ge=-100, le=100)
     deadline_s: float | None = Field(default=None, gt=0, description="seconds from now, world's clock")
     auto_approve: bool = False
@@ -54,10 +57,18 @@ class SubmitGoal(Request):
 
 
 class CheckGoal(Request):
-    """A sentence, also an incomplete one."""
+    """A sentence, also an incomplete one, or a structured goal."""
 
     world: Name | None = Field(default=None, description="optional if only one world runs")
-    text: str = Field(max_length=1000, examples=["move sample_1 to"])
+    text: str | None = Field(default=None, max_length=1000, examples=["move sample_1 to"])
+    goal: list[StatedFact] | None = Field(default=None, min_length=1, max_length=100)
+    constraints: Constraints = UNCONSTRAINED
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.text is None) == (self.goal is None):
+            raise ValueError('give either "text" (a sentence) or "goal" (a list of facts)')
+        return self
 
 
 class SetRecovery(Request):
@@ -119,6 +130,13 @@ class GoalBody(BaseModel):
     priority: int
     deadline_s: float | None
     deadline_at_s: float | None = Field(default=None, description="the deadline by the world's clock")
+    constraints: Constraints = Field(
+        default=UNCONSTRAINED, description="all of them, of the sentence and of the request"
+    )
+    due: Due | None = Field(default=None, description="the deadline that the sentence states")
+    readings: list[Reading] = Field(
+        default_factory=list, description="what quantities and times of the sentence were resolved to"
+    )
     auto_approve: bool
     recovery: Policy
     planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
@@ -133,7 +151,12 @@ class GoalBody(BaseModel):
 
     @classmethod
     def of(cls, row: GoalRow) -> Self:
-        return cls.model_validate({name: getattr(row, name) for name in cls.model_fields})
+        terms = GoalTerms.from_json(row.terms)
+        of_terms = {"constraints", "due", "readings"}
+        fields = {name: getattr(row, name) for name in cls.model_fields if name not in of_terms}
+        return cls.model_validate(
+            {**fields, **{name: getattr(terms, name) for name in of_terms}}, from_attributes=True
+        )
 
 
 class CheckedIssue(BaseModel):
@@ -145,6 +168,9 @@ class CheckedIssue(BaseModel):
     detail: str
     thing: str
     choices: list[str]
+    span: tuple[int, int] | None = Field(
+        default=None, description="where in the sentence the thing is, start and end; or where it is missing"
+    )
 
 
 class CheckedGoal(BaseModel):
@@ -153,6 +179,12 @@ class CheckedGoal(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
     goals: list[SymbolicFact] = Field(description="empty if it is not understood")
+    constraints: Constraints = UNCONSTRAINED
+    deadline_s: float | None = Field(default=None, description="stated; seconds from now, world's clock")
+    due: Due | None = Field(default=None, description="the deadline that the sentence states")
+    readings: list[Reading] = Field(
+        default_factory=list, description="what quantities and times of the sentence were resolved to"
+    )
     issue: CheckedIssue | None = Field(description="null if the goal would be accepted")
     completions: list[str] = Field(description="complete sentences, the likeliest first")
 

@@ -1,5 +1,6 @@
 """Routes of goals and plans."""
 
+from collections.abc import Sequence
 from enum import Enum
 
 from fastapi import APIRouter, Response
@@ -12,6 +13,7 @@ from app.api.bodies import (
     Page,
     PlanChoice,
     SeekAlternatives,
+    StatedFact,
     SubmitGoal,
     plan_body,
 )
@@ -42,6 +44,12 @@ class Decided(PlanBody):
     mission_id: str | None = None
 
 
+def _facts(stated: Sequence[StatedFact] | None) -> Sequence[SymbolicFact] | None:
+    if stated is None:
+        return None
+    return [SymbolicFact(predicate=one.predicate, args=one.args) for one in stated]
+
+
 def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
@@ -50,16 +58,17 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
         """Submit a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
         wish = PlanningWish(time_limit_s=body.time_limit_s, effort_s=body.effort_s, objective=body.objective)
         given = body.model_dump(exclude={"time_limit_s", "effort_s", "objective"})
-        goal = None
-        if body.goal is not None:
-            goal = [SymbolicFact(predicate=one.predicate, args=one.args) for one in body.goal]
-        request = GoalRequest(**{**given, "goal": goal, "planning": wish})
+        stated = {"goal": _facts(body.goal), "constraints": body.constraints, "planning": wish}
+        request = GoalRequest(**{**given, **stated})
         return GoalBody.of(goals.submit(request, actor=ACTOR, key=idempotency_key))
 
     @router.post("/goals:check", responses=declared(404))
     def check_goal(body: CheckGoal) -> CheckedGoal:
-        """How a sentence is understood, what it lacks, and how it can be completed. Nothing is recorded."""
-        return CheckedGoal.model_validate(goals.check(body.world, body.text), from_attributes=True)
+        """How a goal is understood, what it lacks, and how it can be completed. Nothing is recorded."""
+        request = GoalRequest(
+            world=body.world, text=body.text, goal=_facts(body.goal), constraints=body.constraints
+        )
+        return CheckedGoal.model_validate(goals.check(request), from_attributes=True)
 
     @router.get("/goals")
     def list_goals(

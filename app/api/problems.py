@@ -62,6 +62,10 @@ class Problem(BaseModel):
     status: int
     detail: str = Field(description="names the thing that is wrong")
     choices: list[str] | None = Field(default=None, description="what would work")
+    thing: str | None = Field(default=None, description="the word or name that it is about")
+    span: tuple[int, int] | None = Field(
+        default=None, description="where in the sentence that word is, start and end; or where it is missing"
+    )
     errors: list[MalformedSlot] | None = Field(default=None, description="what does not fit the schema")
 
 
@@ -97,7 +101,10 @@ def install(app: FastAPI) -> None:
 
 async def _domain(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, MactaError)
-    answer = problem(STATUS.get(type(error), 400), error.code, error.detail, error.choices)
+    about: dict[str, Any] = {"thing": error.thing} if error.thing else {}
+    if error.span is not None:
+        about["span"] = list(error.span)
+    answer = problem(STATUS.get(type(error), 400), error.code, error.detail, error.choices, **about)
     if error.retry_after_s is not None:
         answer.headers["retry-after"] = f"{error.retry_after_s:.0f}"
     return answer

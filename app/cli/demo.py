@@ -12,9 +12,9 @@ from rich.table import Column
 from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
 from app.cli.background import SMALL_ROBOTS, ending, groups_for
-from app.cli.goal_input import parse_goals
+from app.cli.goal_input import read_goals
 from app.cli.ground_truth import holds
-from app.cli.render import show_plan, show_repairs
+from app.cli.render import show_plan, show_repairs, show_terms
 from app.cli.settings import settings_of
 from app.cli.start_progress import StartProgress
 from app.composition import RunningWorld, Service
@@ -52,8 +52,9 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = load_knowledge_base()
-    goals = parse_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
-    is_small = len(goals) <= SMALL_GOALS and len(world.robots) <= SMALL_ROBOTS
+    stated = read_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
+    show_terms(console, stated.readings, stated.constraints.words)
+    is_small = len(stated.goals) <= SMALL_GOALS and len(world.robots) <= SMALL_ROBOTS
     with (
         tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,
         uncompiled() if is_small else nullcontext(),

@@ -1,11 +1,18 @@
 """Parses and checks goals given on the command line before anything starts."""
 
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
 
+from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
-from app.domain.goal_language.check import blocking, check_goals
-from app.domain.goal_language.grammar import Clarification, parse_goal
+from app.domain.goal_language.check import blocking, check_request
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.terms import Reading
+from app.domain.goal_language.verbs import Verbs
 from app.domain.world_model import Facts
 from planner import KnowledgeBase, KnowledgeBaseError
 from planner.knowledge.literal import Literal
@@ -16,25 +23,68 @@ FACT = re.compile(r"^\s*\w+\s*\(")
 """Matches a goal written as a fact, `near(yard_1, door_1)`."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedGoals:
+    """What the sentences and facts of a command line ask for; goals name berths, not locations that have several."""
+
+    goals: Sequence[SymbolicFact]
+    constraints: Constraints = UNCONSTRAINED
+    due: Due | None = None
+    readings: Sequence[Reading] = ()
+
+
 def parse_goals(
     world: WorldFile, facts: Facts, sentences: list[str], knowledge_base: KnowledgeBase
 ) -> list[SymbolicFact]:
-    """The goals that sentences or facts state; a location with several berths is replaced by a free berth.
+    """The goals that sentences or facts state, without the terms; as `read_goals`."""
+    return list(read_goals(world, facts, sentences, knowledge_base).goals)
 
+
+def read_goals(
+    world: WorldFile,
+    facts: Facts,
+    sentences: Sequence[str],
+    knowledge_base: KnowledgeBase,
+    verbs: Verbs | None = None,
+) -> StatedGoals:
+    """What sentences or facts ask for; a location with several berths is replaced by a free berth.
+
+    :param verbs: of the sentences; default: those that ship with Macta.
     :raises Invalid: if one is malformed, unknown or impossible in the world; names the thing and the choices.
     """
-    goals: list[SymbolicFact] = []
-    for sentence in sentences:
-        if FACT.match(sentence):
-            goals.append(_fact(sentence))
-            continue
-        parsed = parse_goal(sentence, world, facts)
-        if isinstance(parsed, Clarification):
-            raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
-        goals.extend(parsed)
-    for issue in blocking(check_goals(goals, world, facts, knowledge_base)):
-        raise Invalid(issue.detail, code=issue.code, choices=issue.choices)
-    return list(assign_berths(goals, world, facts))
+    stated = [_stated(sentence, world, facts, verbs) for sentence in sentences]
+    goals = [goal for one in stated for goal in one.goals]
+    constraints = UNCONSTRAINED
+    for one in stated:
+        constraints = constraints.and_also(one.constraints)
+    dues = [one.due for one in stated if one.due is not None]
+    if len(dues) > 1:
+        raise Invalid("several goals state a deadline; say one", code="two-deadlines")
+    for issue in blocking(check_request(goals, constraints, world, facts, knowledge_base)):
+        raise Invalid(issue.detail, code=issue.code, choices=issue.choices, thing=issue.thing)
+    applied = constraints.in_world(world)
+    return StatedGoals(
+        goals=assign_berths(goals, world, facts, avoid=applied.avoided | applied.kept_empty),
+        constraints=constraints,
+        due=dues[0] if dues else None,
+        readings=[reading for one in stated for reading in one.readings],
+    )
+
+
+def _stated(sentence: str, world: WorldFile, facts: Facts, verbs: Verbs | None) -> Understood:
+    if FACT.match(sentence):
+        return Understood(goals=(_fact(sentence),))
+    now = datetime.fromtimestamp(SYSTEM_CLOCK.epoch_s()).astimezone()
+    understood = understand(sentence, world, facts, verbs=verbs, now=now)
+    if isinstance(understood, Clarification):
+        raise Invalid(
+            understood.detail,
+            code=understood.code,
+            choices=understood.choices,
+            thing=understood.thing,
+            span=understood.span,
+        )
+    return understood
 
 
 def _fact(text: str) -> SymbolicFact:

@@ -10,9 +10,9 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
-from app.cli.goal_input import parse_goals
+from app.cli.goal_input import read_goals
 from app.cli.progress_line import ProgressLine
-from app.cli.render import show_alternatives, show_explanation, show_plan
+from app.cli.render import show_alternatives, show_explanation, show_plan, show_terms
 from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
@@ -132,7 +132,9 @@ def plan(
         exist.
     """
     try:
-        problem = _problem(world, sentences, knowledge_base)
+        stated = read_goals(world, initial_facts(world, knowledge_base), sentences, knowledge_base)
+        if stated.due is not None and deadline_s is not None:
+            raise Invalid("a goal states a deadline, and so does --deadline; say one", code="two-deadlines")
     except Invalid as refusal:
         if as_json:
             _print(
@@ -144,6 +146,13 @@ def plan(
                 }
             )
         raise
+    problem = goal_problem(
+        world, initial_facts(world, knowledge_base), stated.goals, knowledge_base, stated.constraints
+    )
+    if stated.due is not None:
+        deadline_s = stated.due.in_s
+    if not as_json:
+        show_terms(Console(stderr=True, highlight=False), stated.readings, stated.constraints.words)
     if deadline_s is not None:
         problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
     if pddl is not None:
@@ -266,8 +275,3 @@ def _without_plan(result: PlanningResult) -> dict[str, object]:
         "engine": result.engine,
         "planning_s": result.planning_s,
     }
-
-
-def _problem(world: WorldFile, sentences: list[str], knowledge_base: KnowledgeBase) -> PlanningProblem:
-    facts = initial_facts(world, knowledge_base)
-    return goal_problem(world, facts, parse_goals(world, facts, sentences, knowledge_base), knowledge_base)

@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.goal_language.terms import Reading
 from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
 
 EQUAL_S = 0.05
@@ -16,6 +17,14 @@ EQUAL_S = 0.05
 LONGEST_PATH = 12
 """The most actions of a critical path that are shown; of a longer one only the two ends are."""
 MAX_WAITS = 5
+
+
+def show_terms(console: Console, readings: Sequence[Reading], constraints: Sequence[str]) -> None:
+    """Show how quantities and times of sentences were resolved, and the constraints on the plan."""
+    for reading in readings:
+        console.print(f"[bold]{escape(reading.said)}[/]: {escape(', '.join(reading.means))}")
+    if constraints:
+        console.print(f"[bold]Constraints[/]: {escape('; '.join(constraints))}")
 
 
 def show_plan(console: Console, plan: PlanBody) -> None:

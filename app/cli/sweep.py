@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from app.cli.goal_input import parse_goals
+from app.cli.goal_input import StatedGoals, read_goals
 from app.cli.simulated_mission import simulate_mission
 from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
@@ -66,8 +66,9 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
     goal = "none"
     try:
         wanted = _wanted(request, seed, base)
-        goal = _words(wanted)
-        problem = goal_problem(request.world, initial_facts(request.world, base), wanted, base)
+        goal = _words(wanted.goals)
+        facts = initial_facts(request.world, base)
+        problem = goal_problem(request.world, facts, wanted.goals, base, wanted.constraints)
         mission = plan_mission(
             request.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S)
         )
@@ -95,12 +96,13 @@ def _planning() -> tuple[KnowledgeBase, PlanningEngine]:
     return base, portfolio(base)
 
 
-def _wanted(request: SweepRequest, seed: int, base: KnowledgeBase) -> Sequence[SymbolicFact]:
+def _wanted(request: SweepRequest, seed: int, base: KnowledgeBase) -> StatedGoals:
     """The seed's goals, each with a free berth."""
     facts = initial_facts(request.world, base)
     if request.sentences:
-        return parse_goals(request.world, facts, list(request.sentences), base)
-    return assign_berths(drawn_goals(request.world, facts, request.goals, seed, base), request.world, facts)
+        return read_goals(request.world, facts, request.sentences, base)
+    drawn = drawn_goals(request.world, facts, request.goals, seed, base)
+    return StatedGoals(goals=assign_berths(drawn, request.world, facts))
 
 
 def _words(goals: Sequence[SymbolicFact]) -> str:

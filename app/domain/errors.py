@@ -9,17 +9,29 @@ class MactaError(Exception):
     :param detail: for people.
     :param code: stable, for programs.
     :param choices: values that would have been accepted.
+    :param thing: the word or name that it is about.
+    :param span: start and end of that word in a sentence.
     """
 
     code = "error"
     retry_after_s: float | None = None
     """When to repeat the request, if that helps."""
 
-    def __init__(self, detail: str, *, code: str | None = None, choices: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        detail: str,
+        *,
+        code: str | None = None,
+        choices: Sequence[str] = (),
+        thing: str = "",
+        span: tuple[int, int] | None = None,
+    ) -> None:
         super().__init__(detail)
         self.detail = detail
         self.code = code or type(self).code
         self.choices = tuple(choices)
+        self.thing = thing
+        self.span = span
 
 
 class Invalid(MactaError):

@@ -2,17 +2,23 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from typing import Any
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, Conflict, Invalid, unrecorded
 from app.domain.events import GoalStopRequested, GoalWithdrawn
-from app.domain.goal_language.check import GoalIssue, blocking, check_goals
+from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import completions, replacements
-from app.domain.goal_language.grammar import Clarification, parse_goal
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.terms import GoalTerms, Reading
+from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
@@ -37,13 +43,15 @@ class GoalRequest:
     """A goal as an operator submits it.
 
     :param text: a sentence; None if `goal` is given.
-    :param deadline_s: from now, by the world's clock.
+    :param constraints: beside those of the sentence.
+    :param deadline_s: from now, by the world's clock; None also if the sentence states a deadline.
     :param recovery: a `Policy`; None: by `auto_approve`.
     """
 
     world: str | None
     text: str | None = None
     goal: Sequence[SymbolicFact] | None = None
+    constraints: Constraints = UNCONSTRAINED
     priority: int = 0
     deadline_s: float | None = None
     auto_approve: bool = False
@@ -53,9 +61,16 @@ class GoalRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checked:
-    """How a sentence is understood: the goals, or the first issue with them, and possible completions."""
+    """How a goal is understood: its facts and terms, or the first issue with them, and possible completions.
+
+    :param deadline_s: seconds from now, by the world's clock.
+    """
 
     goals: Sequence[SymbolicFact] = ()
+    constraints: Constraints = UNCONSTRAINED
+    deadline_s: float | None = None
+    due: Due | None = None
+    readings: Sequence[Reading] = ()
     issue: Clarification | GoalIssue | None = None
     completions: Sequence[str] = ()
 
@@ -72,10 +87,16 @@ class GoalService:
         limits: PlanningLimits,
         open_goals: int,
         requests: PlanningRequests,
+        verbs: Verbs | None = None,
+        paces: Mapping[str, Callable[[], float | None]] | None = None,
+        wall_clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param world: the running world of a name, or the only one; raises NotFound.
         :param open_goals: maximum of open goals.
+        :param verbs: of sentences; default: those that ship with Macta.
+        :param paces: by world, its seconds per wall-clock second now, None: as fast as possible; default: 1.
+        :param wall_clock: what times of day in sentences are resolved by, in the machine's time zone.
         """
         self._database = core.database
         self._events = core.events
@@ -86,6 +107,9 @@ class GoalService:
         self._limits = limits
         self._requests = requests
         self._open_goals = open_goals
+        self._verbs = verbs or shipped_verbs()
+        self._paces = paces or {}
+        self._wall_clock = wall_clock
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
         """Record a goal and have it planned. The same idempotency key returns the same goal again.
@@ -104,16 +128,19 @@ class GoalService:
                 return _same(known, request, world)
             self._refuse_too_many(session)
             facts = self._facts.facts(session, world.name)
-            goals = list(request.goal or _understood(request.text or "", world, facts))
-            _refuse(blocking(check_goals(goals, world, facts, self._knowledge_base)))
+            stated = self._stated(request, world, facts)
+            goals = stated.goals
+            _refuse(blocking(check_request(goals, stated.constraints, world, facts, self._knowledge_base)))
+            deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
             row = GoalRow(
                 id=goal_id,
                 world=world.name,
                 text=request.text or " and ".join(str(goal) for goal in goals),
                 goal=[goal.model_dump(mode="json") for goal in goals],
                 priority=request.priority,
-                deadline_s=request.deadline_s,
-                deadline_at_s=_after(self._clocks[world.name], request.deadline_s),
+                deadline_s=deadline_s,
+                deadline_at_s=_after(self._clocks[world.name], deadline_s),
+                terms=_terms(request, stated),
                 auto_approve=request.auto_approve,
                 recovery=_policy(request),
                 limits=request.planning.to_json(),
@@ -127,16 +154,62 @@ class GoalService:
             self._requests.plan_goal(session, row, actor=actor)
             return row
 
-    def check(self, name: str | None, text: str) -> Checked:
-        """How `submit` would understand a sentence in the present world. Nothing is recorded."""
-        world = self._world(name)
+    def check(self, request: GoalRequest) -> Checked:
+        """How `submit` would understand a goal in the present world. Nothing is recorded."""
+        world = self._world(request.world)
+        text = request.text or ""
         with self._database.read() as session:
             facts = self._facts.facts(session, world.name)
-        parsed = parse_goal(text, world, facts)
-        if isinstance(parsed, Clarification):
-            return Checked(issue=parsed, completions=completions(text, parsed, world, facts))
-        issue = next(iter(blocking(check_goals(parsed, world, facts, self._knowledge_base))), None)
-        return Checked(goals=parsed, issue=issue, completions=replacements(text, issue) if issue else ())
+        stated = self._understood(request, world, facts)
+        if isinstance(stated, Clarification):
+            return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
+        found = check_request(stated.goals, stated.constraints, world, facts, self._knowledge_base)
+        issue = next(iter(blocking(found)), None)
+        return Checked(
+            goals=stated.goals,
+            constraints=stated.constraints,
+            deadline_s=self._deadline_s(world.name, None, stated.due),
+            due=stated.due,
+            readings=stated.readings,
+            issue=issue,
+            completions=replacements(text, issue) if issue else (),
+        )
+
+    def _stated(self, request: GoalRequest, world: WorldFile, facts: Facts) -> Understood:
+        """What the request asks for.
+
+        :raises Invalid: if its sentence is not understood, or states a second deadline.
+        """
+        stated = self._understood(request, world, facts)
+        if isinstance(stated, Clarification):
+            raise Invalid(
+                stated.detail,
+                code=stated.code,
+                choices=stated.choices,
+                thing=stated.thing,
+                span=stated.span,
+            )
+        if stated.due is not None and request.deadline_s is not None:
+            raise Invalid(
+                'the sentence states a deadline, and so does "deadline_s"; say one', code="two-deadlines"
+            )
+        return stated
+
+    def _understood(self, request: GoalRequest, world: WorldFile, facts: Facts) -> Understood | Clarification:
+        if request.goal is not None:
+            return Understood(goals=tuple(request.goal), constraints=request.constraints)
+        now = datetime.fromtimestamp(self._wall_clock.epoch_s()).astimezone()
+        stated = understand(request.text or "", world, facts, verbs=self._verbs, now=now)
+        if isinstance(stated, Clarification):
+            return stated
+        return replace(stated, constraints=stated.constraints.and_also(request.constraints))
+
+    def _deadline_s(self, world: str, requested_s: float | None, due: Due | None) -> float | None:
+        """Seconds from now by the world's clock. A time of day is by the wall clock, at the world's present pace."""
+        if due is None:
+            return requested_s
+        pace = self._paces[world]() if world in self._paces else 1.0
+        return due.in_s if due.at is None else due.in_s * (1.0 if pace is None else pace)
 
     def _refuse_too_many(self, session: Session) -> None:
         count = (
@@ -211,11 +284,14 @@ def _refuse_begun(goal: GoalRow) -> None:
         raise Conflict(f"goal {goal.id} is {goal.state}, it cannot be cancelled", code="goal-ended")
 
 
-def _understood(text: str, world: WorldFile, facts: Facts) -> Sequence[SymbolicFact]:
-    parsed = parse_goal(text, world, facts)
-    if isinstance(parsed, Clarification):
-        raise Invalid(parsed.detail, code=parsed.code, choices=parsed.choices)
-    return parsed
+def _terms(request: GoalRequest, stated: Understood) -> dict[str, Any]:
+    terms = GoalTerms(
+        constraints=stated.constraints,
+        requested=request.constraints,
+        due=stated.due,
+        readings=tuple(stated.readings),
+    )
+    return terms.model_dump(mode="json")
 
 
 def _after(clock: Clock, span_s: float | None) -> float | None:
@@ -226,7 +302,17 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     """The goal that an idempotency key was used for, if the request is the same."""
     goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
     same_wish = row.text == request.text if request.text is not None else row.goal == goal
-    same_terms = (row.priority, row.deadline_s, row.auto_approve, row.recovery, row.limits) == (
+    terms = GoalTerms.from_json(row.terms)
+    deadline_s = None if terms.due is not None else row.deadline_s
+    same_terms = (
+        terms.requested,
+        row.priority,
+        deadline_s,
+        row.auto_approve,
+        row.recovery,
+        row.limits,
+    ) == (
+        request.constraints,
         request.priority,
         request.deadline_s,
         request.auto_approve,
@@ -247,4 +333,4 @@ def _refuse(issues: Sequence[GoalIssue]) -> None:
         return
     detail = "; ".join(issue.detail for issue in issues)
     error = Conflict if all(issue.kind == "conflict" for issue in issues) else Invalid
-    raise error(detail, code=issues[0].code, choices=issues[0].choices)
+    raise error(detail, code=issues[0].code, choices=issues[0].choices, thing=issues[0].thing)

@@ -11,7 +11,9 @@ from app.core import Core
 from app.domain.durations import Durations, Kind
 from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
-from app.domain.goal_language.check import blocking, check_goals
+from app.domain.goal_language.check import blocking, check_request
+from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
+from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import (
@@ -22,6 +24,7 @@ from app.domain.world_model import (
     objects_of,
     planning_problem,
     spot_of,
+    union_of,
 )
 from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
@@ -47,6 +50,7 @@ class GoalProblem:
     :param withheld: what it leaves out.
     :param refusal: why the goal is impossible in the present world; empty if it is possible.
     :param factors: factors on durations, by action and team size.
+    :param constraints: on its plans.
     :param releases: the world's count of releases when the problem was built.
     """
 
@@ -56,6 +60,7 @@ class GoalProblem:
     factors: Mapping[Kind, float]
     world_version: int
     releases: int
+    constraints: AppliedConstraints = NOTHING_WITHHELD
 
     def without(self, robots: Collection[str]) -> "GoalProblem":
         """The same problem without these robots, which are not waited for either."""
@@ -116,21 +121,25 @@ class ProblemBuilder:
             if one.mission_id != goal.mission_id
         ]
         reserved = all_reserved(held)
+        constraints = GoalTerms.from_json(goal.terms).constraints
+        applied = constraints.in_world(world)
         stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-        wanted = _with_chosen_berths(session, goal, stated, world, facts, reserved)
+        kept_off = union_of([reserved, Reservation(locations=applied.avoided | applied.kept_empty)])
+        wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
         unavailable = {**self._unavailable(goal.world), **lost_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
-        able = frozenset(fact for fact in facts if not is_ability(fact, of=unavailable))
+        permitted = applied.applied_to(facts)
+        able = frozenset(fact for fact in permitted if not is_ability(fact, of=unavailable))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
-        issues = blocking(check_goals(stated, world, facts, self._knowledge_base))
+        issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))
         return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),
             withheld=Withheld(
-                whole=replace(problem, facts=facts),
+                whole=replace(problem, facts=permitted),
                 missions={str(one): one.reservation for one in held},
                 robots=unavailable,
             ),
@@ -138,6 +147,7 @@ class ProblemBuilder:
             factors=factors,
             world_version=self._facts.version(session, goal.world),
             releases=session.get_one(WorldRow, goal.world).releases,
+            constraints=applied,
         )
 
     def current(self, session: Session, plan: PlanRow) -> CurrentProblem:

@@ -22,6 +22,10 @@ from planner import GOAL, PlanningResult
 from robots.clock import Clock
 
 
+class BrokenConstraints(Exception):
+    """Raised when an engine's plan does not keep a goal's constraints: a defect, not the operator's mistake."""
+
+
 class Proposals:
     """Records solutions as proposed plans."""
 
@@ -44,7 +48,11 @@ class Proposals:
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
         :raises ValueError: if the result is not a solution.
+        :raises BrokenConstraints: if the plan breaks the goal's constraints.
         """
+        broken = () if result.plan_net is None else built.constraints.broken_by(result.plan_net)
+        if broken:
+            raise BrokenConstraints(f"the plan for {goal.id} breaks its constraints: {'; '.join(broken)}")
         plan_id = new_id("plan")
         body = PlanBody.of_result(
             result,

@@ -99,7 +99,8 @@ class GoalRow(Base):
 
     `releases_seen`: the world's `releases` at its last planning; `limits`: the requested planning options; `planning`:
     the progress while planning runs; `stop_requested`: planning is to end with the best plan so far; `alternatives`:
-    the state of the search for alternatives; `waits_for`: the blockers that a waiting goal waits for.
+    the state of the search for alternatives; `waits_for`: the blockers that a waiting goal waits for; `terms`: its
+    constraints, and how its sentence was read.
     """
 
     __tablename__ = "goals"
@@ -123,6 +124,7 @@ class GoalRow(Base):
     stop_requested: Mapped[bool] = mapped_column(default=False)
     alternatives: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     waits_for: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    terms: Mapped[dict[str, Any]] = mapped_column(default=dict)
     plan_id: Mapped[str | None]
     mission_id: Mapped[str | None]
     created_by: Mapped[str]

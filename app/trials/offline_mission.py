@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.mission_organiser import Organised, load_library, organise
 from app.domain.world_model import Facts, initial_spots, objects_of, planning_problem
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
@@ -26,12 +27,17 @@ class Mission:
 
 
 def goal_problem(
-    world: WorldFile, facts: Facts, goals: Sequence[SymbolicFact], knowledge_base: KnowledgeBase
+    world: WorldFile,
+    facts: Facts,
+    goals: Sequence[SymbolicFact],
+    knowledge_base: KnowledgeBase,
+    constraints: Constraints = UNCONSTRAINED,
 ) -> PlanningProblem:
     """The planning problem of the goals; each names one place, not a location with several berths."""
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
-    return planning_problem(world, facts, wanted, spots=initial_spots(world))
+    permitted = constraints.in_world(world).applied_to(facts)
+    return planning_problem(world, permitted, wanted, spots=initial_spots(world))
 
 
 def plan_mission(

@@ -2,10 +2,10 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 from app.domain.goal_language.berth_choice import remaining_samples, resolve_berths
+from app.domain.goal_language.constraints import Constraints, check_constraints
+from app.domain.goal_language.issues import GoalIssue
 from app.domain.goal_language.reachability import chain_from, crews_for, free_for, lacking_crew, reachers
 from app.domain.goal_language.words import choices_for, joined, natural_key, suggestions
 from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
@@ -16,18 +16,7 @@ from planner import KnowledgeBase, KnowledgeBaseError
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-Kind = Literal["invalid", "conflict", "note"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GoalIssue:
-    """An issue with a goal. invalid: never possible; conflict: not in the current state; note: no obstacle."""
-
-    code: str
-    kind: Kind
-    detail: str
-    thing: str = ""
-    choices: tuple[str, ...] = ()
+__all__ = ["GoalIssue", "blocking", "check_goals", "check_request"]
 
 
 def check_goals(
@@ -49,6 +38,37 @@ def check_goals(
     ]
     issues.extend(_clashes(known))
     return tuple(dict.fromkeys(issues))
+
+
+def check_request(
+    goals: Sequence[SymbolicFact],
+    constraints: Constraints,
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+) -> tuple[GoalIssue, ...]:
+    """All issues with the goals and the constraints on them."""
+    issues = check_goals(goals, world, facts, knowledge_base)
+    if not constraints or any(issue.kind == "invalid" for issue in issues):
+        return issues
+    against = check_constraints(constraints, goals, world, facts)
+    if against or blocking(issues):
+        return (*against, *issues)
+    applied = constraints.in_world(world)
+    limited = blocking(check_goals(goals, world, applied.applied_to(facts), knowledge_base))
+    words = joined(constraints.words, last="and")
+    withheld = tuple(sorted(applied.excluded | applied.avoided | applied.kept_empty, key=natural_key))
+    tight = tuple(
+        GoalIssue(
+            code="constraints-too-tight",
+            kind="conflict",
+            detail=f"{issue.detail}, {words}",
+            thing=issue.thing,
+            choices=withheld,
+        )
+        for issue in limited
+    )
+    return (*issues, *tight)
 
 
 def blocking(issues: Sequence[GoalIssue]) -> tuple[GoalIssue, ...]:

@@ -1,33 +1,32 @@
-"""Completion of a sentence that is being typed: the grammar's choices, inserted where they belong."""
+"""Completion of a sentence that is being typed: what the grammar, the verbs and the world allow, where it belongs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from app.domain.goal_language.check import GoalIssue
-from app.domain.goal_language.grammar import ORIGINS, TARGETS, VERBS, Clarification, parse_goal
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.grammar import understand
+from app.domain.goal_language.issues import GoalIssue
+from app.domain.goal_language.syntax import Progress, grammar, parse
+from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.goal_language.words import natural_key
 from app.domain.world_model import Facts
 from robots.world import WorldFile
 
 MAX_COMPLETIONS = 20
-PREPOSITIONS = TARGETS | ORIGINS
+TARGET_KINDS = ("TO", "IN")
+"""The grammar's prepositions of targets."""
 
 
-def completions(text: str, asked: Clarification, world: WorldFile, facts: Facts) -> tuple[str, ...]:
+def completions(
+    text: str, asked: Clarification, world: WorldFile, facts: Facts, verbs: Verbs | None = None
+) -> tuple[str, ...]:
     """Whole sentences that complete the text, the likeliest first.
 
-    :param asked: what `parse_goal` found missing in the text.
+    :param asked: what `understand` found missing in the text.
     """
-    said, _, last = text.rstrip().rpartition(" ")
-    if (
-        said
-        and last.lower() not in PREPOSITIONS
-        and any(word.startswith(last.lower()) for word in PREPOSITIONS)
-    ):
-        # "move sample_1 t": half a preposition is not the end of a name.
-        without = parse_goal(said, world, facts)
-        if isinstance(without, Clarification) and without.code == "place-needed":
-            return completions(said, without, world, facts)
-    return _filled_in(text.rstrip(), asked)[:MAX_COMPLETIONS]
+    known = shipped_verbs() if verbs is None else verbs
+    said = text.rstrip()
+    found = [*_keywords(said, world, facts, known), *_filled_in(said, asked, known)]
+    return tuple(dict.fromkeys(found))[:MAX_COMPLETIONS]
 
 
 def replacements(text: str, issue: GoalIssue) -> tuple[str, ...]:
@@ -35,23 +34,52 @@ def replacements(text: str, issue: GoalIssue) -> tuple[str, ...]:
     return _in_place(text.rstrip(), issue.thing, issue.choices)[:MAX_COMPLETIONS]
 
 
-def _filled_in(said: str, asked: Clarification) -> tuple[str, ...]:
-    match asked.code:
-        case "place-needed":
-            link = " " if said.rsplit(maxsplit=1)[-1].lower() in TARGETS else " to "
-            return tuple(f"{said}{link}{choice}" for choice in asked.choices)
-        case "sample-needed":
-            return tuple(f"{said} {choice}" for choice in asked.choices)
-        case "goal-not-understood" if not said:
-            return tuple(f"move {choice}" for choice in asked.choices)
-        case "unknown-verb" if set(asked.choices) == VERBS and not _begun(asked):
-            return (f"move {said}",)
-    return _in_place(said, asked.thing, _begun(asked) or asked.choices)
+def _keywords(text: str, world: WorldFile, facts: Facts, verbs: Verbs) -> Iterable[str]:
+    """The text with its last letters completed to a word that the grammar allows there.
+
+    Half a preposition is not the end of a name: "move sample_1 t" goes on with "to" and the places.
+    """
+    said, _, last = text.rpartition(" ")
+    progress = parse(said, verbs) if said else None
+    if not isinstance(progress, Progress) or not last.isalpha():
+        return
+    # A verb begins a clause: the letters after a name are not the start of one.
+    words = grammar().words_for(progress.next_kinds - {"VERB"}, verbs)
+    begun = [word for word in words if word.startswith(last.lower()) and word != last.lower()]
+    if any(word in _words(TARGET_KINDS) for word in begun):
+        asked = understand(said, world, facts, verbs=verbs)
+        if isinstance(asked, Clarification) and asked.code == "place-needed":
+            yield from _filled_in(said.rstrip(), asked, verbs)
+    yield from (f"{said} {word}" for word in begun)
+
+
+def _filled_in(said: str, asked: Clarification, verbs: Verbs) -> Sequence[str]:
+    """The text with the choices where they belong."""
+    first = next(iter(verbs.by_word))
+    if not said:
+        return [f"{first} {choice}" for choice in asked.choices]
+    begun = _begun(asked)
+    if asked.code == "unknown-verb" and set(asked.choices) == set(verbs.words) and not begun:
+        return [f"{first} {said}"]
+    if asked.span is None:
+        return _in_place(said, asked.thing, begun or asked.choices)
+    start, end = (min(place, len(said)) for place in asked.span)
+    before = said[:start].rstrip() if start == end else said[:start]
+    link = " " if start == end and before else ""
+    if start == end and asked.link:
+        link = f" {asked.link} "
+    return [f"{before}{link}{choice}{said[end:]}" for choice in begun or asked.choices]
+
+
+def _words(kinds: Iterable[str]) -> tuple[str, ...]:
+    return grammar().words_for(kinds, Verbs({}, {}))
 
 
 def _begun(asked: Clarification) -> Sequence[str]:
     """The choices that start with the word in question."""
     letters = _letters(asked.thing)
+    if not letters:
+        return ()
     return sorted((one for one in asked.choices if _letters(one).startswith(letters)), key=natural_key)
 
 

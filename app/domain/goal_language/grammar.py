@@ -1,212 +1,512 @@
-"""The grammar of goals (MACTA §4: "move rock_sample to lander").
+"""What a sentence says: goals, constraints and a deadline, or what to ask the operator.
 
-    goal   = clause { ("and" | "," | ";" | "then") clause }
-    clause = [ verb ] sample [ "from" place ] ("to" | "in" | "into" | "at" | "on") place [ "from" place ]
-    verb   = "move" | "take" | "bring" | "store" | "put" | "deliver" | "retrieve" | "carry" | "fetch" | …
-
-A later clause may leave out the verb. Case, articles and hyphens do not matter; `sample 3` is `sample_3`. The
-sample may also be named by where it lies: "store the sample at door_1 in bay_7".
+The grammar is in `goals.lark`, what its verbs mean in `verbs.yaml`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
+from itertools import product
 
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due, next_time_of_day
 from app.domain.goal_language.reachability import free_places
-from app.domain.goal_language.words import choices_for, joined, name_in, natural_key, suggestions, words_of
-from app.domain.world_model.beliefs import IN, Facts, occupants, place_of
-from app.domain.world_model.berths import berths_of
+from app.domain.goal_language.references import Origin, References
+from app.domain.goal_language.sentence import LISTS, Clause, Part, Phrase, Quantity, Tail
+from app.domain.goal_language.syntax import parse
+from app.domain.goal_language.terms import Reading
+from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
+from app.domain.goal_language.words import joined, natural_key, suggestions
+from app.domain.world_model.beliefs import Facts, place_of
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-VERBS = frozenset(
-    {"move", "take", "bring", "store", "put", "deliver", "retrieve", "carry", "fetch", "return"}
-)
-TARGETS = frozenset({"to", "in", "into", "at", "on", "onto"})
-ORIGINS = frozenset({"from"})
-JOINTS = frozenset({"and", "then"})
-FILLERS = frozenset({"please", "back", "now", "over"})
+__all__ = ["Clarification", "Parsed", "Understood", "parse_goal", "understand"]
+
+MAX_GOALS = 100
+"""The most goals of one sentence."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Clarification:
-    """What is missing or not understood in a sentence.
+class Understood:
+    """What a sentence asks for.
 
-    :param thing: the word in question.
-    :param choices: words that would be understood.
+    :param goals: in rel/ref form.
+    :param readings: what its quantities, choices and times were resolved to.
     """
 
-    code: str
-    detail: str
-    thing: str = ""
-    choices: tuple[str, ...] = ()
+    goals: tuple[SymbolicFact, ...]
+    constraints: Constraints = UNCONSTRAINED
+    due: Due | None = None
+    readings: tuple[Reading, ...] = ()
 
 
 Parsed = tuple[SymbolicFact, ...] | Clarification
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Clause:
-    """A clause cut into its parts; the parts are still words."""
-
-    verb: str
-    sample: tuple[str, ...]
-    target: tuple[str, ...]
-    origin: tuple[str, ...]
-
-
-def parse_goal(text: str, world: WorldFile, facts: Facts = frozenset()) -> Parsed:
+def parse_goal(text: str, world: WorldFile, facts: Facts = frozenset(), verbs: Verbs | None = None) -> Parsed:
     """The goals of a sentence, in rel/ref form, or what to ask the operator.
 
     :param facts: where samples are believed to be, for "from" and for samples named by their place.
     """
-    clauses = _clauses(text)
-    if not clauses:
+    understood = understand(text, world, facts, verbs=verbs)
+    return understood if isinstance(understood, Clarification) else understood.goals
+
+
+def understand(
+    text: str,
+    world: WorldFile,
+    facts: Facts = frozenset(),
+    *,
+    verbs: Verbs | None = None,
+    now: datetime | None = None,
+) -> Understood | Clarification:
+    """What a sentence asks for, or what to ask the operator.
+
+    :param verbs: by default those that ship with Macta.
+    :param now: the service's time in its time zone, for times of day; None: they are not understood.
+    """
+    known = shipped_verbs() if verbs is None else verbs
+    progress = parse(text, known)
+    if isinstance(progress, Clarification):
+        return progress
+    reader = _Reader(text, known, References(world=world, facts=facts), now)
+    asked = reader.read(progress.clauses)
+    return asked or reader.understood()
+
+
+@dataclass
+class _Reader:
+    """Reads the clauses of one sentence."""
+
+    text: str
+    verbs: Verbs
+    names: References
+    now: datetime | None
+    goals: list[SymbolicFact] = field(default_factory=list)
+    constraints: Constraints = UNCONSTRAINED
+    due: Due | None = None
+    readings: list[Reading] = field(default_factory=list)
+
+    def understood(self) -> Understood:
+        return Understood(
+            goals=tuple(self.goals),
+            constraints=self.constraints,
+            due=self.due,
+            readings=tuple(self.readings),
+        )
+
+    def read(self, clauses: Sequence[Clause]) -> Clarification | None:
+        """Read the clauses in order; what to ask if one is not understood."""
+        commands = self._commands(clauses)
+        if isinstance(commands, Clarification):
+            return commands
+        if not any(command.verb for command in commands):
+            return self._nothing_said(commands)
+        for command in commands:
+            asked = (
+                self._keep(command) if command.is_keep else self._command(command) if command.verb else None
+            )
+            asked = asked or self._constrain(command)
+            if asked is not None:
+                return asked
+        if len(self.goals) > MAX_GOALS:
+            detail = f"{len(self.goals)} goals are more than the {MAX_GOALS} that one sentence may state"
+            return Clarification(code="too-many-goals", detail=detail)
+        return None
+
+    def _nothing_said(self, commands: Sequence[Clause]) -> Clarification:
+        """The question after a sentence without a command; first what its constraints lack."""
+        for command in commands:
+            asked = self._keep(command) if command.is_keep else None
+            asked = asked or self._constrain(command)
+            if asked is not None:
+                return asked
         return Clarification(
             code="goal-not-understood",
             detail='say what to move and where to, e.g. "move sample_1 to bay_7"',
-            choices=_samples(world),
+            choices=self.names.samples,
         )
-    goals: list[SymbolicFact] = []
-    verb = ""
-    for words in clauses:
-        clause = _cut(words, verb)
-        if isinstance(clause, Clarification):
-            return clause
-        verb = clause.verb
-        goal = _goal(clause, world, facts)
-        if isinstance(goal, Clarification):
-            return goal
-        goals.append(goal)
-    return tuple(goals)
 
+    def _commands(self, clauses: Sequence[Clause]) -> list[Clause] | Clarification:
+        """The clauses as whole commands: what continues the clause before is joined to it."""
+        commands: list[Clause] = []
+        for clause in clauses:
+            last = commands[-1] if commands else None
+            if clause.verb or clause.is_keep:
+                commands.append(clause)
+            elif last is None and not clause.objects and not clause.names_place:
+                commands.append(clause)  # constraints that come first
+            elif last is not None and self._is_continued(last, clause):
+                _join(last, clause)
+            elif verb := next((c.verb for c in reversed(commands) if c.verb), ""):
+                clause.verb = verb
+                commands.append(clause)
+            else:
+                return self._unknown_verb(clause)
+        return commands
 
-def _clauses(text: str) -> list[tuple[str, ...]]:
-    spaced = text.replace(",", " and ").replace(";", " and ")
-    clauses: list[list[str]] = [[]]
-    for word in words_of(spaced):
-        if word in JOINTS:
-            clauses.append([])
-        elif word not in FILLERS:
-            clauses[-1].append(word)
-    return [tuple(clause) for clause in clauses if clause]
+    def _is_continued(self, last: Clause, clause: Clause) -> bool:
+        """True if a clause without a verb adds to the one before instead of stating another goal."""
+        if not clause.objects:
+            return not clause.names_place
+        if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
+            return True
+        if last.verb and not last.is_keep and not last.names_place:
+            verb = self.verbs.by_word[last.verb]
+            has_partner = len(last.objects) > 1 or last.phrases(Part.WITH)
+            if verb.slot(Role.PARTNER) is not None:
+                return not has_partner
+            return verb.needs_target
+        return False
 
+    def _unknown_verb(self, clause: Clause) -> Clarification:
+        first = clause.first
+        words = self.verbs.words
+        near = suggestions(first, words)
+        detail = f"{first!r} is not a known verb" + (f"; did you mean {joined(near)}?" if near else "")
+        return Clarification(
+            code="unknown-verb", detail=detail, thing=first, choices=near or words, span=clause.first_span
+        )
 
-def _cut(words: tuple[str, ...], verb: str) -> Clause | Clarification:
-    """Cut a clause at its prepositions; a clause without a verb has that of the clause before, `verb`."""
-    if words[0] in VERBS:
-        verb = words[0]
-        words = words[1:]
-    if not verb:
-        verbs = tuple(sorted(VERBS))
-        near = suggestions(words[0], verbs)
-        detail = f"{words[0]!r} is not a known verb" + (f"; did you mean {joined(near)}?" if near else "")
-        return Clarification(code="unknown-verb", detail=detail, thing=words[0], choices=near or verbs)
-    parts: list[tuple[str, list[str]]] = [("", [])]
-    for word in words:
-        if word in TARGETS | ORIGINS:
-            parts.append((word, []))
-        else:
-            parts[-1][1].append(word)
-    return _arranged(verb, [(preposition, tuple(part)) for preposition, part in parts])
+    def _command(self, clause: Clause) -> Clarification | None:
+        """Add the goals of a command."""
+        verb = self.verbs.by_word[clause.verb]
+        arranged = self._arranged(clause, verb)
+        if isinstance(arranged, Clarification):
+            return arranged
+        target, said_origin = arranged
+        origin = None if said_origin is None or not said_origin.words else self.names.origin(said_origin)
+        if isinstance(origin, Clarification):
+            return origin
+        partner = self._partner(clause, verb)
+        subjects = self._subjects(clause, verb, target, origin, has_partner=partner is not None)
+        if isinstance(subjects, Clarification):
+            return subjects
+        values: dict[str, Sequence[str]] = {_slot(verb, Role.OBJECT): subjects}
+        if (name := verb.slot(Role.PARTNER)) is not None:
+            others = self._others(clause, verb.slots[name].kind, subjects, partner)
+            if isinstance(others, Clarification):
+                return others
+            values[name] = others
+        return self._aim(clause, verb, values, target, origin)
 
+    def _subjects(
+        self, clause: Clause, verb: Verb, target: Phrase | None, origin: Origin | None, *, has_partner: bool
+    ) -> Sequence[str] | Clarification:
+        """What the command is about."""
+        aim = None if target is None else self.names.place(target)
+        self.names.settled = self.names.lying_in(aim) if isinstance(aim, str) else frozenset()
+        phrases = clause.objects or [clause.object_or_gap()]
+        subjects: list[str] = []
+        for phrase in phrases[:1] if has_partner else phrases:
+            found = self._named(verb.object_kind, phrase, clause.verb, origin)
+            if isinstance(found, Clarification):
+                return found
+            subjects.extend(found)
+        return subjects
 
-def _arranged(verb: str, parts: Sequence[tuple[str, tuple[str, ...]]]) -> Clause | Clarification:
-    """Assign the parts their roles. Of two targets the first is where the sample lies: "the one at door_1"."""
-    sample = parts[0][1]
-    targets = [part for preposition, part in parts[1:] if preposition in TARGETS]
-    origins = [part for preposition, part in parts[1:] if preposition in ORIGINS]
-    if len(targets) == 2 and not origins:
-        origins = targets[:1]
-        targets = targets[1:]
-    if len(targets) > 1 or len(origins) > 1:
-        said = " ".join(" ".join((preposition, *part)).strip() for preposition, part in parts)
+    def _others(
+        self, clause: Clause, kind: Kind, subjects: Sequence[str], partner: Phrase | None
+    ) -> Sequence[str] | Clarification:
+        """The one that the subject is paired with."""
+        end = clause.span[1]
+        others = self._named(kind, partner or Phrase(span=(end, end)), clause.verb, None)
+        if isinstance(others, Clarification):
+            if partner is not None:
+                return others
+            rest = tuple(choice for choice in others.choices if choice not in subjects)
+            return replace(others, choices=rest, link="with")
+        if len(subjects) != 1 or len(others) != 1 or subjects[0] == others[0]:
+            return self._not_two(clause, [*subjects, *others], partner)
+        return others
+
+    def _not_two(self, clause: Clause, found: Sequence[str], partner: Phrase | None) -> Clarification:
         return Clarification(
             code="goal-not-understood",
-            detail=f"{verb} {said!r} names too many places; say one from and one to",
+            detail=f"{clause.verb} takes two different ones, not {joined(found, last='and')}",
+            thing=found[0],
+            choices=tuple(name for name in self.names.samples if name not in found),
+            span=partner.span if partner else clause.span,
         )
-    return Clause(
-        verb=verb,
-        sample=sample,
-        target=targets[0] if targets else (),
-        origin=origins[0] if origins else (),
-    )
 
+    def _aim(
+        self,
+        clause: Clause,
+        verb: Verb,
+        values: dict[str, Sequence[str]],
+        target: Phrase | None,
+        origin: Origin | None,
+    ) -> Clarification | None:
+        """Add the goals, with the place that the command names, has by default, or that is free."""
+        name = verb.slot(Role.TARGET)
+        subjects = values[_slot(verb, Role.OBJECT)]
+        asked = None
+        if name is None:
+            asked = self._add(verb, values)
+        elif target is None or (not target.words and target.quantity is Quantity.NAMED):
+            if verb.slots[name].default is None:
+                return self._where_to(clause, verb.slots[name], verb.object_kind, subjects)
+            asked = self._add(verb, values)
+        elif (kind := self._free_kind(target)) is not None:
+            asked = self._add_to_free(verb, values, name, target, kind)
+        else:
+            place = self.names.place(target, self.names.locations if verb.object_kind is Kind.ROBOT else ())
+            if isinstance(place, Clarification):
+                return place
+            asked = self._add(verb, {**values, name: (place,)})
+        return asked or self._elsewhere(clause, verb, subjects, origin)
 
-def _goal(clause: Clause, world: WorldFile, facts: Facts) -> SymbolicFact | Clarification:
-    origin = _place(clause.origin, world) if clause.origin else None
-    if isinstance(origin, Clarification):
-        return origin
-    sample = _sample(clause, origin, world, facts)
-    if isinstance(sample, Clarification):
-        return sample
-    if not clause.target:
-        return _where_to(clause, sample, world, facts)
-    place = _place(clause.target, world)
-    if isinstance(place, Clarification):
-        return place
-    lies = place_of(sample, facts)
-    if origin is not None and facts and lies not in {origin, *berths_of(origin, world)}:
-        where = f"in {lies}" if lies else "in an unknown place"
+    def _free_kind(self, target: Phrase) -> str | None:
+        """The kind of place if the target is "any bay" or "free bays", not a name."""
+        if target.quantity in (Quantity.ANY, Quantity.COUNT) or target.words[:1] == ("free",):
+            return self.names.kind_of_place(target)
+        return None
+
+    def _add_to_free(
+        self, verb: Verb, values: dict[str, Sequence[str]], name: str, target: Phrase, kind: str
+    ) -> Clarification | None:
+        slot = _slot(verb, Role.OBJECT)
+        chosen = []
+        for subject in values[slot]:
+            taken = [self.names.world.location_of.get(g.args[-1], g.args[-1]) for g in self.goals]
+            place = self.names.free_place(target, kind, subject, taken)
+            if isinstance(place, Clarification):
+                return place
+            chosen.append(place)
+            asked = self._add(verb, {**values, slot: (subject,), name: (place,)})
+            if asked is not None:
+                return asked
+        self._note(target, chosen)
+        return None
+
+    def _add(self, verb: Verb, values: dict[str, Sequence[str]]) -> Clarification | None:
+        """Add the goals for every combination of the slots' values."""
+        for combination in product(*values.values()):
+            bound = dict(zip(values, combination, strict=True))
+            derivations = dict(verb.derived)
+            for name, slot in verb.slots.items():
+                if name not in bound and slot.default is not None:
+                    derivations[name] = Call.parse(slot.default)
+            for name, call in derivations.items():
+                value = self._derived(Function(call.name), bound[call.variables[0]])
+                if isinstance(value, Clarification):
+                    return value
+                bound[name] = value
+            self.goals.extend(
+                SymbolicFact(predicate=goal.name, args=goal.filled(bound)) for goal in verb.templates
+            )
+        return None
+
+    def _derived(self, function: Function, argument: str) -> str | Clarification:
+        match function:
+            case Function.PLACE_OF:
+                return self.names.lying_place(argument)
+            case Function.PARKING_OF:
+                return self.names.parking_of(argument)
+
+    def _named(
+        self, kind: Kind, phrase: Phrase, verb: str, origin: Origin | None
+    ) -> tuple[str, ...] | Clarification:
+        found = self.names.things(kind, phrase, verb, origin)
+        if not isinstance(found, Clarification) and found != (phrase.said,):
+            self._note(phrase, found, origin)
+        return found
+
+    def _note(self, phrase: Phrase, means: Sequence[str], origin: Origin | None = None) -> None:
+        """Note what a quantity or a description was resolved to; not the other spelling of a name."""
+        is_name = phrase.quantity is Quantity.NAMED and tuple(means) == (
+            next((name for name in means if _letters(name) == _letters(phrase.said)), ""),
+        )
+        said = self.text[slice(*phrase.span)]
+        if said and not is_name:
+            where = f" of {origin.name}" if origin else ""
+            self.readings.append(Reading(said=f"{said}{where}", means=tuple(means)))
+
+    def _arranged(self, clause: Clause, verb: Verb) -> tuple[Phrase | None, Phrase | None] | Clarification:
+        """The phrases of the target and of the origin. Of two targets the first is where the sample lies."""
+        targets = clause.phrases(Part.TARGET)
+        origins = clause.phrases(Part.ORIGIN)
+        if verb.slot(Role.TARGET) is None:
+            origins = [*origins, *targets]
+            targets = []
+        if len(targets) == 2 and not origins:
+            origins = targets[:1]
+            targets = targets[1:]
+        if len(targets) > 1 or len(origins) > 1:
+            said = self.text[slice(*clause.span)]
+            return Clarification(
+                code="goal-not-understood",
+                detail=f"{said!r} names too many places; say one from and one to",
+                span=clause.span,
+            )
+        return (targets[0] if targets else None), (origins[0] if origins else None)
+
+    def _partner(self, clause: Clause, verb: Verb) -> Phrase | None:
+        """The phrase of the partner: after "with", or the second of two objects."""
+        if verb.slot(Role.PARTNER) is None:
+            return None
+        if len(clause.objects) > 1:
+            return clause.objects[1]
+        for index, tail in enumerate(clause.tails):
+            if tail.part is Part.WITH:
+                del clause.tails[index]
+                return tail.phrase
+        return None
+
+    def _elsewhere(
+        self, clause: Clause, verb: Verb, subjects: Sequence[str], origin: Origin | None
+    ) -> Clarification | None:
+        """The question if a sample is not where the sentence says that it lies."""
+        if origin is None or not self.names.facts or verb.object_kind is not Kind.SAMPLE:
+            return None
+        for sample in subjects:
+            lies = place_of(sample, self.names.facts)
+            if lies not in {origin.name, *origin.places}:
+                where = f"in {lies}" if lies else "in an unknown place"
+                return Clarification(
+                    code="sample-elsewhere",
+                    detail=f"{sample} is {where}, not in {origin.name}",
+                    thing=sample,
+                    choices=(lies,) if lies else (),
+                    span=clause.object_or_gap().span,
+                )
+        return None
+
+    def _where_to(self, clause: Clause, slot: Slot, kind: Kind, subjects: Sequence[str]) -> Clarification:
+        """Ask for the place, the likely ones first: bays to store in, doors to bring samples to."""
+        names = self.names
+        if kind is Kind.SAMPLE:
+            free = {names.world.location_of[place] for place in free_places(names.world, names.facts)}
+        elif kind is Kind.ROBOT:
+            free = set.intersection(*(set(names.reached_by(robot)) for robot in subjects))
+        else:
+            free = set(names.locations)
+        choices = tuple(
+            sorted(
+                free, key=lambda name: (names.world.location(name).kind not in slot.likely, natural_key(name))
+            )
+        )
+        thing = joined(subjects, last="and")
+        said = clause.phrases(Part.TARGET)
+        end = said[-1].span[1] if said else clause.span[1]
         return Clarification(
-            code="sample-elsewhere",
-            detail=f"{sample} is {where}, not in {origin}",
-            thing=sample,
-            choices=(lies,) if lies else (),
+            code="place-needed",
+            detail=f"{clause.verb} {thing} where to?",
+            thing=subjects[0],
+            choices=choices,
+            span=(end, end),
+            link="" if said else "to",
         )
-    return SymbolicFact(predicate=IN, args=(sample, place))
+
+    def _keep(self, clause: Clause) -> Clarification | None:
+        """Constrain the places that are to be kept empty."""
+        found = self._named(Kind.PLACE, clause.object_or_gap(), "keep", None)
+        if isinstance(found, Clarification):
+            return found
+        if not clause.says_empty:
+            return Clarification(
+                code="goal-not-understood",
+                detail=f"keep {joined(found, last='and')} empty?",
+                choices=("empty",),
+                span=(clause.span[1], clause.span[1]),
+            )
+        self.constraints = self.constraints.and_also(Constraints(keep_empty=found))
+        return None
+
+    def _constrain(self, clause: Clause) -> Clarification | None:
+        """Add the constraints of a clause."""
+        said: dict[Part, list[str]] = {}
+        for tail in clause.tails:
+            if tail.part in LISTS:
+                found = self._listed(tail)
+                if isinstance(found, Clarification):
+                    return found
+                said.setdefault(tail.part, []).extend(found)
+            elif tail.part in (Part.DUE, Part.WITHIN):
+                asked = self._set_due(tail)
+                if asked is not None:
+                    return asked
+        self.constraints = self.constraints.and_also(
+            Constraints(
+                robots=_unique(said.get(Part.WITH, ())),
+                without=_unique(said.get(Part.WITHOUT, ())),
+                avoid=_unique(said.get(Part.AVOIDING, ())),
+            )
+        )
+        return None
+
+    def _listed(self, tail: Tail) -> tuple[str, ...] | Clarification:
+        kind = Kind.PLACE if tail.part is Part.AVOIDING else Kind.ROBOT
+        verb = {Part.WITH: "with", Part.WITHOUT: "without"}.get(tail.part, "avoiding")
+        found = self._named(kind, tail.phrase, verb, None)
+        if isinstance(found, Clarification) and not tail.phrase.words:
+            return replace(found, span=(tail.span[1], tail.span[1]))
+        return found
+
+    def _set_due(self, tail: Tail) -> Clarification | None:
+        said = self.text[slice(*tail.span)]
+        if self.due is not None:
+            return Clarification(
+                code="two-deadlines",
+                detail=f"{said!r} is a second deadline; say one",
+                thing=said,
+                span=tail.span,
+            )
+        if tail.part is Part.WITHIN:
+            if tail.seconds <= 0:
+                return Clarification(
+                    code="time-not-understood", detail=f"{said!r} leaves no time", thing=said, span=tail.span
+                )
+            self.due = Due(in_s=tail.seconds)
+            self.readings.append(Reading(said=said, means=(f"in {tail.seconds:.0f} s of the world's clock",)))
+            return None
+        if not tail.time or self.now is None:
+            return Clarification(
+                code="time-not-understood",
+                detail="by when? Say a time of day, such as 14:30, or a span, such as in ten minutes",
+                thing=tail.phrase.said,
+                choices=_next_full_hours(self.now) if self.now else (),
+                span=tail.phrase.span if tail.phrase.words else (tail.span[1], tail.span[1]),
+            )
+        moment = next_time_of_day(tail.time, self.now)
+        seconds = (moment - self.now).total_seconds()
+        self.due = Due(in_s=seconds, at=moment.isoformat(timespec="minutes"))
+        shown = f"{moment:%Y-%m-%d %H:%M} {moment.tzname()}, in {_span(seconds)}"
+        self.readings.append(Reading(said=said, means=(shown,)))
+        return None
 
 
-def _sample(clause: Clause, origin: str | None, world: WorldFile, facts: Facts) -> str | Clarification:
-    names = _samples(world)
-    if clause.sample in {(), ("sample",), ("it",), ("one",)}:
-        places = () if origin is None else (berths_of(origin, world) or (origin,))
-        there = tuple(sample for place in places for sample in occupants(place, facts))
-        if len(there) == 1:
-            return there[0]
-        nothing = origin and facts and not there
-        detail = f"no sample lies in {origin}" if nothing else f"{clause.verb} which sample?"
-        return Clarification(code="sample-needed", detail=detail, choices=there or names)
-    name = name_in(clause.sample, names)
-    if name in names:
-        return name
-    if any(robot.name == name for robot in world.robots):
-        detail = f"{name} is a robot; goals name samples"
-        return Clarification(code="unknown-sample", detail=detail, thing=name, choices=names)
-    return _unknown("sample", name, names)
+def _next_full_hours(now: datetime) -> tuple[str, ...]:
+    """The next full hours as times of day."""
+    return tuple(f"{now + timedelta(hours=hours):%H}:00" for hours in range(1, 4))
 
 
-def _place(words: tuple[str, ...], world: WorldFile) -> str | Clarification:
-    names = (*world.places_by_location, *world.location_of)
-    name = name_in(words, names)
-    if name in names:
-        return name
-    holding = tuple(sorted((p.name for p in world.locations if p.capacity > 0), key=natural_key))
-    return _unknown("place", name, holding)
+def _join(last: Clause, clause: Clause) -> None:
+    """Add a clause that continues the last one to it."""
+    if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
+        part = last.tails[-1].part
+        last.tails.extend(Tail(part=part, phrase=phrase, span=phrase.span) for phrase in clause.objects)
+    else:
+        last.objects.extend(clause.objects)
+    last.tails.extend(clause.tails)
+    last.span = (last.span[0], clause.span[1])
 
 
-def _unknown(what: str, name: str, names: Sequence[str]) -> Clarification:
-    near = suggestions(name, names)
-    hint = f"; did you mean {joined(near)}?" if near else ""
-    return Clarification(
-        code=f"unknown-{what}",
-        detail=f"there is no {what} {name!r}{hint}",
-        thing=name,
-        choices=choices_for(name, names),
-    )
+def _slot(verb: Verb, role: Role) -> str:
+    return next(name for name, slot in verb.slots.items() if slot.role is role)
 
 
-def _where_to(clause: Clause, sample: str, world: WorldFile, facts: Facts) -> Clarification:
-    """Ask for the place, the likely ones first: bays to store in, doors to bring samples to."""
-    likely = {"store": "bay", "retrieve": "door", "deliver": "door", "fetch": "door"}.get(clause.verb)
-    free = {world.location_of[place] for place in free_places(world, facts)}
-    choices = tuple(sorted(free, key=lambda name: (world.location(name).kind != likely, natural_key(name))))
-    return Clarification(
-        code="place-needed",
-        detail=f"{clause.verb} {sample} where to?",
-        thing=sample,
-        choices=choices,
-    )
+def _span(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = ((hours, "h"), (minutes, "min"), (rest if not hours else 0, "s"))
+    return " ".join(f"{value} {unit}" for value, unit in parts if value)
 
 
-def _samples(world: WorldFile) -> tuple[str, ...]:
-    return tuple(sorted((sample.name for sample in world.samples), key=natural_key))
+def _unique(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
+
+
+def _letters(name: str) -> str:
+    return name.replace("_", "")

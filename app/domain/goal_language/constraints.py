@@ -1,0 +1,228 @@
+"""Constraints on how a goal is carried out: which robots, which places; checked against the world, applied to facts."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import datetime, timedelta
+from functools import cached_property
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.domain.goal_language.berth_choice import remaining_samples
+from app.domain.goal_language.issues import GoalIssue
+from app.domain.goal_language.words import choices_for, joined, natural_key, suggestions
+from app.domain.world_model.beliefs import IN, OBJECT_POSITION, VACANT, Facts, place_of
+from app.domain.world_model.berths import berths_of
+from app.domain.world_model.reservation import Reservation, is_withheld, taken_by
+from planner import PlanNet
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+Names = tuple[Name, ...]
+
+
+class Constraints(BaseModel):
+    """How a goal is to be carried out; empty fields constrain nothing."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    robots: Names = Field(default=(), max_length=100, description="only these robots act")
+    without: Names = Field(default=(), max_length=100, description="these robots do not act")
+    avoid: Names = Field(
+        default=(),
+        max_length=100,
+        description="places that no robot goes to, and where nothing is put or taken",
+    )
+    keep_empty: Names = Field(default=(), max_length=100, description="places where no sample is put")
+
+    def __bool__(self) -> bool:
+        return bool(self.robots or self.without or self.avoid or self.keep_empty)
+
+    def and_also(self, other: "Constraints") -> "Constraints":
+        """Both constraints. Robots are those that both allow; if there are none, all of the others are left out."""
+        robots = tuple(dict.fromkeys((*self.robots, *other.robots)))
+        barred: Names = ()
+        if self.robots and other.robots:
+            shared = {*self.robots} & {*other.robots}
+            barred = tuple(robot for robot in robots if robot not in shared)
+        return Constraints(
+            robots=robots,
+            without=_union(self.without, other.without, barred),
+            avoid=_union(self.avoid, other.avoid),
+            keep_empty=_union(self.keep_empty, other.keep_empty),
+        )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Each constraint in words."""
+        parts = (
+            ("only with", self.robots),
+            ("without", self.without),
+            ("avoiding", self.avoid),
+            ("keeping empty:", self.keep_empty),
+        )
+        return tuple(f"{said} {joined(names, last='and')}" for said, names in parts if names)
+
+    def in_world(self, world: WorldFile) -> "AppliedConstraints":
+        """The constraints on the robots and places of this world."""
+        return AppliedConstraints(
+            excluded=frozenset(robot.name for robot in world.robots if not self._allows(robot.name)),
+            avoided=_places(self.avoid, world),
+            kept_empty=_places(self.keep_empty, world),
+        )
+
+    def _allows(self, robot: str) -> bool:
+        return robot not in self.without and (not self.robots or robot in self.robots)
+
+
+UNCONSTRAINED = Constraints()
+
+
+class AppliedConstraints(BaseModel):
+    """Constraints by the names of a world: robots that do not act, places (berths, not locations) not to be used."""
+
+    model_config = ConfigDict(frozen=True, ignored_types=(cached_property,))
+
+    excluded: frozenset[str] = frozenset()
+    avoided: frozenset[str] = frozenset()
+    kept_empty: frozenset[str] = frozenset()
+
+    @cached_property
+    def withheld(self) -> Reservation:
+        """What no plan may use."""
+        return Reservation(robots=self.excluded, locations=self.avoided)
+
+    def applied_to(self, facts: Facts) -> Facts:
+        """The facts that a plan may rest on.
+
+        NOTE: a place that is to be kept empty has no room; robots may still pass it, and samples may leave it.
+        """
+        if not (self.excluded or self.avoided or self.kept_empty):
+            return facts
+        return frozenset(
+            fact
+            for fact in facts
+            if not is_withheld(fact, self.withheld)
+            and not (fact.predicate == VACANT and fact.args[0] in self.kept_empty)
+        )
+
+    def broken_by(self, net: PlanNet) -> tuple[str, ...]:
+        """How a plan-net breaks the constraints, in words; empty if it keeps them."""
+        taken = taken_by(net)
+        filled = {
+            fact.args[2]
+            for action in net.actions
+            for fact in action.effects
+            if fact.predicate == OBJECT_POSITION
+        }
+        wrong = (
+            ("uses", self.excluded & taken.robots),
+            ("goes to", self.avoided & taken.locations),
+            ("puts a sample in", self.kept_empty & filled),
+        )
+        return tuple(
+            f"it {what} {joined(sorted(names, key=natural_key), last='and')}"
+            for what, names in wrong
+            if names
+        )
+
+
+NOTHING_WITHHELD = AppliedConstraints()
+
+
+def check_constraints(
+    constraints: Constraints, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
+) -> tuple[GoalIssue, ...]:
+    """The issues with constraints on these goals: unknown names, and contradictions to a goal or a fact."""
+    unknown = tuple(_unknown_names(constraints, world))
+    return unknown or tuple(dict.fromkeys(_contradictions(constraints, goals, world, facts)))
+
+
+def _unknown_names(constraints: Constraints, world: WorldFile) -> Iterator[GoalIssue]:
+    robots = [robot.name for robot in world.robots]
+    places = [*world.places_by_location, *world.location_of]
+    yield from _unknown("robot", (*constraints.robots, *constraints.without), robots)
+    yield from _unknown("place", (*constraints.avoid, *constraints.keep_empty), places)
+
+
+def _unknown(what: str, names: Iterable[str], known: Sequence[str]) -> Iterator[GoalIssue]:
+    for name in dict.fromkeys(names):
+        if name not in known:
+            near = suggestions(name, known)
+            hint = f"; did you mean {joined(near)}?" if near else ""
+            yield GoalIssue(
+                code=f"unknown-{what}",
+                kind="invalid",
+                detail=f"there is no {what} {name!r}{hint}",
+                thing=name,
+                choices=choices_for(name, known),
+            )
+
+
+def _contradictions(
+    constraints: Constraints, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
+) -> Iterator[GoalIssue]:
+    applied = constraints.in_world(world)
+    if not {robot.name for robot in world.robots} - applied.excluded:
+        yield GoalIssue(
+            code="no-robot-left",
+            kind="invalid",
+            detail=f"no robot is left to act: {joined(constraints.words, last='and')}",
+            choices=tuple(sorted(robot.name for robot in world.robots)),
+        )
+    for goal in goals:
+        if len(goal.args) != 2:
+            continue
+        subject, place = goal.args
+        if subject in applied.excluded:
+            yield _contradicted(f"{goal} needs {subject}, which is not to act", subject)
+        named = {place, *berths_of(place, world)} if place in world.places_by_location else {place}
+        targets = named - {place} or named
+        if targets <= applied.avoided:
+            yield _contradicted(f"{goal} is at {place}, which is to be avoided", place)
+        if goal.predicate == IN and targets <= applied.kept_empty:
+            yield _contradicted(f"{goal} fills {place}, which is to be kept empty", place)
+        lies = place_of(subject, facts) if goal.predicate == IN else None
+        if lies is not None and lies in applied.avoided and lies not in named:
+            yield _contradicted(f"{subject} lies in {lies}, which is to be avoided", lies)
+    for place in sorted(applied.kept_empty, key=natural_key):
+        if there := remaining_samples(place, goals, world, facts):
+            yield GoalIssue(
+                code="place-occupied",
+                kind="conflict",
+                detail=f"{place} is to be kept empty, but {joined(there, last='and')} lies there",
+                thing=place,
+            )
+
+
+def _contradicted(detail: str, thing: str) -> GoalIssue:
+    return GoalIssue(code="constraint-contradicts-goal", kind="invalid", detail=detail, thing=thing)
+
+
+def _places(names: Iterable[str], world: WorldFile) -> frozenset[str]:
+    """The places of these locations: their berths, where they have several."""
+    return frozenset(place for name in names for place in berths_of(name, world) or (name,))
+
+
+def _union(*groups: Names) -> Names:
+    return tuple(dict.fromkeys(name for group in groups for name in group))
+
+
+class Due(BaseModel):
+    """When a sentence wants its goals achieved.
+
+    :param at: a time of day by the service's clock and time zone, ISO 8601; None for a span of the world's clock.
+    :param in_s: seconds from now, by the wall clock with `at`, else by the world's clock.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    in_s: float
+    at: str | None = None
+
+
+def next_time_of_day(said: str, now: datetime) -> datetime:
+    """The next moment, today or tomorrow, at which a clock shows `HH:MM` in the time zone of `now`."""
+    hour, _, minute = said.partition(":")
+    moment = now.replace(hour=int(hour), minute=int(minute), second=0, microsecond=0)
+    return moment if moment > now else moment + timedelta(days=1)

@@ -1,0 +1,342 @@
+"""What the phrases of a sentence name in a world: samples, robots, places, and sets of them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.reachability import free_for, is_long
+from app.domain.goal_language.sentence import Phrase, Quantity
+from app.domain.goal_language.verbs import Kind
+from app.domain.goal_language.words import choices_for, joined, name_in, natural_key, suggestions
+from app.domain.world_model.beliefs import NEAR, REACHES, ROBOT_POSITION, Facts, occupants, place_of
+from app.domain.world_model.berths import berths_of
+from robots.world import WorldFile
+
+PRONOUNS = frozenset({(), ("sample",), ("it",), ("one",)})
+"""Words for a sample that is told by where it lies."""
+PARKING_KINDS = ("home", "place", "dock")
+"""Kinds of locations where a robot without a home may be parked, the first choice first."""
+LONG = "long"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """Where things are said to be: a location, a berth, an aisle or a compartment.
+
+    :param places: its places.
+    """
+
+    name: str
+    places: tuple[str, ...]
+    is_area: bool = False
+
+
+@dataclass(slots=True, kw_only=True)
+class References:
+    """Resolves the phrases of one sentence.
+
+    :param mentioned: the samples and robots that the sentence has named so far.
+    :param settled: samples that are already where the command brings them; a number of samples means others.
+    """
+
+    world: WorldFile
+    facts: Facts
+    mentioned: set[str] = field(default_factory=set)
+    settled: frozenset[str] = frozenset()
+
+    @property
+    def samples(self) -> tuple[str, ...]:
+        return _sorted(sample.name for sample in self.world.samples)
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        return _sorted(robot.name for robot in self.world.robots)
+
+    @property
+    def locations(self) -> tuple[str, ...]:
+        return _sorted(self.world.places_by_location)
+
+    def holding(self) -> tuple[str, ...]:
+        """The locations that hold samples."""
+        return _sorted(place.name for place in self.world.locations if place.capacity > 0)
+
+    def place(self, phrase: Phrase, choices: Sequence[str] = ()) -> str | Clarification:
+        """The location or berth of that name.
+
+        :param choices: those to offer; default: the locations that hold samples.
+        """
+        names = (*self.world.places_by_location, *self.world.location_of)
+        name = name_in(phrase.words, names)
+        if name in names and phrase.quantity is Quantity.NAMED:
+            return name
+        return unknown("place", name, choices or self.holding(), phrase)
+
+    def origin(self, phrase: Phrase) -> Origin | Clarification:
+        """Where things are said to be."""
+        areas = {
+            area.name: area
+            for compartment in self.world.compartments
+            for area in (compartment, *compartment.aisles)
+        }
+        name = name_in(phrase.words, areas)
+        if name in areas:
+            inside = tuple(place.name for place in self.world.places if areas[name].contains(place.at))
+            return Origin(name=name, places=inside, is_area=True)
+        place = self.place(phrase, (*self.holding(), *areas))
+        if isinstance(place, Clarification):
+            return place
+        return Origin(name=place, places=berths_of(place, self.world) or (place,))
+
+    def things(
+        self, kind: Kind, phrase: Phrase, verb: str, origin: Origin | None
+    ) -> tuple[str, ...] | Clarification:
+        """The samples, robots or locations that a phrase means.
+
+        :param origin: where they are said to be.
+        """
+        match kind:
+            case Kind.SAMPLE:
+                found = self._samples_of(phrase, verb, origin)
+            case Kind.ROBOT:
+                found = self._robots_of(phrase, verb, origin)
+            case Kind.PLACE:
+                found = self._places_of(phrase, verb, origin)
+        if not isinstance(found, Clarification):
+            self.mentioned.update(found)
+        return found
+
+    def _samples_of(
+        self, phrase: Phrase, verb: str, origin: Origin | None
+    ) -> tuple[str, ...] | Clarification:
+        names = self.samples
+        if phrase.quantity is Quantity.NAMED and phrase.words in PRONOUNS:
+            there = self._lying(origin)
+            if len(there) == 1:
+                return there
+            nothing = origin is not None and self.facts and not there
+            detail = f"no sample lies in {origin.name}" if origin and nothing else f"{verb} which sample?"
+            return Clarification(
+                code="sample-needed", detail=detail, choices=there or names, span=phrase.span
+            )
+        if (several := _noun(phrase, "sample", {LONG})) is not None:
+            fitting = self._lying(origin) if origin else names
+            if LONG in several:
+                fitting = tuple(name for name in fitting if is_long(name, self.world))
+            where = f" in {origin.name}" if origin else ""
+            return self._quantified(phrase, fitting, "sample", where)
+        name = name_in(phrase.words, names)
+        if name in names:
+            return (name,)
+        if name in self.robots:
+            return Clarification(
+                code="unknown-sample",
+                detail=f"{name} is a robot; goals name samples",
+                thing=name,
+                choices=names,
+                span=phrase.span,
+            )
+        return unknown("sample", name, names, phrase)
+
+    def _lying(self, origin: Origin | None) -> tuple[str, ...]:
+        """The samples that lie there; empty if no place is said."""
+        places = () if origin is None else origin.places
+        return _sorted(sample for place in places for sample in occupants(place, self.facts))
+
+    def _robots_of(self, phrase: Phrase, verb: str, origin: Origin | None) -> tuple[str, ...] | Clarification:
+        names = self.robots
+        if phrase.quantity is Quantity.NAMED and phrase.words in {(), ("robot",), ("it",)}:
+            return Clarification(
+                code="robot-needed", detail=f"{verb} which robot?", choices=names, span=phrase.span
+            )
+        if _noun(phrase, "robot", ()) is not None:
+            fitting = names if origin is None else self._robots_in(origin)
+            return self._quantified(phrase, fitting, "robot", f" in {origin.name}" if origin else "")
+        name = name_in(phrase.words, names)
+        if name in names:
+            return (name,)
+        if name in self.samples:
+            return Clarification(
+                code="unknown-robot",
+                detail=f"{name} is a sample; to {verb} takes robots",
+                thing=name,
+                choices=names,
+                span=phrase.span,
+            )
+        return unknown("robot", name, names, phrase)
+
+    def _robots_in(self, origin: Origin) -> tuple[str, ...]:
+        """The robots of that compartment or aisle, or those that stand at the place."""
+        standing = {
+            f.args[0] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[2] in origin.places
+        }
+        return tuple(
+            name
+            for name in self.robots
+            if name in standing
+            or (origin.is_area and origin.name in {(spec := self.world.robot(name)).compartment, spec.aisle})
+        )
+
+    def _places_of(self, phrase: Phrase, verb: str, origin: Origin | None) -> tuple[str, ...] | Clarification:
+        if not phrase.words and phrase.quantity is Quantity.NAMED:
+            choices = self.locations
+            return Clarification(
+                code="place-needed", detail=f"{verb} which place?", choices=choices, span=phrase.span
+            )
+        inside = (
+            self.locations
+            if origin is None
+            else _sorted({self.world.location_of[place] for place in origin.places})
+        )
+        if (kind := self.kind_of_place(phrase)) is not None:
+            fitting = tuple(name for name in inside if kind in ("", self.world.location(name).kind))
+            where = f" in {origin.name}" if origin else ""
+            return self._quantified(phrase, fitting, kind or "place", where)
+        place = self.place(phrase, self.locations)
+        return place if isinstance(place, Clarification) else (place,)
+
+    def lying_in(self, location: str) -> frozenset[str]:
+        """The samples that lie in the location or one of its berths."""
+        places = berths_of(location, self.world) or (location,)
+        return frozenset(sample for place in places for sample in occupants(place, self.facts))
+
+    def kind_of_place(self, phrase: Phrase) -> str | None:
+        """The kind of location that a phrase like "all bays" names; "" for any kind, None if it names no kind."""
+        if _noun(phrase, "place", ()) is not None or _noun(phrase, "location", ()) is not None:
+            return ""
+        kinds = sorted({location.kind for location in self.world.locations})
+        return next((kind for kind in kinds if _noun(phrase, kind, {"free"}) is not None), None)
+
+    def _quantified(
+        self, phrase: Phrase, fitting: Sequence[str], what: str, where: str
+    ) -> tuple[str, ...] | Clarification:
+        """As many of the fitting names as the phrase says."""
+        left = tuple(name for name in fitting if name not in self.mentioned)
+        code = f"{what if what in list(Kind) else 'place'}-needed"
+        match phrase.quantity:
+            case Quantity.OTHER:
+                found = left
+                wanted = phrase.count or (1 if _is_singular(phrase, what) else len(left))
+            case Quantity.COUNT:
+                left = tuple(name for name in left if name not in self.settled)
+                found = left[: phrase.count]
+                wanted = phrase.count
+            case Quantity.ANY:
+                found = left[:1]
+                wanted = 1
+            case _:
+                found = tuple(fitting)
+                wanted = len(found)
+        if found and len(found) == wanted:
+            return found
+        if not found and phrase.quantity is not Quantity.COUNT:
+            other = "other " if phrase.quantity is Quantity.OTHER else ""
+            detail = f"there is no {other}{what}{where}"
+        elif len(found) > wanted:
+            detail = f"which {what}? There are {len(found)}{where}: {joined(found, last='and')}"
+        else:
+            detail = f"{wanted} {what}s are asked for, there are {len(left)}{where}"
+        return Clarification(
+            code=code, detail=detail, thing=phrase.said, choices=left or tuple(fitting), span=phrase.span
+        )
+
+    def free_place(self, phrase: Phrase, kind: str, thing: str, taken: Sequence[str]) -> str | Clarification:
+        """A free location of a kind for a sample or robot, one that nothing else of the sentence goes to.
+
+        :param taken: the locations that the sentence's goals so far aim at.
+        """
+        if thing in self.robots:
+            near = {f.args[2] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[1] == NEAR}
+            free = [place for place in self.reached_by(thing) if place not in near]
+        else:
+            free = list(free_for(thing, self.world, self.facts))
+        fitting = [name for name in free if kind in ("", self.world.location(name).kind)]
+        for name in fitting:
+            if list(taken).count(name) < self._room(name):
+                return name
+        return Clarification(
+            code="place-needed",
+            detail=f"there is no free {kind or 'place'} for {thing}",
+            thing=phrase.said,
+            choices=tuple(name for name in free if name not in taken),
+            span=phrase.span,
+        )
+
+    def _room(self, location: str) -> int:
+        """How many more things fit in the location now."""
+        places = berths_of(location, self.world) or (location,)
+        return sum(not occupants(place, self.facts) for place in places)
+
+    def reached_by(self, robot: str) -> tuple[str, ...]:
+        """The locations that the robot reaches."""
+        reached = {f.args[1] for f in self.facts if f.predicate == REACHES and f.args[0] == robot}
+        if not self.facts:
+            reached = {place.name for place in self.world.reach_of(self.world.robot(robot))}
+        return _sorted({self.world.location_of.get(place, place) for place in reached})
+
+    def parking_of(self, robot: str) -> str | Clarification:
+        """The robot's home; without one, a free parking place that it reaches."""
+        home = self.world.robot(robot).home
+        if home is not None:
+            return home
+        stands = {f.args[2] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[0] != robot}
+        reached = self.reached_by(robot)
+        for kind in PARKING_KINDS:
+            for place in reached:
+                if self.world.location(place).kind == kind and place not in stands:
+                    return place
+        return Clarification(
+            code="place-needed",
+            detail=f"{robot} has no home, and no parking place that it reaches is free; say where to park it",
+            thing=robot,
+            choices=reached,
+        )
+
+    def lying_place(self, sample: str) -> str | Clarification:
+        """Where the sample lies."""
+        place = place_of(sample, self.facts)
+        if place is None:
+            return Clarification(
+                code="sample-lost", detail=f"it is not known where {sample} is", thing=sample
+            )
+        if place in self.robots:
+            return Clarification(
+                code="sample-elsewhere",
+                detail=f"{sample} is held by {place}, it lies in no place",
+                thing=sample,
+            )
+        return place
+
+
+def unknown(what: str, name: str, names: Sequence[str], phrase: Phrase) -> Clarification:
+    """The question about a name that the world does not have."""
+    near = suggestions(name, names)
+    hint = f"; did you mean {joined(near)}?" if near else ""
+    return Clarification(
+        code=f"unknown-{what}",
+        detail=f"there is no {what} {name!r}{hint}",
+        thing=name,
+        choices=choices_for(name, names),
+        span=phrase.span,
+    )
+
+
+def _noun(phrase: Phrase, noun: str, adjectives: Iterable[str]) -> tuple[str, ...] | None:
+    """The adjectives before a noun that says a kind, not a name; None if the phrase is a name."""
+    *before, last = phrase.words or ("",)
+    if any(word not in set(adjectives) for word in before):
+        return None
+    if last == "" or last in {"one", "ones"}:
+        is_kind = phrase.quantity is not Quantity.NAMED
+    else:
+        is_kind = last == f"{noun}s" or (
+            last == noun and (phrase.quantity is not Quantity.NAMED or bool(before))
+        )
+    return tuple(before) if is_kind else None
+
+
+def _is_singular(phrase: Phrase, noun: str) -> bool:
+    return phrase.words[-1:] in {(noun,), ("one",)}
+
+
+def _sorted(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(sorted(names, key=natural_key))

@@ -1,0 +1,111 @@
+"""The parts of a parsed sentence; names are still words."""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Quantity(StrEnum):
+    """How many of a kind a phrase means."""
+
+    NAMED = "named"
+    """The one of that name."""
+    ALL = "all"
+    """Every one: "every sample of aisle_1"."""
+    COUNT = "count"
+    """A number of them: "two samples"."""
+    ANY = "any"
+    """One that is free: "any bay"."""
+    OTHER = "other"
+    """Those that the sentence has not named before: "the other samples"."""
+
+
+class Part(StrEnum):
+    """The part that a phrase plays in its clause; the values are the grammar's names."""
+
+    TARGET = "target"
+    """After "to", "in", "at", "on"."""
+    ORIGIN = "origin"
+    """After "from", "of"."""
+    WITH = "with_robots"
+    """After "with", "using"."""
+    WITHOUT = "without_robots"
+    """After "without", "not with"."""
+    AVOIDING = "avoiding"
+    """After "avoiding", "not through"."""
+    DUE = "due"
+    """After "by", "before": a time of day."""
+    WITHIN = "within"
+    """After "in", "within": a span of time."""
+
+
+LISTS = frozenset({Part.WITH, Part.WITHOUT, Part.AVOIDING})
+"""The parts whose names may be joined: "with yard_1 and yard_2"."""
+PLACES = frozenset({Part.TARGET, Part.ORIGIN})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Phrase:
+    """A name, or a quantity of a kind.
+
+    :param span: start and end in the text; for what is not said, where it would be.
+    """
+
+    words: tuple[str, ...] = ()
+    quantity: Quantity = Quantity.NAMED
+    count: int = 0
+    span: tuple[int, int] = (0, 0)
+
+    @property
+    def said(self) -> str:
+        """The words as a name."""
+        return "_".join(self.words)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tail:
+    """A phrase after a preposition.
+
+    :param time: a time of day, "14:30".
+    :param seconds: a span of time.
+    """
+
+    part: Part
+    phrase: Phrase = Phrase()
+    time: str = ""
+    seconds: float = 0.0
+    span: tuple[int, int] = (0, 0)
+
+
+@dataclass(slots=True, kw_only=True)
+class Clause:
+    """A command, or a part of one that continues the clause before.
+
+    :param verb: the verb's word; empty if none is said.
+    :param first: the clause's first word, and where it stands.
+    :param object_at: where its object would be said: after the verb.
+    :param span: start and end in the text.
+    :param is_keep: "keep bay_3 empty"; `says_empty`: its last word is said.
+    :param stage: number of times that "then" stands before it.
+    """
+
+    verb: str = ""
+    first: str = ""
+    first_span: tuple[int, int] = (0, 0)
+    object_at: int = 0
+    span: tuple[int, int] = (0, 0)
+    objects: list[Phrase] = field(default_factory=list)
+    tails: list[Tail] = field(default_factory=list)
+    is_keep: bool = False
+    says_empty: bool = False
+    stage: int = 0
+
+    def object_or_gap(self) -> Phrase:
+        """The first object; if none is said, a phrase without words where it would be."""
+        return self.objects[0] if self.objects else Phrase(span=(self.object_at, self.object_at))
+
+    def phrases(self, part: Part) -> list[Phrase]:
+        return [tail.phrase for tail in self.tails if tail.part is part]
+
+    @property
+    def names_place(self) -> bool:
+        return any(tail.part in PLACES for tail in self.tails)

@@ -1,0 +1,213 @@
+"""Sentences to clauses by the grammar in `goals.lark`; what may stand next is read from the same grammar."""
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.sentence import Clause, Part, Phrase, Quantity, Tail
+from app.domain.goal_language.tokens import Token, number_of, tokens_of
+from app.domain.goal_language.verbs import Verbs
+from app.domain.goal_language.words import joined
+
+GRAMMAR = "goals.lark"
+JOINTS = ("AND", "THEN")
+OPEN = ("VERB", "NUMBER", "WORD")
+"""The kinds of words that the grammar does not list."""
+SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
+"""By the first letter of a unit of time."""
+END = "$END"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a text is a sentence.
+
+    :param clauses: what is said so far; empty if the text is no sentence.
+    :param next_kinds: the kinds of words that may follow.
+    """
+
+    clauses: tuple[Clause, ...]
+    next_kinds: frozenset[str]
+
+
+@dataclass(frozen=True)
+class Grammar:
+    """The grammar's parser, and the words of its terminals.
+
+    :param patterns: terminal → pattern of its words.
+    :param words: terminal → its words, for those that list them.
+    """
+
+    parser: Any
+    patterns: Mapping[str, re.Pattern[str]]
+    words: Mapping[str, tuple[str, ...]]
+
+    def kinds(self, word: str, verbs: Verbs) -> list[str]:
+        """The kinds of the word, keywords before names."""
+        found = ["VERB"] if word in verbs.by_word else []
+        found += [name for name, pattern in self.patterns.items() if pattern.fullmatch(word)]
+        if number_of(word) is not None:
+            found.append("NUMBER")
+        if word not in (",", ";"):
+            found.append("WORD")
+        return found
+
+    def words_for(self, kinds: Iterable[str], verbs: Verbs) -> tuple[str, ...]:
+        """The words of these kinds, as far as they are listed."""
+        every = [*(word for kind in kinds for word in self.words.get(kind, ()) if len(word) > 1)]
+        if "VERB" in kinds:
+            every.extend(verbs.words)
+        return tuple(sorted(every))
+
+
+@cache
+def grammar() -> Grammar:
+    """The grammar, read once."""
+    # NOTE: imported here: commands that read no sentence do not load the parser's library.
+    from lark import Lark
+
+    text = (resources.files("app.domain.goal_language") / GRAMMAR).read_text()
+    parser = Lark(text, start="sentence", parser="lalr")
+    patterns = {one.name: re.compile(one.pattern.to_regexp()) for one in parser.terminals}
+    listed = {one.name: re.sub(r"^\(\?:|\)$", "", one.pattern.value).split("|") for one in parser.terminals}
+    words = {name: tuple(sorted(w for w in some if w.isalpha())) for name, some in listed.items()}
+    return Grammar(parser, patterns, {name: some for name, some in words.items() if some})
+
+
+def parse(text: str, verbs: Verbs) -> Progress | Clarification:
+    """The clauses of a sentence, or the first word that cannot stand where it does."""
+    from lark import Token as LarkToken
+
+    known = grammar()
+    tokens = _with_single_joints(tokens_of(text), known)
+    state = known.parser.parse_interactive()
+    if not tokens:
+        return Progress(clauses=(), next_kinds=frozenset(state.accepts()))
+    for token in tokens:
+        possible = state.accepts()
+        kind = next((kind for kind in known.kinds(token.word, verbs) if kind in possible), None)
+        if kind is None:
+            return _misplaced(token, possible - {END}, known, verbs)
+        state.feed_token(LarkToken(kind, token.word, start_pos=token.start, end_pos=token.end))
+    possible = state.accepts()
+    if END not in possible:
+        return _unfinished(tokens[-1], possible, known, verbs)
+    tree = state.feed_eof(LarkToken(END, "", start_pos=len(text), end_pos=len(text)))
+    return Progress(clauses=tuple(_clauses(tree)), next_kinds=frozenset(possible))
+
+
+def _with_single_joints(tokens: Sequence[Token], known: Grammar) -> list[Token]:
+    """The tokens with one joint where several follow each other (", and then"), and none at the ends."""
+    joints = {joint: known.patterns[joint] for joint in JOINTS}
+    found: list[Token] = []
+    pending: Token | None = None
+    for token in tokens:
+        if any(pattern.fullmatch(token.word) for pattern in joints.values()):
+            if pending is None or joints["THEN"].fullmatch(token.word):
+                pending = token
+            continue
+        if pending is not None and found:
+            found.append(pending)
+        pending = None
+        found.append(token)
+    return found
+
+
+def _misplaced(token: Token, possible: Collection[str], known: Grammar, verbs: Verbs) -> Clarification:
+    words = known.words_for(possible, verbs)
+    hint = f"; it could go on with {joined(words)}" if words else ""
+    return Clarification(
+        code="goal-not-understood",
+        detail=f"{token.word!r} cannot stand here{hint}",
+        thing=token.word,
+        choices=words,
+        span=(token.start, token.end),
+    )
+
+
+def _unfinished(last: Token, possible: Collection[str], known: Grammar, verbs: Verbs) -> Clarification:
+    words = known.words_for(possible, verbs)
+    return Clarification(
+        code="goal-not-understood",
+        detail=f"something is missing after {last.word!r}" + (f": {joined(words)}" if words else ""),
+        choices=words,
+        span=(last.end, last.end),
+    )
+
+
+def _clauses(tree: Any) -> Iterable[Clause]:
+    stage = 0
+    for child in tree.children:
+        if _is_token(child):
+            stage += child.type == "THEN"
+        else:
+            yield _clause(child, stage)
+
+
+def _clause(tree: Any, stage: int) -> Clause:
+    leaves = list(tree.scan_values(_is_token))
+    clause = Clause(
+        first=str(leaves[0]),
+        first_span=(leaves[0].start_pos, leaves[0].end_pos),
+        object_at=leaves[0].start_pos,
+        span=(leaves[0].start_pos, leaves[-1].end_pos),
+        is_keep=tree.data == "keep",
+        says_empty=any(leaf.type == "EMPTY" for leaf in leaves),
+        stage=stage,
+    )
+    for child in tree.children:
+        if _is_token(child):
+            if child.type == "VERB":
+                clause.verb = str(child)
+            if child.type in ("VERB", "KEEP"):
+                clause.object_at = child.end_pos
+        elif child.data == "phrase":
+            clause.objects.append(_phrase(child))
+        else:
+            clause.tails.append(_tail(child))
+    return clause
+
+
+def _phrase(tree: Any) -> Phrase:
+    leaves = list(tree.scan_values(_is_token))
+    span = (leaves[0].start_pos, leaves[-1].end_pos)
+    parts = {child.data: [*child.children] for child in tree.children}
+    words = tuple(str(word) for word in parts.get("name", ()))
+    amount = {token.type: str(token) for token in parts.get("quantity", ())}
+    if not amount:
+        return Phrase(words=words, span=span)
+    if "NUMBER" in amount and "OTHER" not in amount and not words:
+        return Phrase(words=(amount["NUMBER"],), span=span)  # a number alone is a name
+    count = int(number_of(amount["NUMBER"]) or 0) if "NUMBER" in amount else 0
+    if "OTHER" in amount:
+        return Phrase(words=words, quantity=Quantity.OTHER, count=count, span=span)
+    if "NUMBER" in amount:
+        return Phrase(words=words, quantity=Quantity.COUNT, count=count, span=span)
+    quantity = Quantity.ALL if "ALL" in amount else Quantity.ANY
+    return Phrase(words=words, quantity=quantity, span=span)
+
+
+def _tail(tree: Any) -> Tail:
+    leaves = list(tree.scan_values(_is_token))
+    said = {leaf.type: str(leaf) for leaf in leaves}
+    phrases = [child for child in tree.children if not _is_token(child)]
+    seconds = 0.0
+    if "UNIT" in said:
+        amount = number_of(said["NUMBER"]) if "NUMBER" in said else None
+        seconds = (1.0 if amount is None else amount) * SECONDS[said["UNIT"][0]]
+    end = leaves[-1].end_pos
+    return Tail(
+        part=Part(tree.data),
+        phrase=_phrase(phrases[0]) if phrases else Phrase(span=(end, end)),
+        time=said.get("TIME", ""),
+        seconds=seconds,
+        span=(leaves[0].start_pos, end),
+    )
+
+
+def _is_token(node: Any) -> bool:
+    return hasattr(node, "type")

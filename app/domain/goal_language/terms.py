@@ -1,0 +1,38 @@
+"""The terms of a goal: how it is to be carried out and by when, and how its sentence was read. Kept with the goal."""
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+
+
+class Reading(BaseModel):
+    """Words of a sentence and what they were resolved to."""
+
+    model_config = ConfigDict(frozen=True)
+
+    said: str
+    means: tuple[str, ...]
+
+
+class GoalTerms(BaseModel):
+    """The terms of a goal.
+
+    :param constraints: all of them, of the request and of the sentence.
+    :param requested: those of the request alone.
+    :param due: the deadline that the sentence states; None if it states none.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    constraints: Constraints = UNCONSTRAINED
+    requested: Constraints = UNCONSTRAINED
+    due: Due | None = None
+    readings: tuple[Reading, ...] = ()
+
+    @classmethod
+    def from_json(cls, terms: Mapping[str, Any] | None) -> Self:
+        """The terms as they are kept; no terms of a goal that has none."""
+        return cls.model_validate(terms or {})

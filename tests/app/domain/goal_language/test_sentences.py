@@ -1,0 +1,271 @@
+"""Sets, constraints and times in sentences, resolved against a world."""
+
+from datetime import datetime, timedelta, timezone
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.domain.goal_language.check import check_request
+from app.domain.goal_language.completion import completions
+from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.syntax import grammar
+from app.domain.goal_language.verbs import shipped_verbs
+from app.domain.world_model import Facts, revise_beliefs
+from tests.app.berthed_store import berthed_store
+from tests.app.sample_store import Store
+
+STORE = Store()
+RACKS = Store(berthed_store())
+NOW = datetime(2026, 3, 1, 14, 0, tzinfo=timezone(timedelta(hours=1), "CET"))
+
+
+def read(text: str, store: Store = STORE, facts: Facts | None = None) -> Understood:
+    understood = understand(text, store.world, store.facts if facts is None else facts, now=NOW)
+    assert isinstance(understood, Understood), understood
+    return understood
+
+
+def goals(text: str, store: Store = STORE) -> list[str]:
+    return [str(goal) for goal in read(text, store).goals]
+
+
+def asked(text: str, facts: Facts = STORE.facts) -> Clarification:
+    question = understand(text, STORE.world, facts, now=NOW)
+    assert isinstance(question, Clarification), question
+    return question
+
+
+def test_every_sample_of_an_aisle_is_those_that_lie_there() -> None:
+    understood = read("bring every sample of aisle_1 to door_2")
+    assert [str(goal) for goal in understood.goals] == ["in(sample_2, door_2)", "in(sample_3, door_2)"]
+    assert [(one.said, one.means) for one in understood.readings] == [
+        ("every sample of aisle_1", ("sample_2", "sample_3"))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("move sample_1 and sample_2 to bay_7", ["in(sample_1, bay_7)", "in(sample_2, bay_7)"]),
+        ("move all samples in aisle_2 to door_2", ["in(sample_4, door_2)"]),
+        ("move the samples at door_1 to bay_7", ["in(sample_1, bay_7)"]),
+        ("bring two samples to door_1", ["in(sample_2, door_1)", "in(sample_3, door_1)"]),
+        ("move both samples of aisle_1 to any bay", ["in(sample_2, bay_1)", "in(sample_3, bay_3)"]),
+        (
+            "move sample_1 to bay_7 and the other two samples of aisle_1 to free bays",
+            ["in(sample_1, bay_7)", "in(sample_2, bay_1)", "in(sample_3, bay_3)"],
+        ),
+        ("swap sample_1 and sample_2", ["in(sample_1, bay_2)", "in(sample_2, door_1)"]),
+        ("exchange sample_1 with sample_2", ["in(sample_1, bay_2)", "in(sample_2, door_1)"]),
+        ("park yard_1", ["near(yard_1, home_yard_1)"]),
+        ("park yard_1 and store_2", ["near(yard_1, home_yard_1)", "near(store_2, home_store_2)"]),
+        ("park all robots of the yard", ["near(yard_1, home_yard_1)", "near(yard_2, home_yard_2)"]),
+        ("send yard_2 to door_1", ["near(yard_2, door_1)"]),
+        ("park yard_2 at door_1", ["near(yard_2, door_1)"]),
+    ],
+)
+def test_sets_and_verbs_are_resolved_against_the_world(text: str, expected: list[str]) -> None:
+    assert goals(text) == expected
+
+
+def test_any_place_is_a_free_one_and_racks_take_several() -> None:
+    assert goals("move sample_1 and sample_3 to any bay", RACKS) == [
+        "in(sample_1, bay_1)",
+        "in(sample_3, bay_1)",
+    ]
+
+
+def test_a_robot_without_a_home_is_parked_where_nobody_stands() -> None:
+    homeless = STORE.world.robot("yard_1").model_copy(update={"home": None})
+    robots = tuple(homeless if one.name == "yard_1" else one for one in STORE.world.robots)
+    world = STORE.world.model_copy(update={"robots": robots})
+    question = understand("park yard_1", world, STORE.facts)
+    assert isinstance(question, Understood)
+    assert [str(goal) for goal in question.goals] == ["near(yard_1, home_yard_1)"]
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "word", "choice"),
+    [
+        ("bring three samples of aisle_1 to door_2", "sample-needed", "three samples", "sample_2"),
+        ("move the other sample to bay_7", "sample-needed", "other sample", "sample_1"),
+        ("swap sample_1", "sample-needed", "", "sample_2"),
+        ("swap sample_1 and sample_1", "goal-not-understood", "sample_1", "sample_2"),
+        ("park sample_1", "unknown-robot", "sample_1", "yard_1"),
+        ("park", "robot-needed", "", "yard_1"),
+        ("send yard_1", "place-needed", "", "door_1"),
+        ("move sample_1 to bay_7 with yard_9", "unknown-robot", "yard_9", "yard_2"),
+        ("move sample_1 to bay_7 with", "robot-needed", "", "yard_1"),
+        ("move sample_1 to bay_7 not through bay_77", "unknown-place", "bay_77", "bay_7"),
+        ("move sample_1 to bay_7 not", "goal-not-understood", "", "through"),
+        ("move sample_1 to bay_7 by noon", "time-not-understood", "noon", "15:00"),
+        ("move sample_1 to bay_7 by", "time-not-understood", "", "15:00"),
+        ("keep bay_3", "goal-not-understood", "", "empty"),
+        ("move sample_1 to bay_7 by 15:00 bay_8", "goal-not-understood", "bay_8", "with"),
+    ],
+)
+def test_a_bad_sentence_is_answered_with_code_word_place_and_choices(
+    text: str, code: str, word: str, choice: str
+) -> None:
+    question = asked(text)
+    assert question.code == code
+    assert question.span is not None
+    assert text[slice(*question.span)] == word
+    assert choice in question.choices
+    assert question.detail
+
+
+def test_constraints_in_a_sentence() -> None:
+    constraints = read(
+        "with yard_2 and store_2, move sample_1 to bay_7 not through interchange_1 and bay_8, without store_1, "
+        "and keep bay_3 empty"
+    ).constraints
+    assert constraints.robots == ("yard_2", "store_2")
+    assert constraints.without == ("store_1",)
+    assert constraints.avoid == ("interchange_1", "bay_8")
+    assert constraints.keep_empty == ("bay_3",)
+
+
+def test_a_constraint_does_not_swallow_the_next_goal() -> None:
+    understood = read("move sample_1 to bay_7 with yard_2 and store_2 and sample_2 to door_2")
+    assert [str(goal) for goal in understood.goals] == ["in(sample_1, bay_7)", "in(sample_2, door_2)"]
+    assert understood.constraints.robots == ("yard_2", "store_2")
+
+
+@pytest.mark.parametrize(
+    ("said", "in_s", "at"),
+    [
+        ("by 14:30", 1800, "2026-03-01T14:30+01:00"),
+        ("before 15:00", 3600, "2026-03-01T15:00+01:00"),
+        ("by 13:59", 86_340, "2026-03-02T13:59+01:00"),
+        ("in ten minutes", 600, None),
+        ("within 90 seconds", 90, None),
+        ("in half an hour", 1800, None),
+        ("within an hour", 3600, None),
+    ],
+)
+def test_times_are_resolved_by_the_services_clock_and_zone(said: str, in_s: float, at: str | None) -> None:
+    due = read(f"move sample_1 to bay_7 {said}").due
+    assert due is not None
+    assert (due.in_s, due.at) == (in_s, at)
+
+
+def test_in_is_a_place_or_a_time() -> None:
+    understood = read("store sample_1 in bay_7 in two minutes")
+    assert [str(goal) for goal in understood.goals] == ["in(sample_1, bay_7)"]
+    assert understood.due is not None
+    assert understood.due.in_s == 120
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "part"),
+    [
+        ("move sample_1 to bay_7 with yard_2", "constraints-too-tight", "only with yard_2"),
+        (
+            "move sample_1 to bay_3 not through interchange_1",
+            "constraints-too-tight",
+            "avoiding interchange_1",
+        ),
+        ("move sample_1 to bay_7 avoiding bay_7", "constraint-contradicts-goal", "which is to be avoided"),
+        ("move sample_1 to bay_7 avoiding door_1", "constraint-contradicts-goal", "sample_1 lies in door_1"),
+        ("move sample_1 to bay_7 and keep bay_7 empty", "constraint-contradicts-goal", "kept empty"),
+        ("move sample_1 to bay_7 and keep bay_2 empty", "place-occupied", "sample_2 lies there"),
+        (
+            "send yard_1 to door_1 without yard_1",
+            "constraint-contradicts-goal",
+            "yard_1, which is not to act",
+        ),
+        ("park yard_1 with yard_1 without yard_1", "no-robot-left", "no robot is left"),
+    ],
+)
+def test_constraints_that_cannot_be_kept_are_refused_before_planning(text: str, code: str, part: str) -> None:
+    understood = read(text)
+    issues = check_request(understood.goals, understood.constraints, STORE.world, STORE.facts, STORE.base)
+    found = [issue for issue in issues if issue.kind != "note"]
+    assert found[0].code == code
+    assert part in found[0].detail
+
+
+def test_a_place_that_is_emptied_may_be_kept_empty() -> None:
+    understood = read("move sample_2 to bay_7 and keep bay_2 empty")
+    assert not check_request(understood.goals, understood.constraints, STORE.world, STORE.facts, STORE.base)
+
+
+def test_a_lost_sample_is_not_swapped() -> None:
+    facts = revise_beliefs(STORE.facts, [], gone=[STORE.fact("in(sample_1, door_1)")])
+    assert asked("swap sample_1 and sample_2", facts).code == "sample-lost"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("sw", "swap"),
+        ("swap sample_1", "swap sample_1 with sample_2"),
+        ("move sample_1 to bay_7 w", "move sample_1 to bay_7 with"),
+        ("move sample_1 to bay_7 with", "move sample_1 to bay_7 with yard_2"),
+        ("move sample_1 to bay_7 with yard", "move sample_1 to bay_7 with yard_1"),
+        ("move sample_1 to bay_7 not", "move sample_1 to bay_7 not through"),
+        ("move sample_1 to bay_7 not thr", "move sample_1 to bay_7 not through"),
+        ("move sample_1 to bay_7 by", "move sample_1 to bay_7 by 15:00"),
+        ("bring ev", "bring every"),
+        ("keep bay_3", "keep bay_3 empty"),
+        ("park", "park yard_1"),
+        ("park ya", "park yard_1"),
+    ],
+)
+def test_completions_come_from_the_grammar_and_the_verbs(text: str, sentence: str) -> None:
+    assert sentence in completions(text, asked(text), STORE.world, STORE.facts)
+
+
+NAMES = [
+    "sample_1",
+    "sample",
+    "samples",
+    "2",
+    "two",
+    "bay_7",
+    "bay",
+    "bays",
+    "door_1",
+    "aisle_1",
+    "yard",
+    "yard_1",
+    "robots",
+    "the",
+    "interchange_1",
+    "it",
+    "one",
+    "ones",
+    "long",
+    "-",
+    "_",
+    "?",
+    ",",
+    ";",
+    "14:30",
+    "25:99",
+    "İ",
+    "²",
+]
+WORDS = sorted(
+    {*shipped_verbs().words, *NAMES, *(word for some in grammar().words.values() for word in some)}
+)
+SENTENCES = st.lists(st.sampled_from(WORDS), max_size=14).map(" ".join) | st.text(max_size=60)
+
+
+@settings(max_examples=300, deadline=None)
+@given(SENTENCES, st.booleans())
+def test_any_text_is_understood_or_asked_about(text: str, is_known: bool) -> None:
+    facts = STORE.facts if is_known else frozenset()
+    understood = understand(text, STORE.world, facts, now=NOW)
+    if isinstance(understood, Clarification):
+        assert understood.code
+        assert understood.detail
+        if understood.span is not None:
+            start, end = understood.span
+            assert 0 <= start <= end <= len(text)
+        assert all(completions(text, understood, STORE.world, facts))
+    else:
+        assert understood.goals
+        check_request(understood.goals, understood.constraints, STORE.world, facts, STORE.base)

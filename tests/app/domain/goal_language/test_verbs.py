@@ -1,0 +1,107 @@
+"""Verbs as data: checked, merged, and enough to give a new command a meaning."""
+
+from pathlib import Path
+
+import pytest
+
+from app.domain.goal_language.grammar import Clarification, parse_goal
+from app.domain.goal_language.verbs import Verbs, VerbsError, load_verbs, shipped_verbs
+from tests.app.sample_store import Store
+
+STORE = Store()
+INSPECT = """
+verbs:
+  - name: inspect
+    words: [inspect, survey]
+    slots:
+      place: {kind: place, role: object}
+    goals: ["inspected(?place)"]
+"""
+
+
+def verbs_of(folder: Path, text: str, name: str = "verbs.yaml") -> Verbs:
+    (folder / name).write_text(text)
+    return load_verbs(folder / name)
+
+
+def stated(text: str, verbs: Verbs) -> list[str]:
+    parsed = parse_goal(text, STORE.world, STORE.facts, verbs)
+    assert not isinstance(parsed, Clarification), parsed
+    return [str(goal) for goal in parsed]
+
+
+def test_the_shipped_verbs_are_about_relations_of_the_shipped_knowledge_base() -> None:
+    shipped_verbs().check_predicates(STORE.base.relation_names())
+    assert {"move", "swap", "send", "park"} <= set(shipped_verbs().words)
+
+
+def test_a_verb_of_a_pack_is_understood_beside_the_others(tmp_path: Path) -> None:
+    verbs = shipped_verbs().merged(verbs_of(tmp_path, INSPECT))
+    assert stated("inspect bay_4 and move sample_1 to bay_7", verbs) == [
+        "inspected(bay_4)",
+        "in(sample_1, bay_7)",
+    ]
+    doors = stated("survey all doors", verbs)
+    assert doors == ["inspected(door_1)", "inspected(door_2)"]
+    assert stated("inspect all bays of aisle_2", verbs)[0] == "inspected(bay_7)"
+
+
+def test_a_place_to_inspect_is_asked_for(tmp_path: Path) -> None:
+    verbs = shipped_verbs().merged(verbs_of(tmp_path, INSPECT))
+    asked = parse_goal("inspect", STORE.world, STORE.facts, verbs)
+    assert isinstance(asked, Clarification)
+    assert (asked.code, asked.choices[0], asked.span) == ("place-needed", "bay_1", (7, 7))
+
+
+def test_without_the_pack_the_verb_is_unknown() -> None:
+    asked = parse_goal("inspect bay_4", STORE.world, STORE.facts)
+    assert isinstance(asked, Clarification)
+    assert (asked.code, asked.thing, asked.span) == ("unknown-verb", "inspect", (0, 7))
+    assert asked.choices == shipped_verbs().words
+
+
+def test_a_word_with_two_meanings_is_refused_with_both_files(tmp_path: Path) -> None:
+    other = verbs_of(tmp_path, INSPECT.replace("survey", "move"), "other.yaml")
+    with pytest.raises(VerbsError, match=r"'move' is stated by verbs\.yaml \(move\) and by .*other\.yaml"):
+        shipped_verbs().merged(other)
+
+
+def test_the_same_verb_twice_is_one(tmp_path: Path) -> None:
+    one = verbs_of(tmp_path, INSPECT, "one.yaml")
+    other = verbs_of(tmp_path, INSPECT, "other.yaml")
+    assert one.merged(other).words == ("inspect", "survey")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "told"),
+    [
+        ("inspected(?place)", "inspected(?spot)", "verbs.0: Value error, goals.0: no slot 'spot'"),
+        ("inspected(?place)", "inspected", "verbs.0.goals: Value error, 'inspected' is not of the form"),
+        (
+            "kind: place",
+            "kind: planet",
+            "verbs.0.slots.place.kind: Input should be 'sample', 'robot' or 'place'",
+        ),
+        ("role: object", "role: target", "one slot must be the object"),
+        ("role: object", "role: object, default: nearest(?place)", "unknown function 'nearest'; choices:"),
+        ("role: object", "role: object, default: place_of(?place)", "place_of takes a slot of kind sample"),
+        ("goals:", "gaols:", "verbs.0.goals: Field required"),
+        ("[inspect, survey]", "[inspect, inspect]", "the word 'inspect' is of both"),
+        ("verbs:", "verbs: [", "line"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_file_and_the_slot(
+    tmp_path: Path, wrong: str, right: str, told: str
+) -> None:
+    with pytest.raises(VerbsError) as refused:
+        verbs_of(tmp_path, INSPECT.replace(wrong, right))
+    assert str(tmp_path) in str(refused.value)
+    assert told in str(refused.value)
+
+
+def test_a_goal_about_no_relation_is_refused_with_the_choices(tmp_path: Path) -> None:
+    verbs = verbs_of(tmp_path, INSPECT)
+    with pytest.raises(
+        VerbsError, match=r"inspect\.goals\.0: unknown predicate 'inspected'; choices: .*near"
+    ):
+        verbs.check_predicates(STORE.base.relation_names())
