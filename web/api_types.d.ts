@@ -66,10 +66,30 @@ interface Goal {
   deadline_s?: number | null;
   deadline_at_s?: number | null;
   priority?: number;
+  readings?: Reading[];
+  constraints?: Constraints;
   created_at: string;
 }
 
-interface CheckedSentence {
+/** Words of a sentence and what they were resolved to. */
+interface Reading {
+  said: string;
+  means: string[];
+}
+
+interface Constraints {
+  robots: string[];
+  without: string[];
+  avoid: string[];
+  keep_empty: string[];
+}
+
+interface Terms {
+  readings?: Reading[];
+  constraints?: Constraints;
+}
+
+interface CheckedSentence extends Terms {
   goals: Fact[];
   issue: { detail: string } | null;
   completions: string[];

@@ -57,6 +57,8 @@ def read_goals(
     constraints = UNCONSTRAINED
     for one in stated:
         constraints = constraints.and_also(one.constraints)
+    stages = [stage for one in stated for stage in one.constraints.stages or (0,) * len(one.goals)]
+    constraints = constraints.model_copy(update={"stages": tuple(stages)})
     dues = [one.due for one in stated if one.due is not None]
     if len(dues) > 1:
         raise Invalid("several goals state a deadline; say one", code="two-deadlines")

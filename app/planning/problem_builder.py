@@ -128,6 +128,7 @@ class ProblemBuilder:
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
+        stages = constraints.stages_of(goals)
         unavailable = {**self._unavailable(goal.world), **lost_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
@@ -135,6 +136,7 @@ class ProblemBuilder:
         permitted = applied.applied_to(facts)
         able = frozenset(fact for fact in permitted if not is_ability(fact, of=unavailable))
         problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
+        problem = replace(problem, stages=stages)
         issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))
         return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),

@@ -1,7 +1,7 @@
 """From goals to scripts without a service: planned from the world's initial facts, and organised."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.mission_organiser import Organised, load_library, organise
@@ -37,7 +37,8 @@ def goal_problem(
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
     permitted = constraints.in_world(world).applied_to(facts)
-    return planning_problem(world, permitted, wanted, spots=initial_spots(world))
+    problem = planning_problem(world, permitted, wanted, spots=initial_spots(world))
+    return replace(problem, stages=constraints.stages_of(wanted))
 
 
 def plan_mission(

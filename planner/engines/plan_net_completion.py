@@ -26,7 +26,7 @@ def complete_plan_net(
     :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
         own mistake.
     """
-    order = extract(sequence, problem.facts, problem.goals)
+    order = extract(sequence, problem.facts, problem.goals, problem.stages)
     recruitment = recruitment_of(order.actions, statics)
     plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)
     if idle := unjustified(plan_net, knowledge_base):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.engines.portfolio import Portfolio
+from planner.engines.staged import StagedEngine
 from planner.engines.temporal import Aries, Lpg, TemporalEngine
 from planner.errors import UnknownEngine
 from planner.knowledge import KnowledgeBase
@@ -36,7 +37,8 @@ def portfolio(knowledge_base: KnowledgeBase, is_installed: Callable[[str], bool]
     """All engines that are installed: ours first, then those that need no composition."""
     installed = [name for name in ENGINES if is_installed(name)]
     missing = [name for name in ENGINES if name not in installed]
-    return Portfolio([ENGINES[name](knowledge_base) for name in installed], missing=missing)
+    engines = [StagedEngine(ENGINES[name](knowledge_base), knowledge_base) for name in installed]
+    return Portfolio(engines, missing=missing)
 
 
 def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
@@ -48,4 +50,4 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
         return portfolio(knowledge_base)
     if name not in ENGINES:
         raise UnknownEngine(f"unknown engine {name!r}; choices: {', '.join((Portfolio.name, *ENGINES))}")
-    return ENGINES[name](knowledge_base)
+    return StagedEngine(ENGINES[name](knowledge_base), knowledge_base)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.knowledge.phrases import enumeration, phrase
-from planner.plan_nets.plan_net import Keeping, Ordering, OrderingReason, PlanNet
+from planner.plan_nets.plan_net import GOAL, Keeping, Ordering, OrderingReason, PlanNet
 
 KEPT = {
     Keeping.SENSING: "; the robot waits until it senses it",
@@ -34,6 +34,7 @@ class Reasons:
             OrderingReason.CAUSAL: self._causal,
             OrderingReason.THREAT: self._threat,
             OrderingReason.RESOURCE: self._resource,
+            OrderingReason.STAGE: self._stage,
         }[ordering.reason](ordering)
         return words + (KEPT.get(ordering.kept_by, "") if ordering.kept_by else "")
 
@@ -60,3 +61,8 @@ class Reasons:
     def _resource(self, ordering: Ordering) -> str:
         both = set(self._actions[ordering.before].agents) & set(self._actions[ordering.after].agents)
         return f"{enumeration(sorted(both))} can do only one at a time"
+
+    def _stage(self, ordering: Ordering) -> str:
+        achieved = [phrase(self._base, fact) for fact in self._given[ordering.before, GOAL]]
+        what = f"that {enumeration(achieved)}" if achieved else self._names[ordering.before]
+        return f"the goal asks for {what} before {self._names[ordering.after]}"

@@ -18,6 +18,7 @@ from planner.plan_nets.plan_net import OrderingReason
 from planner.plan_nets.precedence import Precedence
 from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
+from planner.plan_nets.stages import Stages, stage_orderings, without_redundant_by_stage
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,16 +30,28 @@ class PartialOrder:
     orderings: Mapping[tuple[int, int], OrderingReason]
 
 
-def extract(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> PartialOrder:
+def extract(
+    sequence: Sequence[GroundAction],
+    facts: frozenset[Fact],
+    goals: Sequence[Fact],
+    stages: Stages | None = None,
+) -> PartialOrder:
     """The partial order of a sequence that solves the problem, without its redundant actions.
 
+    :param stages: the order among the goals; None: there is none.
     :raises InvalidPlan: if the sequence does not solve it, goals being achieved by intended effects only.
     """
     if (fault := fault_of(sequence, facts, goals)) is not None:
         raise InvalidPlan(fault)
-    actions = without_redundant(sequence, facts, goals)
+    if stages:
+        actions = without_redundant_by_stage(sequence, facts, goals, stages)
+    else:
+        actions = without_redundant(sequence, facts, goals)
     links = causal_links(actions, facts, goals)
-    return PartialOrder(actions=actions, links=links, orderings=_reduced(_orderings(actions, links)))
+    pairs = _orderings(actions, links)
+    for pair in stage_orderings(actions, facts, goals, stages) if stages else ():
+        pairs.setdefault(pair, OrderingReason.STAGE)
+    return PartialOrder(actions=actions, links=links, orderings=_reduced(pairs))
 
 
 def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> str | None:

@@ -35,6 +35,7 @@ class OrderingReason(StrEnum):
     CAUSAL = "causal"  # the earlier action brings about what the later one needs
     THREAT = "threat"  # in the other order, one would delete the fact of a causal link
     RESOURCE = "resource"  # the same robot does both
+    STAGE = "stage"  # the earlier action achieves a goal that comes before those of the later one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,8 @@ class PlanningProblem:
     `objects` maps each object to its type; `functions` gives the numbers durations are made of, e.g.
     ("distance_m", ("door_1", "interchange_1")) -> 3.2; absent means the two are not connected.
     `deadlines_s` says by when a goal is to be true, seconds from the plan's start (negative if that is over);
-    `priorities` how much its lateness counts, higher is more urgent, 0 unless told.
+    `priorities` how much its lateness counts, higher is more urgent, 0 unless told. `stages` is the order among goals:
+    those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told.
     """
 
     objects: Mapping[str, str]
@@ -27,6 +28,7 @@ class PlanningProblem:
     functions: Mapping[tuple[str, tuple[str, ...]], float] = field(default_factory=dict)
     deadlines_s: Mapping[Fact, float] = field(default_factory=dict)
     priorities: Mapping[Fact, int] = field(default_factory=dict)
+    stages: Mapping[Fact, int] = field(default_factory=dict)
 
 
 class Objective(StrEnum):

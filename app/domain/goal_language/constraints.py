@@ -13,7 +13,7 @@ from app.domain.goal_language.words import choices_for, joined, natural_key, sug
 from app.domain.world_model.beliefs import IN, OBJECT_POSITION, VACANT, Facts, place_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.reservation import Reservation, is_withheld, taken_by
-from planner import PlanNet
+from planner import Fact, PlanNet
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -34,9 +34,15 @@ class Constraints(BaseModel):
         description="places that no robot goes to, and where nothing is put or taken",
     )
     keep_empty: Names = Field(default=(), max_length=100, description="places where no sample is put")
+    stages: tuple[Annotated[int, Field(ge=0, le=100)], ...] = Field(
+        default=(),
+        max_length=100,
+        description="for each goal its stage; a stage is begun once the goals of the earlier ones are achieved; empty: "
+        "all goals are pursued together",
+    )
 
     def __bool__(self) -> bool:
-        return bool(self.robots or self.without or self.avoid or self.keep_empty)
+        return bool(self.robots or self.without or self.avoid or self.keep_empty or any(self.stages))
 
     def and_also(self, other: "Constraints") -> "Constraints":
         """Both constraints. Robots are those that both allow; if there are none, all of the others are left out."""
@@ -50,6 +56,7 @@ class Constraints(BaseModel):
             without=_union(self.without, other.without, barred),
             avoid=_union(self.avoid, other.avoid),
             keep_empty=_union(self.keep_empty, other.keep_empty),
+            stages=self.stages or other.stages,
         )
 
     @property
@@ -70,6 +77,11 @@ class Constraints(BaseModel):
             avoided=_places(self.avoid, world),
             kept_empty=_places(self.keep_empty, world),
         )
+
+    def stages_of(self, goals: Sequence[Fact]) -> dict[Fact, int]:
+        """The stage of each goal; empty if all are pursued together."""
+        stages = dict(zip(goals, self.stages, strict=True)) if self.stages else {}
+        return stages if len(set(stages.values())) > 1 else {}
 
     def _allows(self, robot: str) -> bool:
         return robot not in self.without and (not self.robots or robot in self.robots)
@@ -163,6 +175,12 @@ def _contradictions(
     constraints: Constraints, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> Iterator[GoalIssue]:
     applied = constraints.in_world(world)
+    if constraints.stages and len(constraints.stages) != len(goals):
+        yield GoalIssue(
+            code="stages-of-other-goals",
+            kind="invalid",
+            detail=f"stages has {len(constraints.stages)} entries for {len(goals)} goals; give one for each goal",
+        )
     if not {robot.name for robot in world.robots} - applied.excluded:
         yield GoalIssue(
             code="no-robot-left",

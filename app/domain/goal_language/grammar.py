@@ -103,6 +103,7 @@ class _Reader:
             return commands
         if not any(command.verb for command in commands):
             return self._nothing_said(commands)
+        stages: list[int] = []
         for command in commands:
             asked = (
                 self._keep(command) if command.is_keep else self._command(command) if command.verb else None
@@ -110,10 +111,22 @@ class _Reader:
             asked = asked or self._constrain(command)
             if asked is not None:
                 return asked
+            stages.extend([command.stage] * (len(self.goals) - len(stages)))
+        self._set_stages(stages)
         if len(self.goals) > MAX_GOALS:
             detail = f"{len(self.goals)} goals are more than the {MAX_GOALS} that one sentence may state"
             return Clarification(code="too-many-goals", detail=detail)
         return None
+
+    def _set_stages(self, stages: Sequence[int]) -> None:
+        """Constrain the order of the goals if "then" stands between them."""
+        if len(set(stages)) > 1:
+            steps = [
+                " and ".join(str(goal) for goal, one in zip(self.goals, stages, strict=True) if one == stage)
+                for stage in sorted(set(stages))
+            ]
+            self.constraints = self.constraints.and_also(Constraints(stages=tuple(stages)))
+            self.readings.append(Reading(said="then", means=tuple(steps)))
 
     def _nothing_said(self, commands: Sequence[Clause]) -> Clarification:
         """The question after a sentence without a command; first what its constraints lack."""

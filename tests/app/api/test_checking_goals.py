@@ -23,7 +23,7 @@ def test_a_sentence_that_is_understood_is_what_would_be_planned(shared_api: Test
     checked = check(shared_api, "move sample_1 to bay_7")
     assert checked == {
         "goals": [{"predicate": "in", "args": ["sample_1", "bay_7"]}],
-        "constraints": {"robots": [], "without": [], "avoid": [], "keep_empty": []},
+        "constraints": {"robots": [], "without": [], "avoid": [], "keep_empty": [], "stages": []},
         "deadline_s": None,
         "due": None,
         "readings": [],

@@ -5,6 +5,7 @@ import { byId, el, replace, show } from "../page/dom.js";
 import { displayState, facts, seconds, tone, words } from "../page/format.js";
 import { commandButton } from "../page/problem.js";
 import { createPlanningProgress } from "./planning_progress.js";
+import { termItems } from "./terms.js";
 
 const OPEN = ["submitted", "waiting", "planning", "planned"];
 
@@ -50,6 +51,7 @@ function head(goal, due, planning, refresh) {
   const problem = el("div", { role: "alert" });
   const hasOutcome = goal.outcome && goal.state !== "unsolvable";
   const state = displayState(goal);
+  const terms = termItems(goal);
   return [
     el(
       "div",
@@ -58,6 +60,7 @@ function head(goal, due, planning, refresh) {
       el("span", { class: `badge ${tone(state)}`, "data-testid": "goal-state" }, words(state)),
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
+    terms.length ? el("ul", { class: "terms", "data-testid": "goal-terms-kept" }, terms) : null,
     due,
     goal.reason ? el("p", { class: "note", "data-testid": "goal-reason" }, goal.reason) : null,
     hasOutcome ? el("p", { class: "note", "data-testid": "goal-outcome" }, `Outcome: ${words(goal.outcome)}`) : null,

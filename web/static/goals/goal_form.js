@@ -4,6 +4,7 @@ import { post, problemOf } from "../page/api.js";
 import { byId, closest, el, show } from "../page/dom.js";
 import { facts } from "../page/format.js";
 import { problemBox } from "../page/problem.js";
+import { termItems } from "./terms.js";
 
 const QUIET_MS = 120;
 
@@ -14,6 +15,7 @@ export function mountGoalForm(store, { select, refresh }) {
   const text = byId("goal-text", HTMLInputElement);
   const box = byId("goal-problem", HTMLElement);
   const hint = byId("goal-hint", HTMLElement);
+  const terms = byId("goal-terms", HTMLElement);
   const showOffers = mountOffers(text, byId("goal-offers", HTMLElement), () => check());
   let requests = 0;
   /** @type {number | undefined} */
@@ -27,7 +29,14 @@ export function mountGoalForm(store, { select, refresh }) {
     const isEmpty = text.value.trim() === "";
     hint.textContent = isEmpty ? "" : checked.issue ? checked.issue.detail : `understood: ${facts(checked.goals)}`;
     hint.className = checked.issue || isEmpty ? "hint" : "hint good";
+    showTerms(isEmpty || checked.goals.length === 0 ? [] : termItems(checked));
     showOffers(document.activeElement === text ? checked.completions : []);
+  }
+
+  /** @param {Element[]} items */
+  function showTerms(items) {
+    show(terms, items);
+    terms.hidden = items.length === 0;
   }
 
   text.addEventListener("input", () => {
@@ -48,6 +57,7 @@ export function mountGoalForm(store, { select, refresh }) {
       const goal = await post("/v1/goals", { world: store.get().world, text: text.value, ...options(form) });
       form.reset();
       hint.textContent = "";
+      showTerms([]);
       select(goal.id);
       refresh();
     } catch (error) {

@@ -1,0 +1,93 @@
+"""Plans goals in stages: each stage from where the one before ends, its goals added to those achieved already."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from planner.engines.plan_net_completion import Outcome, complete_plan_net, timed_result
+from planner.fact import Fact
+from planner.knowledge import GroundAction, KnowledgeBase
+from planner.plan_nets.plan_net import PlanNet
+from planner.plan_nets.progression import progressed
+from planner.plan_nets.stages import goals_by_stage
+from planner.plan_nets.validation import linearisation
+from planner.problem.interface import (
+    UNOBSERVED,
+    Observer,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    warm_up,
+)
+from planner.problem.solving import TimeLimitedEngine
+from planner.problem.static_facts import StaticFacts
+
+
+class StagedEngine:
+    """An engine that also takes goals in stages; without stages it answers as the engine does.
+
+    NOTE: a stage's plan is chosen without regard to the later ones. That a later stage has no plan is therefore no
+    proof that there is none, and there is no lower bound of the whole.
+    """
+
+    def __init__(self, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> None:
+        self._engine = engine
+        self._knowledge_base = knowledge_base
+        self.name = engine.name
+
+    def warm_up(self) -> None:
+        warm_up(self._engine)
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        stages = goals_by_stage(problem.goals, problem.stages)
+        whole = replace(problem, stages={})
+        if len(stages) <= 1:
+            return self._engine.plan(whole, request, observer)
+        return timed_result(
+            self.name,
+            self._knowledge_base,
+            problem,
+            request,
+            lambda: self._staged(problem, stages, TimeLimitedEngine(self._engine, request, observer)),
+        )
+
+    def _staged(
+        self, problem: PlanningProblem, stages: Sequence[tuple[Fact, ...]], planner: TimeLimitedEngine
+    ) -> Outcome:
+        facts = problem.facts
+        elapsed_s = 0.0
+        sequence: list[GroundAction] = []
+        for number, goals in enumerate(stages):
+            left = {goal: due_s - elapsed_s for goal, due_s in problem.deadlines_s.items() if goal in goals}
+            result = planner.plan(replace(problem, facts=facts, goals=goals, deadlines_s=left, stages={}))
+            if result.plan_net is None:
+                return _unplanned(result, stages, number)
+            actions = _ground(result.plan_net)
+            sequence.extend(actions)
+            facts = progressed(facts, actions)
+            elapsed_s += result.plan_net.makespan_s
+        statics = StaticFacts(self._knowledge_base, problem)
+        planned = complete_plan_net(sequence, problem, self._knowledge_base, statics)
+        if isinstance(planned, str):
+            return PlanningStatus.NOT_FOUND, None, planned
+        return PlanningStatus.SOLVED, planned, ""
+
+
+def _unplanned(result: PlanningResult, stages: Sequence[tuple[Fact, ...]], number: int) -> Outcome:
+    """The outcome if a stage has no plan. Only of the first stage that is a proof."""
+    if number == 0:
+        return result.status, None, result.reason
+    status = PlanningStatus.NOT_FOUND if result.status is PlanningStatus.UNSOLVABLE else result.status
+    before = ", ".join(map(str, stages[number - 1]))
+    return status, None, f"after {before}: {result.reason or result.status.value}"
+
+
+def _ground(plan_net: PlanNet) -> list[GroundAction]:
+    """The plan-net's actions in one of its orders, without their times."""
+    names = GroundAction.__dataclass_fields__
+    return [
+        GroundAction(**{name: getattr(action, name) for name in names}) for action in linearisation(plan_net)
+    ]
