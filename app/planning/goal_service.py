@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import partial
 from typing import Any
 
 from sqlalchemy import func, select
@@ -16,19 +17,20 @@ from app.domain.events import GoalStopRequested, GoalWithdrawn
 from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
-from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.grammar import Clarification, Missions, Understood, understand
 from app.domain.goal_language.terms import GoalTerms, Reading
 from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
 from app.domain.world_model import Facts
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
-from app.store import GoalRow
+from app.store import GoalRow, MissionRow
 from app.store.records import lock_goal, page
 from robots.clock import Clock
 from robots.wire import SymbolicFact
@@ -128,7 +130,8 @@ class GoalService:
                 return _same(known, request, world)
             self._refuse_too_many(session)
             facts = self._facts.facts(session, world.name)
-            stated = self._stated(request, world, facts)
+            missions = partial(self._open_missions, session, world.name)
+            stated = self._stated(request, world, facts, missions)
             goals = stated.goals
             _refuse(blocking(check_request(goals, stated.constraints, world, facts, self._knowledge_base)))
             deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
@@ -160,7 +163,8 @@ class GoalService:
         text = request.text or ""
         with self._database.read() as session:
             facts = self._facts.facts(session, world.name)
-        stated = self._understood(request, world, facts)
+            missions = partial(self._open_missions, session, world.name)
+            stated = self._understood(request, world, facts, missions)
         if isinstance(stated, Clarification):
             return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
         found = check_request(stated.goals, stated.constraints, world, facts, self._knowledge_base)
@@ -175,12 +179,22 @@ class GoalService:
             completions=replacements(text, issue) if issue else (),
         )
 
-    def _stated(self, request: GoalRequest, world: WorldFile, facts: Facts) -> Understood:
+    def _open_missions(self, session: Session, world: str) -> Mapping[str, float]:
+        """The world's open missions, each with the seconds until its expected end by the world's clock."""
+        query = select(MissionRow).where(MissionRow.world == world, MissionRow.state.in_(OPEN))
+        now_s = self._clocks[world].now_s()
+        return {
+            mission.id: mission.estimate_s
+            + (0.0 if mission.started_at_s is None else mission.started_at_s - now_s)
+            for mission in session.scalars(query.order_by(MissionRow.created_at, MissionRow.id))
+        }
+
+    def _stated(self, request: GoalRequest, world: WorldFile, facts: Facts, missions: Missions) -> Understood:
         """What the request asks for.
 
         :raises Invalid: if its sentence is not understood, or states a second deadline.
         """
-        stated = self._understood(request, world, facts)
+        stated = self._understood(request, world, facts, missions)
         if isinstance(stated, Clarification):
             raise Invalid(
                 stated.detail,
@@ -195,11 +209,13 @@ class GoalService:
             )
         return stated
 
-    def _understood(self, request: GoalRequest, world: WorldFile, facts: Facts) -> Understood | Clarification:
+    def _understood(
+        self, request: GoalRequest, world: WorldFile, facts: Facts, missions: Missions
+    ) -> Understood | Clarification:
         if request.goal is not None:
             return Understood(goals=tuple(request.goal), constraints=request.constraints)
         now = datetime.fromtimestamp(self._wall_clock.epoch_s()).astimezone()
-        stated = understand(request.text or "", world, facts, verbs=self._verbs, now=now)
+        stated = understand(request.text or "", world, facts, verbs=self._verbs, now=now, missions=missions)
         if isinstance(stated, Clarification):
             return stated
         return replace(stated, constraints=stated.constraints.and_also(request.constraints))

@@ -152,7 +152,7 @@ def check_constraints(
 
 def _unknown_names(constraints: Constraints, world: WorldFile) -> Iterator[GoalIssue]:
     robots = [robot.name for robot in world.robots]
-    places = [*world.places_by_location, *world.location_of]
+    places = list(dict.fromkeys((*world.places_by_location, *world.location_of)))
     yield from _unknown("robot", (*constraints.robots, *constraints.without), robots)
     yield from _unknown("place", (*constraints.avoid, *constraints.keep_empty), places)
 
@@ -231,12 +231,14 @@ class Due(BaseModel):
 
     :param at: a time of day by the service's clock and time zone, ISO 8601; None for a span of the world's clock.
     :param in_s: seconds from now, by the wall clock with `at`, else by the world's clock.
+    :param mission: the mission before whose expected end.
     """
 
     model_config = ConfigDict(frozen=True)
 
     in_s: float
     at: str | None = None
+    mission: str | None = None
 
 
 def next_time_of_day(said: str, now: datetime) -> datetime:

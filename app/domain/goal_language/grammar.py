@@ -3,7 +3,7 @@
 The grammar is in `goals.lark`, what its verbs mean in `verbs.yaml`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from itertools import product
@@ -23,8 +23,17 @@ from robots.world import WorldFile
 
 __all__ = ["Clarification", "Parsed", "Understood", "parse_goal", "understand"]
 
+MISSION = "mission"
 MAX_GOALS = 100
 """The most goals of one sentence."""
+
+
+Missions = Callable[[], Mapping[str, float]]
+"""The open missions of the world, each with the seconds until its expected end by the world's clock."""
+
+
+def _no_missions() -> Mapping[str, float]:
+    return {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,17 +69,19 @@ def understand(
     *,
     verbs: Verbs | None = None,
     now: datetime | None = None,
+    missions: Missions = _no_missions,
 ) -> Understood | Clarification:
     """What a sentence asks for, or what to ask the operator.
 
     :param verbs: by default those that ship with Macta.
     :param now: the service's time in its time zone, for times of day; None: they are not understood.
+    :param missions: called if the sentence names a mission.
     """
     known = shipped_verbs() if verbs is None else verbs
     progress = parse(text, known)
     if isinstance(progress, Clarification):
         return progress
-    reader = _Reader(text, known, References(world=world, facts=facts), now)
+    reader = _Reader(text, known, References(world=world, facts=facts), now, missions)
     asked = reader.read(progress.clauses)
     return asked or reader.understood()
 
@@ -83,6 +94,7 @@ class _Reader:
     verbs: Verbs
     names: References
     now: datetime | None
+    missions: Missions
     goals: list[SymbolicFact] = field(default_factory=list)
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
@@ -457,6 +469,24 @@ class _Reader:
             return replace(found, span=(tail.span[1], tail.span[1]))
         return found
 
+    def _set_due_before_mission(self, tail: Tail, said: str) -> Clarification | None:
+        """The deadline "before mission …": when that mission is expected to end."""
+        missions = self.missions()
+        mission = _mission_in(tail.phrase.words, missions)
+        if mission is None:
+            return Clarification(
+                code="unknown-mission",
+                detail=f"no mission {self.text[slice(*tail.phrase.span)]!r} is open; "
+                f"open missions: {joined(tuple(missions), last='and')}",
+                thing=tail.phrase.said,
+                choices=tuple(missions),
+                span=tail.phrase.span,
+            )
+        self.due = Due(in_s=max(1.0, missions[mission]), mission=mission)
+        shown = f"in {_span(self.due.in_s)} of the world's clock, when it is expected to end"
+        self.readings.append(Reading(said=said, means=(shown,)))
+        return None
+
     def _set_due(self, tail: Tail) -> Clarification | None:
         said = self.text[slice(*tail.span)]
         if self.due is not None:
@@ -474,6 +504,8 @@ class _Reader:
             self.due = Due(in_s=tail.seconds)
             self.readings.append(Reading(said=said, means=(f"in {tail.seconds:.0f} s of the world's clock",)))
             return None
+        if tail.is_before and tail.phrase.words[:1] and tail.phrase.words[0].startswith(MISSION):
+            return self._set_due_before_mission(tail, said)
         if not tail.time or self.now is None:
             return Clarification(
                 code="time-not-understood",
@@ -488,6 +520,19 @@ class _Reader:
         shown = f"{moment:%Y-%m-%d %H:%M} {moment.tzname()}, in {_span(seconds)}"
         self.readings.append(Reading(said=said, means=(shown,)))
         return None
+
+
+def _mission_in(words: Sequence[str], missions: Iterable[str]) -> str | None:
+    """The mission whose id the words spell, with or without "mission" before it."""
+    said = _letters("".join(words)).removeprefix(MISSION)
+    return next(
+        (
+            one
+            for one in missions
+            if _letters(one.replace("-", "_")).removeprefix(MISSION) in {said, said.removeprefix(MISSION)}
+        ),
+        None,
+    )
 
 
 def _next_full_hours(now: datetime) -> tuple[str, ...]:

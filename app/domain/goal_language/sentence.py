@@ -66,12 +66,14 @@ class Tail:
     """A phrase after a preposition.
 
     :param time: a time of day, "14:30".
+    :param is_before: after "before", which may also name a mission.
     :param seconds: a span of time.
     """
 
     part: Part
     phrase: Phrase = Phrase()
     time: str = ""
+    is_before: bool = False
     seconds: float = 0.0
     span: tuple[int, int] = (0, 0)
 

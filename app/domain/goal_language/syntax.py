@@ -204,6 +204,7 @@ def _tail(tree: Any) -> Tail:
         part=Part(tree.data),
         phrase=_phrase(phrases[0]) if phrases else Phrase(span=(end, end)),
         time=said.get("TIME", ""),
+        is_before="BEFORE" in said,
         seconds=seconds,
         span=(leaves[0].start_pos, end),
     )

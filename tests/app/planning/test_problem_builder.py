@@ -125,3 +125,30 @@ def test_a_goal_waits_for_no_mission_while_the_robot_it_needs_rests(
 def test_goals_that_contradict_each_other_do_not_wait(problems: StoreProblems) -> None:
     built = problems.build("near(yard_1, door_1)", "near(yard_2, door_1)")
     assert built.withheld.why_never(STORE.base) == "yard_1 is near door_1 or yard_2 is near door_1, not both"
+
+
+def test_constraints_withhold_robots_and_places_and_are_not_waited_for(problems: StoreProblems) -> None:
+    terms = {"constraints": {"without": ["yard_1"], "avoid": ["interchange_1"], "keep_empty": ["bay_3"]}}
+    built = problems.build(terms=terms)
+    for facts in (built.problem.facts, built.withheld.whole.facts):
+        assert not {fact for fact in facts if fact.predicate == "can" and fact.args[0] == "yard_1"}
+        assert not {fact for fact in facts if fact.predicate == "reaches" and fact.args[1] == "interchange_1"}
+        assert STORE.fact("vacant(bay_3)") not in facts
+        assert STORE.fact("near(yard_1, home_yard_1)") in facts
+    result = StoreEngine().plan(built.problem, PlanningRequest())
+    assert result.plan_net is not None
+    assert not built.constraints.broken_by(result.plan_net)
+
+
+def test_a_plan_that_breaks_the_constraints_is_told(problems: StoreProblems) -> None:
+    plan = STORE.store_sample_1()
+    terms = {"constraints": {"robots": ["yard_2", "store_2"], "avoid": ["bay_7"], "keep_empty": ["bay_7"]}}
+    broken = problems.build("near(yard_2, door_1)", terms=terms).constraints.broken_by(plan)
+    assert broken == ("it uses yard_1", "it goes to bay_7", "it puts a sample in bay_7")
+
+
+def test_goals_are_pursued_in_their_stages(problems: StoreProblems) -> None:
+    texts = ("in(sample_1, bay_7)", "near(yard_2, door_2)")
+    built = problems.build(*texts, terms={"constraints": {"stages": [0, 1]}})
+    assert built.problem.stages == {STORED: 0, STORE.fact("near(yard_2, door_2)"): 1}
+    assert problems.build(*texts, terms={"constraints": {"stages": [1, 1]}}).problem.stages == {}

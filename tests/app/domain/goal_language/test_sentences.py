@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from app.domain.goal_language.check import check_request
 from app.domain.goal_language.completion import completions
+from app.domain.goal_language.constraints import Constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.syntax import grammar
 from app.domain.goal_language.verbs import shipped_verbs
@@ -149,6 +150,44 @@ def test_times_are_resolved_by_the_services_clock_and_zone(said: str, in_s: floa
     due = read(f"move sample_1 to bay_7 {said}").due
     assert due is not None
     assert (due.in_s, due.at) == (in_s, at)
+
+
+MISSIONS = {"mission-2c7ee919cecc": 90.0, "mission-0123456789ab": 12.0}
+
+
+@pytest.mark.parametrize(
+    "said", ["mission-2c7ee919cecc", "Mission 2c7ee919cecc", "mission mission-2c7ee919cecc"]
+)
+def test_before_a_mission_is_before_its_expected_end(said: str) -> None:
+    understood = understand(
+        f"park yard_1 before {said}", STORE.world, STORE.facts, now=NOW, missions=lambda: MISSIONS
+    )
+    assert isinstance(understood, Understood)
+    assert understood.due is not None
+    assert (understood.due.in_s, understood.due.mission) == (90.0, "mission-2c7ee919cecc")
+
+
+def test_a_mission_that_is_not_open_is_asked_about() -> None:
+    text = "park yard_1 before mission-9"
+    question = understand(text, STORE.world, STORE.facts, now=NOW, missions=lambda: MISSIONS)
+    assert isinstance(question, Clarification)
+    assert (question.code, question.choices) == ("unknown-mission", tuple(MISSIONS))
+    assert "park yard_1 before mission-0123456789ab" in completions(text, question, STORE.world, STORE.facts)
+
+
+def test_then_puts_goals_in_stages() -> None:
+    understood = read(
+        "move sample_1 to bay_7 and sample_2 to bay_1, then park yard_1 and yard_2; and then park store_1"
+    )
+    assert understood.constraints.stages == (0, 0, 1, 1, 2)
+    assert understood.readings[-1].said == "then"
+    assert read("move sample_1 to bay_7 and park yard_1").constraints.stages == ()
+
+
+def test_stages_are_those_of_the_goals() -> None:
+    goals = read("park yard_1 and yard_2").goals
+    wrong = check_request(goals, Constraints(stages=(0, 1, 2)), STORE.world, STORE.facts, STORE.base)
+    assert [issue.code for issue in wrong if issue.kind != "note"] == ["stages-of-other-goals"]
 
 
 def test_in_is_a_place_or_a_time() -> None:

@@ -1,0 +1,123 @@
+"""Constraints, sets and times of goals through HTTP: shown before planning, kept by the plan, alike in both forms."""
+
+from datetime import datetime
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from tests.app.api.test_main_job import Follow, approved, planned
+
+
+def facts_of(body: dict[str, Any]) -> list[str]:
+    return [f"{goal['predicate']}({', '.join(goal['args'])})" for goal in body["goal"]]
+
+
+def plan_of(api: TestClient, goal: dict[str, Any]) -> dict[str, Any]:
+    plan: dict[str, Any] = api.get(f"/v1/plans/{goal['plan_id']}").json()
+    return plan
+
+
+def test_a_sentence_is_shown_resolved_and_its_plan_keeps_the_constraints(
+    api: TestClient, follow: Follow
+) -> None:
+    text = "move sample_1 to any bay of aisle_2"
+    assert api.post("/v1/goals", json={"text": text}).status_code == 422
+    text = "move sample_1 to bay_7 with yard_2 and store_2 in ten minutes"
+    goal = planned(api, follow, text=text)
+    assert facts_of(goal) == ["in(sample_1, bay_7)"]
+    assert goal["constraints"]["robots"] == ["yard_2", "store_2"]
+    assert (goal["deadline_s"], goal["due"]) == (600, {"in_s": 600, "at": None, "mission": None})
+    assert goal["readings"] == [{"said": "in ten minutes", "means": ["in 600 s of the world's clock"]}]
+    assert plan_of(api, goal)["robots"] == ["store_2", "yard_2"]
+
+
+def test_the_structured_form_says_the_same(api: TestClient, follow: Follow) -> None:
+    stated = {
+        "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}],
+        "constraints": {"robots": ["yard_2", "store_2"]},
+        "deadline_s": 600,
+    }
+    goal = planned(api, follow, **stated)
+    assert goal["constraints"]["robots"] == ["yard_2", "store_2"]
+    assert plan_of(api, goal)["robots"] == ["store_2", "yard_2"]
+
+
+def test_goals_in_stages_are_carried_out_one_after_the_other(api: TestClient, follow: Follow) -> None:
+    mission = approved(api, follow, text="send yard_2 to door_2, then send store_1 to bay_1")
+    ended = follow(f"/v1/missions/{mission['id']}", "completed", "failed", "partially_completed")
+    assert ended["state"] == "completed"
+    plan = api.get(f"/v1/plans/{mission['plan_id']}").json()
+    assert [(one["reason"], one["kept_by"]) for one in plan["orderings"]] == [("stage", "clearance")]
+    packets = {script["robot"]: script["packets"][0] for script in ended["progress"]}
+    assert packets["store_1"]["started_at_s"] >= packets["yard_2"]["finished_at_s"]
+    why = api.get(f"/v1/plans/{plan['id']}/actions/a2/explanation").json()
+    assert "the goal asks for that yard_2 is near door_2 before" in str(why)
+
+
+def test_before_a_mission_is_resolved_against_the_open_ones(api: TestClient, follow: Follow) -> None:
+    refused = api.post("/v1/goals", json={"text": "park yard_1 before mission-1"}).json()
+    assert refused["type"].endswith("unknown-mission")
+    mission = approved(api, follow, text="send store_1 to bay_1")
+    body = {"text": f"park yard_1 before {mission['id']}"}
+    checked = api.post("/v1/goals:check", json=body).json()
+    if checked["issue"] is None:  # unless the mission has ended meanwhile
+        assert checked["due"]["mission"] == mission["id"]
+        assert checked["deadline_s"] == checked["due"]["in_s"]
+    else:
+        assert checked["issue"]["code"] == "unknown-mission"
+
+
+def test_the_same_request_again_is_the_same_goal_though_time_has_passed(api: TestClient) -> None:
+    body = {"text": "park yard_1 by 23:59 without yard_2", "constraints": {"avoid": ["door_1"]}}
+    headers = {"Idempotency-Key": "parked"}
+    first = api.post("/v1/goals", json=body, headers=headers)
+    again = api.post("/v1/goals", json=body, headers=headers)
+    assert (first.status_code, again.status_code) == (202, 202)
+    assert first.json()["id"] == again.json()["id"]
+    assert datetime.fromisoformat(first.json()["due"]["at"]).strftime("%H:%M") == "23:59"
+    other = api.post("/v1/goals", json={**body, "constraints": {}}, headers=headers)
+    assert other.json()["type"].endswith("idempotency-key-reused")
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code", "thing"),
+    [
+        ({"text": "inspect bay_4"}, 422, "unknown-verb", "inspect"),
+        ({"text": "move sample_1 to bay_77"}, 422, "unknown-place", "bay_77"),
+        ({"text": "move sample_1 to bay_7 with yard_2"}, 409, "constraints-too-tight", "bay_7"),
+        ({"text": "park yard_1", "constraints": {"without": ["yard_9"]}}, 422, "unknown-robot", "yard_9"),
+        ({"text": "park yard_1", "constraints": {"stages": [0, 1]}}, 422, "stages-of-other-goals", None),
+        ({"text": "park yard_1", "constraints": {"except": ["yard_9"]}}, 422, "malformed-request", None),
+        ({"text": "park yard_1 by 23:00", "deadline_s": 5}, 422, "two-deadlines", None),
+        (
+            {
+                "goal": [{"predicate": "near", "args": ["yard_1", "door_1"]}],
+                "constraints": {"avoid": ["door_1"]},
+            },
+            422,
+            "constraint-contradicts-goal",
+            "door_1",
+        ),
+    ],
+)
+def test_what_is_wrong_is_refused_with_the_thing(
+    api: TestClient, body: dict[str, Any], status: int, code: str, thing: str | None
+) -> None:
+    refused = api.post("/v1/goals", json=body)
+    assert (refused.status_code, refused.json()["type"]) == (status, f"urn:macta:problem:{code}")
+    assert refused.json().get("thing") == thing
+    if code == "unknown-place":
+        assert refused.json()["span"] == [17, 23]
+    assert api.get("/v1/goals").json()["items"] == []
+
+
+def test_a_structured_goal_is_checked_without_being_recorded(api: TestClient) -> None:
+    body = {
+        "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}],
+        "constraints": {"avoid": ["interchange_2"]},
+    }
+    checked = api.post("/v1/goals:check", json=body).json()
+    assert checked["issue"]["code"] == "constraints-too-tight"
+    assert checked["issue"]["choices"] == ["interchange_2"]
+    assert api.get("/v1/goals").json()["items"] == []
