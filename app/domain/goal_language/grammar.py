@@ -17,7 +17,7 @@ from app.domain.goal_language.syntax import parse
 from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
 from app.domain.goal_language.words import joined, natural_key, suggestions
-from app.domain.world_model.beliefs import Facts, place_of
+from app.domain.world_model.beliefs import Facts
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -345,7 +345,7 @@ class _Reader:
         )
         said = self.text[slice(*phrase.span)]
         if said and not is_name:
-            where = f" of {origin.name}" if origin else ""
+            where = f" of {origin.name}" if origin and not phrase.whole else ""
             self.readings.append(Reading(said=f"{said}{where}", means=tuple(means)))
 
     def _arranged(self, clause: Clause, verb: Verb) -> tuple[Phrase | None, Phrase | None] | Clarification:
@@ -383,20 +383,9 @@ class _Reader:
         self, clause: Clause, verb: Verb, subjects: Sequence[str], origin: Origin | None
     ) -> Clarification | None:
         """The question if a sample is not where the sentence says that it lies."""
-        if origin is None or not self.names.facts or verb.object_kind is not Kind.SAMPLE:
+        if origin is None or verb.object_kind is not Kind.SAMPLE:
             return None
-        for sample in subjects:
-            lies = place_of(sample, self.names.facts)
-            if lies not in {origin.name, *origin.places}:
-                where = f"in {lies}" if lies else "in an unknown place"
-                return Clarification(
-                    code="sample-elsewhere",
-                    detail=f"{sample} is {where}, not in {origin.name}",
-                    thing=sample,
-                    choices=(lies,) if lies else (),
-                    span=clause.object_or_gap().span,
-                )
-        return None
+        return self.names.elsewhere(subjects, origin, clause.object_or_gap())
 
     def _where_to(self, clause: Clause, slot: Slot, kind: Kind, subjects: Sequence[str]) -> Clarification:
         """Ask for the place, the likely ones first: bays to store in, doors to bring samples to."""

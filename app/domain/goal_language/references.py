@@ -67,9 +67,28 @@ class References:
         """
         names = (*self.world.places_by_location, *self.world.location_of)
         name = name_in(phrase.words, names)
-        if name in names and phrase.quantity is Quantity.NAMED:
-            return name
-        return unknown("place", name, choices or self.holding(), phrase)
+        if name not in names or phrase.quantity is not Quantity.NAMED:
+            return unknown("place", name, choices or self.holding(), phrase)
+        whole = self.whole_of(phrase)
+        if isinstance(whole, Clarification):
+            return whole
+        if whole is not None and not {name, *berths_of(name, self.world)} & {whole.name, *whole.places}:
+            return Clarification(
+                code="unknown-place",
+                detail=f"{name} is not in {whole.name}",
+                thing=name,
+                choices=self._locations_in(whole),
+                span=phrase.span,
+            )
+        return name
+
+    def whole_of(self, phrase: Phrase) -> Origin | Clarification | None:
+        """What follows "of" in a phrase: "every bay of aisle_1"."""
+        whole = phrase.of_whole()
+        return None if whole is None else self.origin(whole)
+
+    def _locations_in(self, origin: Origin) -> tuple[str, ...]:
+        return _sorted({self.world.location_of[place] for place in origin.places})
 
     def origin(self, phrase: Phrase) -> Origin | Clarification:
         """Where things are said to be."""
@@ -92,8 +111,12 @@ class References:
     ) -> tuple[str, ...] | Clarification:
         """The samples, robots or locations that a phrase means.
 
-        :param origin: where they are said to be.
+        :param origin: where they are said to be, if the phrase itself does not say it.
         """
+        whole = self.whole_of(phrase)
+        if isinstance(whole, Clarification):
+            return whole
+        origin = whole or origin
         match kind:
             case Kind.SAMPLE:
                 found = self._samples_of(phrase, verb, origin)
@@ -101,9 +124,29 @@ class References:
                 found = self._robots_of(phrase, verb, origin)
             case Kind.PLACE:
                 found = self._places_of(phrase, verb, origin)
-        if not isinstance(found, Clarification):
-            self.mentioned.update(found)
+        if isinstance(found, Clarification):
+            return found
+        if kind is Kind.SAMPLE and whole is not None:
+            asked = self.elsewhere(found, whole, phrase)
+            if asked is not None:
+                return asked
+        self.mentioned.update(found)
         return found
+
+    def elsewhere(self, samples: Sequence[str], origin: Origin, phrase: Phrase) -> Clarification | None:
+        """The question if a sample is not where it is said to lie."""
+        for sample in samples if self.facts else ():
+            lies = place_of(sample, self.facts)
+            if lies not in {origin.name, *origin.places}:
+                where = f"in {lies}" if lies else "in an unknown place"
+                return Clarification(
+                    code="sample-elsewhere",
+                    detail=f"{sample} is {where}, not in {origin.name}",
+                    thing=sample,
+                    choices=(lies,) if lies else (),
+                    span=phrase.span,
+                )
+        return None
 
     def _samples_of(
         self, phrase: Phrase, verb: str, origin: Origin | None
@@ -182,11 +225,7 @@ class References:
             return Clarification(
                 code="place-needed", detail=f"{verb} which place?", choices=choices, span=phrase.span
             )
-        inside = (
-            self.locations
-            if origin is None
-            else _sorted({self.world.location_of[place] for place in origin.places})
-        )
+        inside = self.locations if origin is None else self._locations_in(origin)
         if (kind := self.kind_of_place(phrase)) is not None:
             fitting = tuple(name for name in inside if kind in ("", self.world.location(name).kind))
             where = f" in {origin.name}" if origin else ""
@@ -249,13 +288,17 @@ class References:
             free = [place for place in self.reached_by(thing) if place not in near]
         else:
             free = list(free_for(thing, self.world, self.facts))
-        fitting = [name for name in free if kind in ("", self.world.location(name).kind)]
+        whole = self.whole_of(phrase)
+        if isinstance(whole, Clarification):
+            return whole
+        inside = self.locations if whole is None else self._locations_in(whole)
+        fitting = [name for name in free if name in inside and kind in ("", self.world.location(name).kind)]
         for name in fitting:
             if list(taken).count(name) < self._room(name):
                 return name
         return Clarification(
             code="place-needed",
-            detail=f"there is no free {kind or 'place'} for {thing}",
+            detail=f"there is no free {kind or 'place'}{f' in {whole.name}' if whole else ''} for {thing}",
             thing=phrase.said,
             choices=tuple(name for name in free if name not in taken),
             span=phrase.span,

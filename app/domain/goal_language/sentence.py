@@ -25,7 +25,7 @@ class Part(StrEnum):
     TARGET = "target"
     """After "to", "in", "at", "on"."""
     ORIGIN = "origin"
-    """After "from", "of"."""
+    """After "from"."""
     WITH = "with_robots"
     """After "with", "using"."""
     WITHOUT = "without_robots"
@@ -47,18 +47,25 @@ PLACES = frozenset({Part.TARGET, Part.ORIGIN})
 class Phrase:
     """A name, or a quantity of a kind.
 
+    :param whole: the words after "of": "every sample of aisle_1"; `whole_span`: where they stand.
     :param span: start and end in the text; for what is not said, where it would be.
     """
 
     words: tuple[str, ...] = ()
     quantity: Quantity = Quantity.NAMED
     count: int = 0
+    whole: tuple[str, ...] = ()
+    whole_span: tuple[int, int] = (0, 0)
     span: tuple[int, int] = (0, 0)
 
     @property
     def said(self) -> str:
         """The words as a name."""
         return "_".join(self.words)
+
+    def of_whole(self) -> "Phrase | None":
+        """The phrase after "of"; None if there is none."""
+        return Phrase(words=self.whole, span=self.whole_span) if self.whole else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -149,7 +149,7 @@ def _clauses(tree: Any) -> Iterable[Clause]:
 
 
 def _clause(tree: Any, stage: int) -> Clause:
-    leaves = list(tree.scan_values(_is_token))
+    leaves = _leaves(tree)
     clause = Clause(
         first=str(leaves[0]),
         first_span=(leaves[0].start_pos, leaves[0].end_pos),
@@ -173,26 +173,36 @@ def _clause(tree: Any, stage: int) -> Clause:
 
 
 def _phrase(tree: Any) -> Phrase:
-    leaves = list(tree.scan_values(_is_token))
-    span = (leaves[0].start_pos, leaves[-1].end_pos)
-    parts = {child.data: [*child.children] for child in tree.children}
-    words = tuple(str(word) for word in parts.get("name", ()))
-    amount = {token.type: str(token) for token in parts.get("quantity", ())}
-    if not amount:
-        return Phrase(words=words, span=span)
-    if "NUMBER" in amount and "OTHER" not in amount and not words:
-        return Phrase(words=(amount["NUMBER"],), span=span)  # a number alone is a name
+    parts = {child.data: child for child in tree.children}
+    said = {name: tuple(map(str, _leaves(part))) for name, part in parts.items()}
+    whole = tuple(_leaves(parts["whole"]))[1:] if "whole" in parts else ()  # without "of"
+    phrase = Phrase(
+        words=said.get("name", ()),
+        span=_span_of(_leaves(tree)),
+        whole=tuple(map(str, whole)),
+        whole_span=_span_of(whole) if whole else (0, 0),
+    )
+    if "quantity" not in parts:
+        return phrase
+    amount = {leaf.type: str(leaf) for leaf in _leaves(parts["quantity"])}
+    if amount.keys() == {"NUMBER"} and not phrase.words and not whole:
+        return replace(phrase, words=(amount["NUMBER"],))  # a number alone is a name
     count = int(number_of(amount["NUMBER"]) or 0) if "NUMBER" in amount else 0
-    if "OTHER" in amount:
-        return Phrase(words=words, quantity=Quantity.OTHER, count=count, span=span)
-    if "NUMBER" in amount:
-        return Phrase(words=words, quantity=Quantity.COUNT, count=count, span=span)
-    quantity = Quantity.ALL if "ALL" in amount else Quantity.ANY
-    return Phrase(words=words, quantity=quantity, span=span)
+    kinds = {"OTHER": Quantity.OTHER, "NUMBER": Quantity.COUNT, "ALL": Quantity.ALL, "ANY": Quantity.ANY}
+    quantity = next(quantity for kind, quantity in kinds.items() if kind in amount)
+    return replace(phrase, quantity=quantity, count=count)
+
+
+def _leaves(tree: Any) -> list[Any]:
+    return list(tree.scan_values(_is_token))
+
+
+def _span_of(leaves: Sequence[Any]) -> tuple[int, int]:
+    return leaves[0].start_pos, leaves[-1].end_pos
 
 
 def _tail(tree: Any) -> Tail:
-    leaves = list(tree.scan_values(_is_token))
+    leaves = _leaves(tree)
     said = {leaf.type: str(leaf) for leaf in leaves}
     phrases = [child for child in tree.children if not _is_token(child)]
     seconds = 0.0
