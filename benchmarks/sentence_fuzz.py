@@ -57,7 +57,8 @@ def drawn_sentence(chance: random.Random, world: WorldFile, verbs: Verbs) -> str
     names: Sequence[str] = [sample.name for sample in world.samples]
     while True:
         kinds = sorted(state.accepts())
-        if END in kinds and (len(said) >= LONGEST or chance.random() < 0.2):
+        is_whole = END in kinds and last in ("WORD", "TIME", "UNIT", "EMPTY")
+        if END in kinds and (len(said) >= LONGEST or chance.random() < (0.25 if is_whole else 0.02)):
             return " ".join(said)
         weights = [_weight(kind, last) for kind in kinds]
         kind = chance.choices(kinds, weights)[0]
@@ -73,10 +74,12 @@ def drawn_sentence(chance: random.Random, world: WorldFile, verbs: Verbs) -> str
 def _weight(kind: str, last: str) -> float:
     """How likely a kind of word is: a verb where there may be one, seldom a second word of a name."""
     if kind == "VERB":
-        return 60.0
-    if kind in ("WORD", "NUMBER"):
-        return 0.05 if last == "WORD" else 8.0
-    return 3.0 if kind in ("TO", "AND", "THEN", "TIME") else 1.0
+        return 400.0
+    if kind == "WORD":
+        return 0.1 if last == "WORD" else 60.0
+    if kind == "TO":
+        return 20.0 if last == "WORD" else 0.1
+    return 3.0 if kind in ("AND", "THEN", "TIME", "ALL", "WITH") else 0.3
 
 
 def _fitting(kind: str, verb: Verb | None, world: WorldFile) -> Sequence[str]:
