@@ -18,6 +18,7 @@ from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import completions, replacements
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
 from app.domain.goal_language.grammar import Clarification, Missions, Understood, understand
+from app.domain.goal_language.syntax import grammar
 from app.domain.goal_language.terms import GoalTerms, Reading
 from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.ids import new_id
@@ -110,6 +111,7 @@ class GoalService:
         self._requests = requests
         self._open_goals = open_goals
         self._verbs = verbs or shipped_verbs()
+        grammar()  # read now, so that the first sentence does not wait for it
         self._paces = paces or {}
         self._wall_clock = wall_clock
 

@@ -160,6 +160,14 @@ class FakeService:
                     "issue": None,
                     "completions": [],
                 }
+            case ["park", "every", "robot", "with", robot]:
+                return {
+                    "goals": [{"predicate": "near", "args": [robot, f"home_{robot}"]}],
+                    "readings": [{"said": "every robot", "means": ["yard_1", "yard_2"]}],
+                    "constraints": {"robots": [robot], "without": [], "avoid": [], "keep_empty": []},
+                    "issue": None,
+                    "completions": [],
+                }
             case ["move", sample]:
                 asked, choices = f"move {sample} where to?", [f"{text} to bay_{number}" for number in (1, 3)]
             case _:

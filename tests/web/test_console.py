@@ -169,6 +169,26 @@ def test_a_comment_being_written_survives_other_news(page: Page, service: FakeSe
     expect(page.get_by_test_id("plan-comment")).to_have_value("not yet done writ")
 
 
+def test_what_a_sentence_was_resolved_to_is_shown_before_it_is_planned(
+    page: Page, service: FakeService
+) -> None:
+    text, terms = page.get_by_test_id("goal-text"), page.get_by_test_id("goal-terms")
+    expect(terms).to_be_hidden()
+    text.fill("park every robot with yard_1")
+    expect(terms.get_by_role("listitem")).to_have_text(["“every robot”: yard_1, yard_2", "only with: yard_1"])
+    text.fill("park every robot")
+    expect(terms).to_be_hidden()
+
+
+def test_a_goals_terms_are_shown_with_it(page: Page, service: FakeService) -> None:
+    readings = [{"said": "then", "means": ["in(sample_1, bay_1)", "near(yard_1, door_1)"]}]
+    service.propose("move sample_1 to bay_1 then send yard_1 to door_1", readings=readings)
+    kept = page.get_by_test_id("goal-terms-kept")
+    expect(kept.get_by_role("listitem")).to_have_text(
+        ["“then”: in(sample_1, bay_1), then near(yard_1, door_1)"]
+    )
+
+
 def test_the_page_holds_no_token_in_its_address(page: Page) -> None:
     expect(page).to_have_url(re.compile(r"^http://127\.0\.0\.1:\d+/$"))
 

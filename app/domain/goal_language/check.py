@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from app.domain.goal_language.berth_choice import remaining_samples, resolve_berths
 from app.domain.goal_language.constraints import Constraints, check_constraints
@@ -49,6 +50,8 @@ def check_request(
 ) -> tuple[GoalIssue, ...]:
     """All issues with the goals and the constraints on them."""
     issues = check_goals(goals, world, facts, knowledge_base)
+    if len(set(constraints.stages)) > 1:
+        issues = tuple(map(_at_the_end, issues))
     if not constraints or any(issue.kind == "invalid" for issue in issues):
         return issues
     against = check_constraints(constraints, goals, world, facts)
@@ -69,6 +72,14 @@ def check_request(
         for issue in limited
     )
     return (*issues, *tight)
+
+
+def _at_the_end(issue: GoalIssue) -> GoalIssue:
+    """The issue, with what stages do not change: all goals must hold at the end."""
+    if issue.code not in {"one-thing-in-two-places", "two-goals-for-one-place"}:
+        return issue
+    hint = "all goals must be true at the end; state the later one when the mission for the first has ended"
+    return replace(issue, detail=f"{issue.detail}: {hint}")
 
 
 def blocking(issues: Sequence[GoalIssue]) -> tuple[GoalIssue, ...]:

@@ -18,6 +18,7 @@ from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
 from app.domain.goal_language.words import joined, natural_key, suggestions
 from app.domain.world_model.beliefs import Facts
+from app.domain.world_model.berths import berths_of
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -229,6 +230,9 @@ class _Reader:
             if isinstance(found, Clarification):
                 return found
             subjects.extend(found)
+        if verb.object_kind is Kind.PLACE:  # of a location with several berths, each
+            world = self.names.world
+            return [place for name in subjects for place in berths_of(name, world) or (name,)]
         return subjects
 
     def _others(

@@ -32,12 +32,29 @@ def test_plan_prints_the_plan_body_as_one_json_document() -> None:
     assert {"actions", "causal_links", "orderings", "makespan_s", "engine", "planning_s"} <= set(body)
 
 
+def test_plan_keeps_the_terms_of_sentences_and_says_how_they_are_understood() -> None:
+    sentence = "move sample_1 to bay_7 without yard_1 in ten minutes"
+    done = macta("plan", "--goal", sentence)
+    assert done.exit_code == 0
+    assert "in ten minutes: in 600 s of the world's clock" in done.stderr
+    assert "Constraints: without yard_1" in done.stderr
+    planned = macta("plan", "--goal", sentence, "--json")
+    assert "yard_1" not in json.loads(planned.stdout)["robots"]
+    goals = ("--goal", "send yard_2 to door_1", "--goal", "send yard_1 to door_2 then send store_1 to bay_1")
+    staged = macta("plan", *goals, "--json")
+    assert "stage" in {ordering["reason"] for ordering in json.loads(staged.stdout)["orderings"]}
+    twice = macta("plan", "--goal", sentence, "--deadline", "5")
+    assert (twice.exit_code, "say one" in twice.stderr) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("goal", "code"),
     [
         ("move sample_9 to bay_7", "unknown-sample"),
         ("move sample_1 to bay_2", "place-occupied"),
         ("juggle sample_1", "unknown-verb"),
+        ("move sample_1 to bay_7 with yard_2", "constraints-too-tight"),
+        ("move sample_1 to bay_7 without yard_9", "unknown-robot"),
         ("inn(sample_1, bay_7)", "unknown-predicate"),
         ("move [/x] to bay_7", "unknown-sample"),
     ],

@@ -193,6 +193,14 @@ def test_then_puts_goals_in_stages() -> None:
     assert read("move sample_1 to bay_7 and park yard_1").constraints.stages == ()
 
 
+def test_goals_of_which_one_ends_the_other_are_refused_also_one_after_the_other() -> None:
+    understood = read("send yard_2 to door_1 then park yard_2")
+    issues = check_request(understood.goals, understood.constraints, STORE.world, STORE.facts, STORE.base)
+    found = [issue for issue in issues if issue.kind != "note"]
+    assert found[0].code == "one-thing-in-two-places"
+    assert "all goals must be true at the end" in found[0].detail
+
+
 def test_stages_are_those_of_the_goals() -> None:
     goals = read("park yard_1 and yard_2").goals
     wrong = check_request(goals, Constraints(stages=(0, 1, 2)), STORE.world, STORE.facts, STORE.base)

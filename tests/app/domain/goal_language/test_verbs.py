@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.goal_language.grammar import Clarification, parse_goal
 from app.domain.goal_language.verbs import Verbs, VerbsError, load_verbs, shipped_verbs
+from tests.app.berthed_store import berthed_store
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -44,6 +45,13 @@ def test_a_verb_of_a_pack_is_understood_beside_the_others(tmp_path: Path) -> Non
     doors = stated("survey all doors", verbs)
     assert doors == ["inspected(door_1)", "inspected(door_2)"]
     assert stated("inspect all bays of aisle_2", verbs)[0] == "inspected(bay_7)"
+
+
+def test_a_location_with_berths_is_inspected_at_each(tmp_path: Path) -> None:
+    racks = Store(berthed_store())
+    parsed = parse_goal("inspect bay_2", racks.world, racks.facts, verbs_of(tmp_path, INSPECT))
+    assert not isinstance(parsed, Clarification)
+    assert [str(goal) for goal in parsed] == ["inspected(bay_2_1)", "inspected(bay_2_2)"]
 
 
 def test_a_place_to_inspect_is_asked_for(tmp_path: Path) -> None:
