@@ -5,8 +5,9 @@ from typing import Any, Generic, Literal, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from app.api.parameters import Name
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.terms import GoalTerms, Reading
+from app.domain.goal_language.times import Due
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import Policy
 from app.planning.alternatives import Search

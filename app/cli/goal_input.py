@@ -9,9 +9,10 @@ from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_request
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.terms import Reading
+from app.domain.goal_language.times import Due
 from app.domain.goal_language.verbs import Verbs
 from app.domain.world_model import Facts
 from planner import KnowledgeBase, KnowledgeBaseError

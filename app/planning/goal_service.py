@@ -16,10 +16,11 @@ from app.domain.errors import Busy, Conflict, Invalid, unrecorded
 from app.domain.events import GoalStopRequested, GoalWithdrawn
 from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import completions, replacements
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
-from app.domain.goal_language.grammar import Clarification, Missions, Understood, understand
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.syntax import grammar
 from app.domain.goal_language.terms import GoalTerms, Reading
+from app.domain.goal_language.times import Due, Missions
 from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle

@@ -1,7 +1,6 @@
 """Constraints on how a goal is carried out: which robots, which places; checked against the world, applied to facts."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from datetime import datetime, timedelta
 from functools import cached_property
 from typing import Annotated
 
@@ -19,6 +18,8 @@ from robots.world import WorldFile
 
 Name = Annotated[str, Field(min_length=1, max_length=64)]
 Names = tuple[Name, ...]
+MAX_NAMES = 1000
+"""The most names, and the most stages, of a goal's constraints."""
 
 
 class Constraints(BaseModel):
@@ -26,17 +27,15 @@ class Constraints(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    robots: Names = Field(default=(), max_length=100, description="only these robots act")
-    without: Names = Field(default=(), max_length=100, description="these robots do not act")
+    robots: Names = Field(default=(), description="only these robots act")
+    without: Names = Field(default=(), description="these robots do not act")
     avoid: Names = Field(
         default=(),
-        max_length=100,
         description="places that no robot goes to, and where nothing is put or taken",
     )
-    keep_empty: Names = Field(default=(), max_length=100, description="places where no sample is put")
-    stages: tuple[Annotated[int, Field(ge=0, le=100)], ...] = Field(
+    keep_empty: Names = Field(default=(), description="places where no sample is put")
+    stages: tuple[Annotated[int, Field(ge=0, le=MAX_NAMES)], ...] = Field(
         default=(),
-        max_length=100,
         description="for each goal its stage; a stage is begun once the goals of the earlier ones are achieved; empty: "
         "all goals are pursued together",
     )
@@ -146,6 +145,12 @@ def check_constraints(
     constraints: Constraints, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> tuple[GoalIssue, ...]:
     """The issues with constraints on these goals: unknown names, and contradictions to a goal or a fact."""
+    count = sum(
+        map(len, (constraints.robots, constraints.without, constraints.avoid, constraints.keep_empty))
+    )
+    if count > MAX_NAMES:
+        detail = f"{count} names are more than the {MAX_NAMES} that constraints may have"
+        return (GoalIssue(code="too-many-names", kind="invalid", detail=detail),)
     unknown = tuple(_unknown_names(constraints, world))
     return unknown or tuple(dict.fromkeys(_contradictions(constraints, goals, world, facts)))
 
@@ -224,25 +229,3 @@ def _places(names: Iterable[str], world: WorldFile) -> frozenset[str]:
 
 def _union(*groups: Names) -> Names:
     return tuple(dict.fromkeys(name for group in groups for name in group))
-
-
-class Due(BaseModel):
-    """When a sentence wants its goals achieved.
-
-    :param at: a time of day by the service's clock and time zone, ISO 8601; None for a span of the world's clock.
-    :param in_s: seconds from now, by the wall clock with `at`, else by the world's clock.
-    :param mission: the mission before whose expected end.
-    """
-
-    model_config = ConfigDict(frozen=True)
-
-    in_s: float
-    at: str | None = None
-    mission: str | None = None
-
-
-def next_time_of_day(said: str, now: datetime) -> datetime:
-    """The next moment, today or tomorrow, at which a clock shows `HH:MM` in the time zone of `now`."""
-    hour, _, minute = said.partition(":")
-    moment = now.replace(hour=int(hour), minute=int(minute), second=0, microsecond=0)
-    return moment if moment > now else moment + timedelta(days=1)

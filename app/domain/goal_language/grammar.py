@@ -3,20 +3,22 @@
 The grammar is in `goals.lark`, what its verbs mean in `verbs.yaml`.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime, timedelta
+from datetime import datetime
 from itertools import product
 
 from app.domain.goal_language.clarification import Clarification
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due, next_time_of_day
+from app.domain.goal_language.commands import commands_of
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.reachability import free_places
 from app.domain.goal_language.references import Origin, References
 from app.domain.goal_language.sentence import LISTS, Clause, Part, Phrase, Quantity, Tail
 from app.domain.goal_language.syntax import parse
 from app.domain.goal_language.terms import Reading
+from app.domain.goal_language.times import Due, Missions, Times, no_missions
 from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
-from app.domain.goal_language.words import joined, natural_key, suggestions
+from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import Facts
 from app.domain.world_model.berths import berths_of
 from robots.wire import SymbolicFact
@@ -24,17 +26,8 @@ from robots.world import WorldFile
 
 __all__ = ["Clarification", "Parsed", "Understood", "parse_goal", "understand"]
 
-MISSION = "mission"
 MAX_GOALS = 100
 """The most goals of one sentence."""
-
-
-Missions = Callable[[], Mapping[str, float]]
-"""The open missions of the world, each with the seconds until its expected end by the world's clock."""
-
-
-def _no_missions() -> Mapping[str, float]:
-    return {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +63,7 @@ def understand(
     *,
     verbs: Verbs | None = None,
     now: datetime | None = None,
-    missions: Missions = _no_missions,
+    missions: Missions = no_missions,
 ) -> Understood | Clarification:
     """What a sentence asks for, or what to ask the operator.
 
@@ -82,7 +75,7 @@ def understand(
     progress = parse(text, known)
     if isinstance(progress, Clarification):
         return progress
-    reader = _Reader(text, known, References(world=world, facts=facts), now, missions)
+    reader = _Reader(text, known, References(world=world, facts=facts), Times(now, missions))
     asked = reader.read(progress.clauses)
     return asked or reader.understood()
 
@@ -94,8 +87,7 @@ class _Reader:
     text: str
     verbs: Verbs
     names: References
-    now: datetime | None
-    missions: Missions
+    times: Times
     goals: list[SymbolicFact] = field(default_factory=list)
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
@@ -111,7 +103,7 @@ class _Reader:
 
     def read(self, clauses: Sequence[Clause]) -> Clarification | None:
         """Read the clauses in order; what to ask if one is not understood."""
-        commands = self._commands(clauses)
+        commands = commands_of(clauses, self.verbs)
         if isinstance(commands, Clarification):
             return commands
         if not any(command.verb for command in commands):
@@ -125,10 +117,10 @@ class _Reader:
             if asked is not None:
                 return asked
             stages.extend([command.stage] * (len(self.goals) - len(stages)))
-        self._set_stages(stages)
         if len(self.goals) > MAX_GOALS:
             detail = f"{len(self.goals)} goals are more than the {MAX_GOALS} that one sentence may state"
             return Clarification(code="too-many-goals", detail=detail)
+        self._set_stages(stages)
         return None
 
     def _set_stages(self, stages: Sequence[int]) -> None:
@@ -152,47 +144,6 @@ class _Reader:
             code="goal-not-understood",
             detail='say what to move and where to, e.g. "move sample_1 to bay_7"',
             choices=self.names.samples,
-        )
-
-    def _commands(self, clauses: Sequence[Clause]) -> list[Clause] | Clarification:
-        """The clauses as whole commands: what continues the clause before is joined to it."""
-        commands: list[Clause] = []
-        for clause in clauses:
-            last = commands[-1] if commands else None
-            if clause.verb or clause.is_keep:
-                commands.append(clause)
-            elif last is None and not clause.objects and not clause.names_place:
-                commands.append(clause)  # constraints that come first
-            elif last is not None and self._is_continued(last, clause):
-                _join(last, clause)
-            elif verb := next((c.verb for c in reversed(commands) if c.verb), ""):
-                clause.verb = verb
-                commands.append(clause)
-            else:
-                return self._unknown_verb(clause)
-        return commands
-
-    def _is_continued(self, last: Clause, clause: Clause) -> bool:
-        """True if a clause without a verb adds to the one before instead of stating another goal."""
-        if not clause.objects:
-            return not clause.names_place
-        if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
-            return True
-        if last.verb and not last.is_keep and not last.names_place:
-            verb = self.verbs.by_word[last.verb]
-            has_partner = len(last.objects) > 1 or last.phrases(Part.WITH)
-            if verb.slot(Role.PARTNER) is not None:
-                return not has_partner
-            return verb.needs_target
-        return False
-
-    def _unknown_verb(self, clause: Clause) -> Clarification:
-        first = clause.first
-        words = self.verbs.words
-        near = suggestions(first, words)
-        detail = f"{first!r} is not a known verb" + (f"; did you mean {joined(near)}?" if near else "")
-        return Clarification(
-            code="unknown-verb", detail=detail, thing=first, choices=near or words, span=clause.first_span
         )
 
     def _command(self, clause: Clause) -> Clarification | None:
@@ -462,97 +413,21 @@ class _Reader:
             return replace(found, span=(tail.span[1], tail.span[1]))
         return found
 
-    def _set_due_before_mission(self, tail: Tail, said: str) -> Clarification | None:
-        """The deadline "before mission …": when that mission is expected to end."""
-        missions = self.missions()
-        mission = _mission_in(tail.phrase.words, missions)
-        if mission is None:
-            return Clarification(
-                code="unknown-mission",
-                detail=f"no mission {self.text[slice(*tail.phrase.span)]!r} is open; "
-                f"open missions: {joined(tuple(missions), last='and')}",
-                thing=tail.phrase.said,
-                choices=tuple(missions),
-                span=tail.phrase.span,
-            )
-        self.due = Due(in_s=max(1.0, missions[mission]), mission=mission)
-        shown = f"in {_span(self.due.in_s)} of the world's clock, when it is expected to end"
-        self.readings.append(Reading(said=said, means=(shown,)))
-        return None
-
     def _set_due(self, tail: Tail) -> Clarification | None:
         said = self.text[slice(*tail.span)]
         if self.due is not None:
-            return Clarification(
-                code="two-deadlines",
-                detail=f"{said!r} is a second deadline; say one",
-                thing=said,
-                span=tail.span,
-            )
-        if tail.part is Part.WITHIN:
-            if tail.seconds <= 0:
-                return Clarification(
-                    code="time-not-understood", detail=f"{said!r} leaves no time", thing=said, span=tail.span
-                )
-            self.due = Due(in_s=tail.seconds)
-            self.readings.append(Reading(said=said, means=(f"in {tail.seconds:.0f} s of the world's clock",)))
-            return None
-        if tail.is_before and tail.phrase.words[:1] and tail.phrase.words[0].startswith(MISSION):
-            return self._set_due_before_mission(tail, said)
-        if not tail.time or self.now is None:
-            return Clarification(
-                code="time-not-understood",
-                detail="by when? Say a time of day, such as 14:30, or a span, such as in ten minutes",
-                thing=tail.phrase.said,
-                choices=_next_full_hours(self.now) if self.now else (),
-                span=tail.phrase.span if tail.phrase.words else (tail.span[1], tail.span[1]),
-            )
-        moment = next_time_of_day(tail.time, self.now)
-        seconds = (moment - self.now).total_seconds()
-        self.due = Due(in_s=seconds, at=moment.isoformat(timespec="minutes"))
-        shown = f"{moment:%Y-%m-%d %H:%M} {moment.tzname()}, in {_span(seconds)}"
+            detail = f"{said!r} is a second deadline; say one"
+            return Clarification(code="two-deadlines", detail=detail, thing=said, span=tail.span)
+        found = self.times.due(tail, self.text)
+        if isinstance(found, Clarification):
+            return found
+        self.due, shown = found
         self.readings.append(Reading(said=said, means=(shown,)))
         return None
-
-
-def _mission_in(words: Sequence[str], missions: Iterable[str]) -> str | None:
-    """The mission whose id the words spell, with or without "mission" before it."""
-    said = _letters("".join(words)).removeprefix(MISSION)
-    return next(
-        (
-            one
-            for one in missions
-            if _letters(one.replace("-", "_")).removeprefix(MISSION) in {said, said.removeprefix(MISSION)}
-        ),
-        None,
-    )
-
-
-def _next_full_hours(now: datetime) -> tuple[str, ...]:
-    """The next full hours as times of day."""
-    return tuple(f"{now + timedelta(hours=hours):%H}:00" for hours in range(1, 4))
-
-
-def _join(last: Clause, clause: Clause) -> None:
-    """Add a clause that continues the last one to it."""
-    if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
-        part = last.tails[-1].part
-        last.tails.extend(Tail(part=part, phrase=phrase, span=phrase.span) for phrase in clause.objects)
-    else:
-        last.objects.extend(clause.objects)
-    last.tails.extend(clause.tails)
-    last.span = (last.span[0], clause.span[1])
 
 
 def _slot(verb: Verb, role: Role) -> str:
     return next(name for name, slot in verb.slots.items() if slot.role is role)
-
-
-def _span(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    parts = ((hours, "h"), (minutes, "min"), (rest if not hours else 0, "s"))
-    return " ".join(f"{value} {unit}" for value, unit in parts if value)
 
 
 def _unique(names: Sequence[str]) -> tuple[str, ...]:

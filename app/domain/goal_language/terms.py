@@ -5,7 +5,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, Due
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.times import Due
 
 
 class Reading(BaseModel):

@@ -161,6 +161,15 @@ def test_times_are_resolved_by_the_services_clock_and_zone(said: str, in_s: floa
     assert (due.in_s, due.at) == (in_s, at)
 
 
+def test_more_goals_or_names_than_are_allowed_are_refused() -> None:
+    many = asked(" then ".join(["park all robots"] * 26))
+    assert many.code == "too-many-goals"
+    goals = read("park yard_1").goals
+    wide = Constraints(avoid=tuple(f"bay_{number}" for number in range(1001)))
+    issues = check_request(goals, wide, STORE.world, STORE.facts, STORE.base)
+    assert "too-many-names" in {issue.code for issue in issues}
+
+
 MISSIONS = {"mission-2c7ee919cecc": 90.0, "mission-0123456789ab": 12.0}
 
 

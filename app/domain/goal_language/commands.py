@@ -1,0 +1,63 @@
+"""The clauses of a sentence as commands: what continues the clause before is joined to it."""
+
+from collections.abc import Sequence
+
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.sentence import LISTS, Clause, Part, Tail
+from app.domain.goal_language.verbs import Role, Verbs
+from app.domain.goal_language.words import joined, suggestions
+
+
+def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clarification:
+    """The clauses as whole commands: what continues the clause before is joined to it."""
+    commands: list[Clause] = []
+    for clause in clauses:
+        last = commands[-1] if commands else None
+        if clause.verb or clause.is_keep:
+            commands.append(clause)
+        elif last is None and not clause.objects and not clause.names_place:
+            commands.append(clause)  # constraints that come first
+        elif last is not None and _is_continued(last, clause, verbs):
+            _join(last, clause)
+        elif verb := next((c.verb for c in reversed(commands) if c.verb), ""):
+            clause.verb = verb
+            commands.append(clause)
+        else:
+            return _unknown_verb(clause, verbs)
+    return commands
+
+
+def _is_continued(last: Clause, clause: Clause, verbs: Verbs) -> bool:
+    """True if a clause without a verb adds to the one before instead of stating another goal."""
+    if not clause.objects:
+        return not clause.names_place
+    if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
+        return True
+    if last.verb and not last.is_keep and not last.names_place:
+        verb = verbs.by_word[last.verb]
+        has_partner = len(last.objects) > 1 or last.phrases(Part.WITH)
+        if verb.slot(Role.PARTNER) is not None:
+            return not has_partner
+        return verb.needs_target
+    return False
+
+
+def _unknown_verb(clause: Clause, verbs: Verbs) -> Clarification:
+    first = clause.first
+    words = verbs.words
+    near = suggestions(first, words)
+    detail = f"{first!r} is not a known verb" + (f"; did you mean {joined(near)}?" if near else "")
+    return Clarification(
+        code="unknown-verb", detail=detail, thing=first, choices=near or words, span=clause.first_span
+    )
+
+
+def _join(last: Clause, clause: Clause) -> None:
+    """Add a clause that continues the last one to it."""
+    if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
+        part = last.tails[-1].part
+        last.tails.extend(Tail(part=part, phrase=phrase, span=phrase.span) for phrase in clause.objects)
+    else:
+        last.objects.extend(clause.objects)
+    last.tails.extend(clause.tails)
+    last.span = (last.span[0], clause.span[1])

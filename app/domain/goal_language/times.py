@@ -1,0 +1,128 @@
+"""Times in sentences: times of day, spans, and the expected ends of missions."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.sentence import Part, Tail
+from app.domain.goal_language.words import joined
+
+MISSION = "mission"
+Missions = Callable[[], Mapping[str, float]]
+"""The open missions of the world, each with the seconds until its expected end by the world's clock."""
+
+
+def no_missions() -> Mapping[str, float]:
+    return {}
+
+
+class Due(BaseModel):
+    """When a sentence wants its goals achieved.
+
+    :param at: a time of day by the service's clock and time zone, ISO 8601; None for a span of the world's clock.
+    :param in_s: seconds from now, by the wall clock with `at`, else by the world's clock.
+    :param mission: the mission before whose expected end.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    in_s: float
+    at: str | None = None
+    mission: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Resolves the times of a sentence.
+
+    :param now: the service's time in its time zone; None: times of day are not understood.
+    :param missions: called if the sentence names a mission.
+    """
+
+    now: datetime | None
+    missions: Missions
+
+    def due(self, tail: Tail, text: str) -> tuple[Due, str] | Clarification:
+        """The deadline of a phrase, and what it was resolved to in words.
+
+        :param text: the sentence.
+        """
+        if tail.part is Part.WITHIN:
+            return _within(tail, text)
+        if tail.is_before and tail.phrase.words and tail.phrase.words[0].startswith(MISSION):
+            return self._before_mission(tail, text)
+        if not tail.time or self.now is None:
+            return Clarification(
+                code="time-not-understood",
+                detail="by when? Say a time of day, such as 14:30, or a span, such as in ten minutes",
+                thing=tail.phrase.said,
+                choices=_next_full_hours(self.now) if self.now else (),
+                span=tail.phrase.span if tail.phrase.words else (tail.span[1], tail.span[1]),
+            )
+        moment = next_time_of_day(tail.time, self.now)
+        seconds = (moment - self.now).total_seconds()
+        shown = f"{moment:%Y-%m-%d %H:%M} {moment.tzname()}, in {_span(seconds)}"
+        return Due(in_s=seconds, at=moment.isoformat(timespec="minutes")), shown
+
+    def _before_mission(self, tail: Tail, text: str) -> tuple[Due, str] | Clarification:
+        """The deadline "before mission …": when that mission is expected to end."""
+        missions = self.missions()
+        mission = _mission_in(tail.phrase.words, missions)
+        if mission is None:
+            said = text[slice(*tail.phrase.span)]
+            return Clarification(
+                code="unknown-mission",
+                detail=f"no mission {said!r} is open; open missions: {joined(tuple(missions), last='and')}",
+                thing=tail.phrase.said,
+                choices=tuple(missions),
+                span=tail.phrase.span,
+            )
+        due = Due(in_s=max(1.0, missions[mission]), mission=mission)
+        return due, f"in {_span(due.in_s)} of the world's clock, when it is expected to end"
+
+
+def _within(tail: Tail, text: str) -> tuple[Due, str] | Clarification:
+    if tail.seconds <= 0:
+        said = text[slice(*tail.span)]
+        detail = f"{said!r} leaves no time"
+        return Clarification(code="time-not-understood", detail=detail, thing=said, span=tail.span)
+    return Due(in_s=tail.seconds), f"in {tail.seconds:.0f} s of the world's clock"
+
+
+def next_time_of_day(said: str, now: datetime) -> datetime:
+    """The next moment, today or tomorrow, at which a clock shows `HH:MM` in the time zone of `now`."""
+    hour, _, minute = said.partition(":")
+    moment = now.replace(hour=int(hour), minute=int(minute), second=0, microsecond=0)
+    return moment if moment > now else moment + timedelta(days=1)
+
+
+def _mission_in(words: Sequence[str], missions: Iterable[str]) -> str | None:
+    """The mission whose id the words spell, with or without "mission" before it."""
+    said = _letters("".join(words)).removeprefix(MISSION)
+    return next(
+        (
+            one
+            for one in missions
+            if _letters(one.replace("-", "_")).removeprefix(MISSION) in {said, said.removeprefix(MISSION)}
+        ),
+        None,
+    )
+
+
+def _next_full_hours(now: datetime) -> tuple[str, ...]:
+    """The next full hours as times of day."""
+    return tuple(f"{now + timedelta(hours=hours):%H}:00" for hours in range(1, 4))
+
+
+def _span(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = ((hours, "h"), (minutes, "min"), (rest if not hours else 0, "s"))
+    return " ".join(f"{value} {unit}" for value, unit in parts if value)
+
+
+def _letters(name: str) -> str:
+    return name.replace("_", "")
