@@ -143,6 +143,8 @@ def plan(
                     "code": refusal.code,
                     "detail": refusal.detail,
                     "choices": refusal.choices,
+                    "thing": refusal.thing,
+                    "span": refusal.span,
                 }
             )
         raise

@@ -65,6 +65,7 @@ def test_a_goal_that_is_refused_is_one_json_document_and_a_line(goal: str, code:
     document = json.loads(refused.stdout)
     assert (document["status"], document["code"]) == ("refused", code)
     assert document["choices"]
+    assert document["thing"] in goal
     assert refused.stderr.startswith("macta: ")
     assert "Traceback" not in refused.stderr
 
