@@ -25,6 +25,7 @@ from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
+from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
@@ -235,6 +236,7 @@ class Service:
         core = self.core
         self.missions = MissionService(core)
         self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
+        self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
         plausibility = Plausibility(
             core,
             worlds=self._files,
@@ -316,6 +318,7 @@ class Service:
             questions=self.questions,
             tunings=self.tunings,
             lost_robots=self.lost_robots,
+            out_of_service=self.out_of_service,
             teleoperation=self.teleoperation,
             recordings=self.recordings,
             executors=self.executors,

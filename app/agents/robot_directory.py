@@ -13,8 +13,8 @@ from app.domain.contact import Connection
 from app.domain.errors import NotFound
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
-from app.store import Database, LostRobotRow, MissionRow, ScriptRow
-from app.store.records import lost_robots
+from app.store import Database, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
+from app.store.records import lost_robots, robots_out_of_service
 from robots.world import WorldFile
 
 
@@ -26,6 +26,7 @@ class RobotReport:
     :param next_contact_s: world seconds until contact is expected.
     :param mission_id: the mission that it is reserved for.
     :param lost: set if it was declared lost.
+    :param out_of_service: set if it was taken out of service.
     """
 
     view: RobotView
@@ -37,6 +38,7 @@ class RobotReport:
     reach: Sequence[str]
     mission_id: str | None
     lost: LostRobotRow | None
+    out_of_service: OutOfServiceRow | None
 
 
 class RobotDirectory:
@@ -75,9 +77,14 @@ class RobotDirectory:
             lost = {
                 (row.world, row.robot): row for name in self._worlds for row in lost_robots(session, name)
             }
+            resting = {
+                (row.world, row.robot): row
+                for name in self._worlds
+                for row in robots_out_of_service(session, name)
+            }
         return [
-            self._robot(view, missions.get((view.world, name)), lost.get((view.world, name)))
-            for name, view in sorted(views.items())
+            self._robot(view, missions.get(key), lost=lost.get(key), out_of_service=resting.get(key))
+            for key, view in (((view.world, name), view) for name, view in sorted(views.items()))
         ]
 
     def robot(self, name: str) -> RobotReport:
@@ -86,7 +93,14 @@ class RobotDirectory:
             raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
         return reports[name]
 
-    def _robot(self, view: RobotView, mission_id: str | None, lost: LostRobotRow | None) -> RobotReport:
+    def _robot(
+        self,
+        view: RobotView,
+        mission_id: str | None,
+        *,
+        lost: LostRobotRow | None,
+        out_of_service: OutOfServiceRow | None,
+    ) -> RobotReport:
         monotonic_s = self._wall.monotonic_s()
         world = self._worlds[view.world]
         spec = world.robot(view.name)
@@ -102,6 +116,7 @@ class RobotDirectory:
             reach=self._reach[view.world, view.name],
             mission_id=mission_id,
             lost=lost,
+            out_of_service=out_of_service,
         )
 
 

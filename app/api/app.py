@@ -35,6 +35,7 @@ from app.api.viewer_proxy import view_router, viewer_router
 from app.api.worlds import worlds_router
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
+from app.missions.out_of_service import OutOfService
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -79,6 +80,7 @@ class Services:
     questions: Questions
     tunings: TuningService
     lost_robots: LostRobots
+    out_of_service: OutOfService
     teleoperation: Teleoperation
     recordings: RecordingStore
     executors: ExecutorRegistry
@@ -100,7 +102,11 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(plans_router(service.plans, service.explanations, service.export))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
-    api.include_router(robots_router(service.robots, service.questions, service.tunings, service.lost_robots))
+    api.include_router(
+        robots_router(
+            service.robots, service.questions, service.tunings, service.lost_robots, service.out_of_service
+        )
+    )
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(

@@ -260,6 +260,17 @@ class LostBody(BaseModel):
     comment: str
 
 
+class OutOfServiceBody(BaseModel):
+    """Why a robot is not recruited until it is brought back."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    since_s: float
+    taken_by: str
+    taken_at: str
+    reason: str
+
+
 class RobotBody(BaseModel):
     id: str
     name: str
@@ -282,6 +293,9 @@ class RobotBody(BaseModel):
     mission_id: str | None = None
     script_id: str | None = None
     lost: LostBody | None = Field(default=None, description="set if the robot was declared lost")
+    out_of_service: OutOfServiceBody | None = Field(
+        default=None, description="set if the robot was taken out of service"
+    )
 
 
 class WorldItem(BaseModel):

@@ -10,13 +10,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.agents import Questions
 from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.agents.tuning import TunedRobot, TuningService
-from app.api.bodies import Decision, LostBody, Page, PoseBody, Request, RobotBody
+from app.api.bodies import Decision, LostBody, OutOfServiceBody, Page, PoseBody, Request, RobotBody
 from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id, NameFilter
 from app.api.problems import declared
 from app.api.worlds import TAGS
 from app.missions.lost_robots import LostRobots
+from app.missions.out_of_service import OutOfService
 from robots.wire import TRACED_S, PacketTunings, TraceReport
 
 WAITING_FOR_ROBOTS = 16
@@ -29,6 +30,18 @@ class SetTuning(Request):
 
     tuning: PacketTunings = Field(examples=[EXAMPLE])
     comment: str = Field(default="", max_length=2000)
+
+
+class TakeOutOfService(Request):
+    reason: str = Field(min_length=1, max_length=2000, examples=["its left wheel slips"])
+
+
+class TakeGroupOutOfService(TakeOutOfService):
+    robots: list[str] = Field(min_length=1, max_length=1000)
+
+
+class BringGroupBack(Decision):
+    robots: list[str] = Field(min_length=1, max_length=1000)
 
 
 class TuningBody(BaseModel):
@@ -48,7 +61,11 @@ class TuningBody(BaseModel):
 
 
 def robots_router(
-    robots: RobotDirectory, questions: Questions, tunings: TuningService, lost: LostRobots
+    robots: RobotDirectory,
+    questions: Questions,
+    tunings: TuningService,
+    lost: LostRobots,
+    out_of_service: OutOfService,
 ) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
@@ -77,6 +94,34 @@ def robots_router(
         world = robots.robot(name).view.world
         lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
         return _robot(robots.robot(name))
+
+    @router.post("/robots/{name}:take_out_of_service")
+    def take_out_of_service(name: Id, body: TakeOutOfService) -> RobotBody:
+        """Have the robot end what it has begun and not recruit it: goals wait for it, plans with it are out of date."""
+        out_of_service.take_out([_named(name)], actor=ACTOR, reason=body.reason)
+        return _robot(robots.robot(name))
+
+    @router.post("/robots/{name}:bring_back", responses=declared(409))
+    def bring_back(name: Id, body: Decision | None = None) -> RobotBody:
+        """Recruit the robot again. 409 if it is not out of service."""
+        out_of_service.bring_back([_named(name)], actor=ACTOR, comment=body.comment if body else "")
+        return _robot(robots.robot(name))
+
+    @router.post("/robots:take_out_of_service", responses=declared(404))
+    def take_group_out_of_service(body: TakeGroupOutOfService) -> Page[RobotBody]:
+        """Take several robots out of service, all or none."""
+        out_of_service.take_out([_named(name) for name in body.robots], actor=ACTOR, reason=body.reason)
+        return Page(items=[_robot(robots.robot(name)) for name in dict.fromkeys(body.robots)])
+
+    @router.post("/robots:bring_back", responses=declared(404, 409))
+    def bring_group_back(body: BringGroupBack) -> Page[RobotBody]:
+        """Recruit several robots again, all or none. 409 names one that is not out of service."""
+        out_of_service.bring_back([_named(name) for name in body.robots], actor=ACTOR, comment=body.comment)
+        return Page(items=[_robot(robots.robot(name)) for name in dict.fromkeys(body.robots)])
+
+    def _named(name: str) -> tuple[str, str]:
+        """The robot with its world first."""
+        return robots.robot(name).view.world, name
 
     @router.get("/robots/{name}/trace", responses=declared(409, 429, 504))
     async def get_trace(name: Id, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
@@ -147,5 +192,8 @@ def _robot(report: RobotReport) -> RobotBody:
         reach=list(report.reach),
         mission_id=report.mission_id,
         lost=None if report.lost is None else LostBody.model_validate(report.lost),
+        out_of_service=None
+        if report.out_of_service is None
+        else OutOfServiceBody.model_validate(report.out_of_service),
         **live,
     )

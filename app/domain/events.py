@@ -478,6 +478,22 @@ class RobotFound(Event, type="robot.found"):
     comment: str
 
 
+class RobotTakenOutOfService(Event, type="robot.taken_out_of_service"):
+    """An operator has taken the robot out of service: it ends what it has begun and is not recruited."""
+
+    world: str
+    actor: str
+    reason: str
+
+
+class RobotBroughtBack(Event, type="robot.brought_back"):
+    """An operator has brought the robot back into service."""
+
+    world: str
+    actor: str
+    comment: str
+
+
 class TuningSet(Event, type="tuning.set"):
     """An operator has tuned the robot's packets: numbers by packet, pattern and parameter."""
 

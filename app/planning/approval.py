@@ -32,7 +32,7 @@ from app.planning.proposals import WITHOUT_BODY, close_plans, open_plans, plan_r
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
-from app.store.records import lost_robot_reasons, page
+from app.store.records import lost_robots, page, robots_out_of_service
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet
@@ -289,7 +289,7 @@ class Staleness:
         believed = self._facts.believed(session, plan.world) if false else ()
         return [
             *(self._change(fact, believed) for fact in false),
-            *self._lost(session, net, plan.world),
+            *self._withdrawn(session, net, plan.world),
             *self._taken(session, net, goal),
         ]
 
@@ -303,9 +303,13 @@ class Staleness:
     def _words(self, fact: Fact) -> str:
         return str(symbolic(fact, self._knowledge_base))
 
-    def _lost(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
-        lost = lost_robot_reasons(session, world)
-        return (f"{robot} was declared lost" for robot in net.robots if robot in lost)
+    def _withdrawn(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
+        for lost in lost_robots(session, world):
+            if lost.robot in net.robots:
+                yield f"{lost.robot} was declared lost"
+        for row in robots_out_of_service(session, world):
+            if row.robot in net.robots:
+                yield f"{row.robot} was taken out of service: {row.reason}"
 
     def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:
         needed = taken_by(net)

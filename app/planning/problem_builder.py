@@ -30,7 +30,7 @@ from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
 from app.store import GoalRow, PlanRow, WorldRow
 from app.store.durations import learned_durations
-from app.store.records import lost_robot_reasons
+from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
 from planner import Fact, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
@@ -129,7 +129,7 @@ class ProblemBuilder:
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
         stages = constraints.stages_of(goals)
-        unavailable = {**self._unavailable(goal.world), **lost_robot_reasons(session, goal.world)}
+        unavailable = {**self._unavailable(goal.world), **withdrawn_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}

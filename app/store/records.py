@@ -10,7 +10,7 @@ from sqlalchemy.orm.interfaces import ORMOption
 from app.domain.errors import Invalid, unrecorded
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
-from app.store.tables import GoalRow, LostRobotRow, MissionRow, PlanRow, ScriptRow
+from app.store.tables import GoalRow, LostRobotRow, MissionRow, OutOfServiceRow, PlanRow, ScriptRow
 
 Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
 Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow)
@@ -55,6 +55,21 @@ def lost_robots(session: Session, world: str) -> Sequence[LostRobotRow]:
 def lost_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
     """The lost robots of a world, each with the reason why it is not recruited, in words."""
     return {row.robot: f"which {row.declared_by} declared lost" for row in lost_robots(session, world)}
+
+
+def robots_out_of_service(session: Session, world: str) -> Sequence[OutOfServiceRow]:
+    """The robots of a world that were taken out of service, in alphabetical order."""
+    query = select(OutOfServiceRow).where(OutOfServiceRow.world == world).order_by(OutOfServiceRow.robot)
+    return session.scalars(query).all()
+
+
+def withdrawn_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
+    """The robots of a world that operators do not want recruited, lost or out of service, each with why, in words."""
+    resting = {
+        row.robot: f"which {row.taken_by} took out of service: {row.reason}"
+        for row in robots_out_of_service(session, world)
+    }
+    return {**resting, **lost_robot_reasons(session, world)}
 
 
 def read_only(table: type[Shown]) -> Select[Shown]:

@@ -94,6 +94,18 @@ class LostRobotRow(Base):
     declared_at: Mapped[str] = mapped_column(default=utc_now)
 
 
+class OutOfServiceRow(Base):
+    """A robot that an operator has taken out of service: it ends what it has begun and is not recruited."""
+
+    __tablename__ = "robots_out_of_service"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    since_s: Mapped[float]
+    taken_by: Mapped[str]
+    reason: Mapped[str]
+    taken_at: Mapped[str] = mapped_column(default=utc_now)
+
+
 class GoalRow(Base):
     """A goal.
 
