@@ -226,6 +226,7 @@ interface Robot {
   world: string;
   connection: string;
   lost?: unknown;
+  out_of_service?: { reason: string; taken_by: string } | null;
   silent?: boolean;
   last_heard_s?: number | null;
   heard_at_s?: number | null;

@@ -42,7 +42,8 @@ def test_a_page_goes_on_when_the_service_was_killed_and_is_back(tmp_path: Path) 
             page.get_by_test_id("goal-text").fill("move sample_1 to")  # what is being written stays
             kill_family(first.process.pid)
             first.process.wait()
-        expect(live).to_have_text("not live")
+        # As below, the view is being built in the page's thread meanwhile.
+        expect(live).to_have_text("not live", timeout=BACK_MS)
         before = len(heard)
         with macta_serve(data, *port) as second:
             expect(live).to_have_text("live", timeout=BACK_MS)

@@ -7,10 +7,10 @@ import time
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import uvicorn
-from fastapi import Depends, FastAPI, HTTPException, Request, Response
+from fastapi import Body, Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 
@@ -224,8 +224,8 @@ def create_app(service: FakeService) -> FastAPI:
         return service.trace
 
     @app.post("/v1/robots/{name}:{verb}", dependencies=v1)
-    def declare(name: str, verb: str) -> Any:
-        service.declare(name, verb)
+    def declare(name: str, verb: str, body: Annotated[dict[str, str] | None, Body()] = None) -> Any:
+        service.declare(name, verb, **(body or {}))
         return JSONResponse({}, 202)
 
     @app.get("/v1/robots", dependencies=v1)

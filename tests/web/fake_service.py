@@ -124,6 +124,8 @@ class FakeService:
         self.hearing: dict[str, dict[str, Any]] = {}
         """What differs of a robot's link from one that is heard all the time."""
         self.lost: set[str] = set()
+        self.out_of_service: dict[str, str] = {}
+        """By robot, the reason."""
         self.view: str | None = None
         self.views = PageViews()
         self.refusal = ""
@@ -337,9 +339,15 @@ class FakeService:
         empty = {"when": "before", "words": "holds nothing, jaws open", "holds": True}
         self.trace = {"at_s": 12.0, "stretches": [stretch], "conditions": [empty, near]}
 
-    def declare(self, name: str, verb: str) -> None:
-        self.declared.append((name, verb))
-        self.lost.symmetric_difference_update({name})
+    def declare(self, name: str, verb: str, reason: str = "") -> None:
+        match verb:
+            case "take_out_of_service":
+                self.out_of_service[name] = reason
+            case "bring_back":
+                del self.out_of_service[name]
+            case _:
+                self.declared.append((name, verb))
+                self.lost.symmetric_difference_update({name})
 
     def ask_about_repair(self, mission_id: str) -> None:
         """The mission's yard robot has failed, and a repaired plan waits for a decision."""
@@ -371,6 +379,9 @@ class FakeService:
                 "world": WORLD,
                 "connection": self.connection.get(name, "online"),
                 "lost": {"since_s": 0.0} if name in self.lost else None,
+                "out_of_service": {"reason": self.out_of_service[name], "taken_by": "administrator"}
+                if name in self.out_of_service
+                else None,
                 "last_heard_s": 0.2,
                 "heard_at_s": self.time_s - 0.2,
                 "silent": False,

@@ -54,6 +54,24 @@ def test_a_robot_that_is_silent_can_be_declared_lost(page: Page, service: FakeSe
     assert service.declared == [("yard_2", "declare_lost"), ("yard_2", "declare_found")]
 
 
+def test_a_robot_is_taken_out_of_service_with_a_reason_and_brought_back(
+    page: Page, service: FakeService
+) -> None:
+    line = page.get_by_test_id("robot").filter(has_text="yard_2")
+    line.click()
+    panel = page.get_by_test_id("robot-panel")
+    panel.get_by_text("Take out of service").click()
+    panel.get_by_test_id("robot-take_out_of_service").click()  # without a reason the form is not sent
+    panel.get_by_test_id("robot-service-reason").fill("its left wheel slips")
+    panel.get_by_test_id("robot-take_out_of_service").click()
+    expect(panel).to_contain_text("its left wheel slips (administrator)")
+    expect(line).to_contain_text("out of service")
+    assert service.out_of_service == {"yard_2": "its left wheel slips"}
+    panel.get_by_test_id("robot-bring_back").click()
+    expect(panel.get_by_text("Take out of service")).to_be_visible()
+    expect(line).not_to_contain_text("out of service")
+
+
 def test_a_sample_and_a_place_picked_on_the_map_become_a_goal(map_of: Page) -> None:
     map_of.locator("[data-name=bay_6] rect").click()
     expect(map_of.locator("#pick-note")).to_contain_text("Pick a sample first")

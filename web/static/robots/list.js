@@ -36,7 +36,7 @@ export function mountRobots(store) {
 
 /** @param {Robot} robot @param {ReturnType<typeof contact>} link */
 function parts(robot, link) {
-  const activity = [robot.packet, robot.holding && `holds ${robot.holding}`].filter(Boolean).join(", ") || "idle";
+  const activity = [robot.packet, robot.holding && `holds ${robot.holding}`, robot.out_of_service && "out of service"].filter(Boolean).join(", ") || "idle";
   const isOnline = isHeard(robot);
   return [
     el("span", { class: `dot ${link.tone}`, title: link.word }),

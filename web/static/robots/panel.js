@@ -4,16 +4,18 @@ import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
 import { commandButton } from "../page/problem.js";
+import { serviceControl } from "./service.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @param {{refresh: () => void, workbench: Workbench}} actions */
 export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
   const panel = byId("robot", HTMLElement);
-  const parts = { head: el("div"), synthesis: el("div", { class: "synthesis" }), rose: el("div"), state: el("div", { class: "told" }), problem: el("div", { role: "alert" }) };
+  const parts = { head: el("div"), service: el("div"), synthesis: el("div", { class: "synthesis" }), rose: el("div"), state: el("div", { class: "told" }), problem: el("div", { role: "alert" }) };
   /** @type {string | null} */
   let shown = null;
   /** @type {(() => void) | null} */
   let unfollow = null;
   let drawnHead = "";
+  let drawnService = "";
 
   /** @param {string | null} name */
   async function open(name) {
@@ -22,9 +24,10 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
     shown = name;
     panel.hidden = name === null;
     drawnHead = "";
+    drawnService = "";
     if (name === null) return;
     for (const part of Object.values(parts)) show(part);
-    replace(panel, parts.head, parts.problem, el("div", { class: "robot-parts" }, el("div", { class: "grow" }, parts.synthesis, parts.state), parts.rose));
+    replace(panel, parts.head, parts.service, parts.problem, el("div", { class: "robot-parts" }, el("div", { class: "grow" }, parts.synthesis, parts.state), parts.rose));
     const { rangeRose, robotState, synthesis } = await import("./telemetry_drawing.js"); // fetched when first needed
     if (shown !== name) return;
     unfollow ??= telemetry.follow(({ robots }) => {
@@ -58,6 +61,14 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
     );
   }
 
+  /** Drawn apart from the head, so that a reason that is being written stays. @param {Robot} robot */
+  function drawService(robot) {
+    const key = JSON.stringify([robot.name, robot.out_of_service]);
+    if (key === drawnService) return;
+    drawnService = key;
+    replace(parts.service, serviceControl(robot, parts.problem, refresh));
+  }
+
   /** @param {Robot} robot @param {string} verb @param {string} label */
   function declare(robot, verb, label) {
     const done = () => {
@@ -70,7 +81,9 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
   store.subscribe((state) => {
     if (state.robot !== shown) open(state.robot);
     const robot = state.robots.find((one) => one.name === shown);
-    if (robot) drawHead(robot);
+    if (!robot) return;
+    drawHead(robot);
+    drawService(robot);
   });
 }
 
