@@ -12,8 +12,10 @@ from planner.knowledge import (
     GroundAction,
     KnowledgeBase,
     load_knowledge_base,
+    merge_knowledge_bases,
     read_knowledge_base,
     scale_term,
+    shipped_knowledge_base,
 )
 from planner.plan_nets.plan_net import (
     GOAL,
@@ -70,8 +72,10 @@ __all__ = [
     "faults_of",
     "keep_in_step",
     "load_knowledge_base",
+    "merge_knowledge_bases",
     "read_knowledge_base",
     "register_with_unified_planning",
     "scale_term",
+    "shipped_knowledge_base",
     "warm_up",
 ]

@@ -3,7 +3,8 @@
 from planner.knowledge.action import ActionSpec, ParameterSpec, VariantSpec
 from planner.knowledge.base import KnowledgeBase
 from planner.knowledge.expression import DURATION_SCALE, scale_term
-from planner.knowledge.load import load_knowledge_base, read_knowledge_base
+from planner.knowledge.load import load_knowledge_base, read_knowledge_base, shipped_knowledge_base
+from planner.knowledge.merge import merge_knowledge_bases
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator
 from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, TypeSpec
 
@@ -20,6 +21,8 @@ __all__ = [
     "TypeSpec",
     "VariantSpec",
     "load_knowledge_base",
+    "merge_knowledge_bases",
     "read_knowledge_base",
     "scale_term",
+    "shipped_knowledge_base",
 ]
