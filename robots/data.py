@@ -1,13 +1,17 @@
 """Reads YAML; base classes of checked data."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any, ClassVar, Self, dataclass_transform
 
 import yaml
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, TypeAdapter
+from pydantic_core import CoreSchema, PydanticCustomError, ValidationError, core_schema
+
+from robots.errors import ExtensionError
+from robots.extensions import installed, load_class
 
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's loader where yaml was built with it, about ten times as fast."""
@@ -40,23 +44,65 @@ class NamedVariant(Strict):
 
 @dataclass(frozen=True, slots=True)
 class ChosenBy:
-    """Annotates a base class: data name one of its subclasses at this key, beside that subclass's fields."""
+    """Annotates a base class: data name one of its subclasses at this key, beside that subclass's fields.
+
+    :param group: the entry points by which installed packages add subclasses, each under its `variant_name`.
+    """
 
     key: str
+    group: str
 
     def __get_pydantic_core_schema__(
         self, kind: type[NamedVariant], handler: GetCoreSchemaHandler
     ) -> CoreSchema:
+        named: dict[str, type[NamedVariant]] = {}
+        for one in kind.__subclasses__():
+            named.setdefault(one.variant_name, one)  # a package's class does not replace one of ours
         choices: dict[Any, CoreSchema] = {
-            one.variant_name: core_schema.no_info_before_validator_function(
+            name: core_schema.no_info_before_validator_function(
                 self._without_name, handler.generate_schema(one)
             )
-            for one in kind.__subclasses__()
+            for name, one in named.items()
         }
-        return core_schema.tagged_union_schema(choices, self.key)
+        return core_schema.no_info_wrap_validator_function(
+            partial(self._read, kind, frozenset(choices)), core_schema.tagged_union_schema(choices, self.key)
+        )
+
+    def _read(
+        self,
+        kind: type[NamedVariant],
+        shipped: frozenset[str],
+        value: Any,
+        handler: core_schema.ValidatorFunctionWrapHandler,
+    ) -> Any:
+        name = value.get(self.key) if isinstance(value, Mapping) else None
+        if not isinstance(name, str) or name in shipped:
+            return handler(value)
+        try:
+            found = load_class(self.group, name, kind)
+            others = () if found is not None else installed(self.group).keys()
+        except ExtensionError as error:
+            raise _refusal(str(error)) from error
+        if found is None:
+            choices = ", ".join(sorted({*shipped, *others}))
+            raise _refusal(f"unknown {self.key} {name!r}; choices: {choices}")
+        if found.variant_name != name:
+            raise _refusal(
+                f"{self.group}: {name} is the class {found.__qualname__}; register it as {found.variant_name}"
+            )
+        return _adapter(found).validate_python(self._without_name(value))
 
     def _without_name(self, slots: Mapping[str, Any]) -> dict[str, Any]:
         return {name: value for name, value in slots.items() if name != self.key}
+
+
+@cache
+def _adapter(kind: type[NamedVariant]) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _refusal(words: str) -> PydanticCustomError:
+    return PydanticCustomError("unknown_choice", "{words}", {"words": words})
 
 
 class Checked(BaseModel):
@@ -85,6 +131,53 @@ def read_yaml(text: str) -> Any:
         return yaml.load(text, Loader=LOADER)
     except yaml.YAMLError:
         return yaml.safe_load(text)
+
+
+_SLOT = re.compile(r"[a-z]+(?:\.[A-Za-z0-9_]+)+")
+
+
+def faults_in(text: str, error: ValidationError, within: Sequence[str | int] = ()) -> list[str]:
+    """A schema's complaints about a YAML text, each with its line and slot.
+
+    :param within: the slot that was checked, if not the whole text.
+    """
+    return [place_in(text, (*within, *one["loc"]), one["msg"]) for one in error.errors()]
+
+
+def place_in(text: str, slot: Sequence[str | int], message: str) -> str:
+    """`line 31, robots.2.start: …`; a message that itself begins with a slot, `robots.fred starts …`, keeps it."""
+    said = message.removeprefix("Value error, ")
+    named = _SLOT.match(said)
+    where = [str(part) for part in slot] or (named[0].split(".") if named else [])
+    line = _line_of(text, where)
+    name = f"{'.'.join(map(str, slot))}: " if slot else "" if named else "file: "
+    return f"line {line}, {name}{said}"
+
+
+def _line_of(text: str, where: Sequence[str]) -> int:
+    """The line of the deepest part that is there; the parts of a list are named by number or by their `name`."""
+    node = yaml.compose(text, Loader=LOADER)
+    line = 1
+    for part in where:
+        children = _children(node)
+        if part not in children:
+            break
+        node = children[part]
+        line = node.start_mark.line + 1
+    return line
+
+
+def _children(node: yaml.Node | None) -> dict[str, yaml.Node]:
+    if isinstance(node, yaml.MappingNode):
+        return {str(key.value): value for key, value in node.value}
+    if not isinstance(node, yaml.SequenceNode):
+        return {}
+    children: dict[str, yaml.Node] = {}
+    for index, child in enumerate(node.value):
+        children[str(index)] = child
+        if isinstance(name := _children(child).get("name"), yaml.ScalarNode):
+            children[name.value] = child
+    return children
 
 
 MAX_DEPTH = 50

@@ -9,6 +9,10 @@ class RepertoireError(RobotError):
     """Raised when a repertoire's data are malformed, or a packet does not fit them."""
 
 
+class ExtensionError(RobotError):
+    """Raised when what an installed package registered cannot be used; names the entry point and the package."""
+
+
 class SensorFault(RobotError):
     """Raised when a reading is missing, not a number, or out of its possible range."""
 

@@ -24,7 +24,7 @@ ORDER = {
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
     "robots": """executive repertoire reactive conditions perception physical world link wire compiled
-        background_compilation compilation kernels clock data errors""",
+        background_compilation compilation kernels clock data extensions errors""",
     "sim": """trials process world bodies physics truth snapshot clock error""",
     "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",
 }
@@ -139,6 +139,7 @@ def test_the_wire_the_link_and_the_world_file_import_no_part_of_a_robots_runtime
                     "compiled",
                     "data",
                     "errors",
+                    "extensions",
                     "kernels",
                 }
                 assert used <= rooms, module

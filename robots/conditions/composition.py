@@ -6,9 +6,10 @@ from typing import Annotated
 from robots.conditions import beliefs, long_objects, motion, own_state, position, sight  # noqa: F401, define conditions
 from robots.conditions.verdict import Condition, Verdict
 from robots.data import ChosenBy
+from robots.extensions import CONDITIONS
 from robots.perception.percepts import NOTHING, Needs, Percepts
 
-AnyCondition = Annotated[Condition, ChosenBy("sense")]
+AnyCondition = Annotated[Condition, ChosenBy("sense", CONDITIONS)]
 
 
 class Not(Condition):

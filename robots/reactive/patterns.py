@@ -8,6 +8,7 @@ from typing import Annotated
 
 from robots.conditions.composition import AnyCondition
 from robots.data import ChosenBy, Strict
+from robots.extensions import STIMULI
 from robots.perception.percepts import Percepts
 from robots.reactive import carrying, steering  # noqa: F401, define stimuli
 from robots.reactive.responses import AnyResponse
@@ -34,7 +35,7 @@ class BehaviourPattern(Strict):
     name: str
     dof: DegreeOfFreedom
     level: Level
-    stimulus: Annotated[Stimulus, ChosenBy("sense")]
+    stimulus: Annotated[Stimulus, ChosenBy("sense", STIMULI)]
     r: AnyResponse
     u: AnyResponse
     when: tuple[AnyCondition, ...] = ()

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from robots.data import ChosenBy, NamedVariant
+from robots.extensions import RESPONSES
 
 MAX_GAIN = 20.0
 
@@ -72,4 +73,4 @@ class Full(Response):
         return copysign(1.0, s) if s else 0.0
 
 
-AnyResponse = Annotated[Response, ChosenBy("form")]
+AnyResponse = Annotated[Response, ChosenBy("form", RESPONSES)]

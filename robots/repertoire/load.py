@@ -2,17 +2,19 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
+from pathlib import Path
 
 import yaml
 from pydantic import ValidationError
 
 from robots.conditions.facts import condition_for
-from robots.data import read_yaml
+from robots.data import faults_in, place_in, read_yaml
 from robots.errors import RepertoireError
 from robots.perception.percepts import waypoint
 from robots.physical.profile import RobotProfile
+from robots.repertoire.check import template_faults
 from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.repertoire.self_level import FILE as SELF_LEVEL
@@ -30,6 +32,11 @@ class Repertoire:
     """The packets of the on-robot software; a robot's profile says which of them it may use."""
 
     specs: Mapping[str, PacketSpec]
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """The tags that a robot's profile may name: of the packets that not every robot has."""
+        return tuple(sorted({spec.tag for spec in self.specs.values() if not spec.basic}))
 
     def tuned(self, tuning: Mapping[str, Tuning]) -> "Repertoire":
         """The repertoire with overridden parameters, by packet tag.
@@ -139,15 +146,28 @@ def load_repertoire(texts: Iterable[tuple[str, str]] | None = None) -> Repertoir
     """Read and check packets' contents.
 
     :param texts: pairs of a name and its YAML text; None reads the ones shipped here.
-    :raises RepertoireError: naming the text and what is wrong with it.
+    :raises RepertoireError: naming the text, the line and slot, and what is wrong with it.
     """
-    return _shipped_repertoire() if texts is None else _checked(texts)
+    return read_repertoire(store_packets()) if texts is None else _checked(texts)
 
 
-@cache
-def _shipped_repertoire() -> Repertoire:
+def store_packets() -> tuple[Path, ...]:
+    """The files of the sample store's packets."""
+    return _shipped("store")
+
+
+def read_repertoire(files: Iterable[Path]) -> Repertoire:
+    """The packets that every robot has, and those of the files; all that drive have the self level's patterns, too.
+
+    :raises RepertoireError: naming the file, the line and slot, and what is wrong with it.
+    """
+    return _with_self_level(tuple((str(file), _text(file)) for file in (*_shipped(), *files)))
+
+
+@lru_cache(maxsize=4)
+def _with_self_level(texts: tuple[tuple[str, str], ...]) -> Repertoire:
     # NOTE: checking takes 60 ms, too long for every robot of a large world.
-    packets = _checked(_shipped())
+    packets = _checked(texts)
     own = load_self_level()
     return Repertoire({tag: own.added_to(spec) for tag, spec in packets.specs.items()})
 
@@ -155,12 +175,11 @@ def _shipped_repertoire() -> Repertoire:
 def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
     read: dict[str, tuple[str, PacketSpec]] = {}
     for origin, text in texts:
-        try:
-            spec = PacketSpec.model_validate(read_yaml(text))
-        except (yaml.YAMLError, ValidationError) as error:
-            raise RepertoireError(f"{origin} is no packet: {error}") from error
+        spec = _spec(origin, text)
         if spec.name in read:
-            raise RepertoireError(f"{origin} defines {spec.name} a second time")
+            raise RepertoireError(
+                f"{origin} defines {spec.name} a second time; it is defined in {read[spec.name][0]}"
+            )
         read[spec.name] = origin, spec
     own = {name: spec.patterns for name, (_, spec) in read.items()}
     specs = {}
@@ -173,7 +192,27 @@ def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
     return Repertoire(specs)
 
 
-def _shipped() -> list[tuple[str, str]]:
-    folder = resources.files("robots.repertoire")
-    files = [entry for entry in folder.iterdir() if entry.name.endswith(".yaml") and entry.name != SELF_LEVEL]
-    return sorted((entry.name, entry.read_text(encoding="utf-8")) for entry in files)
+def _spec(origin: str, text: str) -> PacketSpec:
+    try:
+        spec = PacketSpec.model_validate(read_yaml(text))
+        faults = [place_in(text, slot, message) for slot, message in template_faults(spec)]
+    except ValidationError as error:
+        faults = faults_in(text, error)
+    except (yaml.YAMLError, ValueError) as error:
+        raise RepertoireError(f"{origin} is no packet: {error}") from error
+    if faults:
+        raise RepertoireError("\n".join([f"{origin} is no packet:", *(f"  {fault}" for fault in faults)]))
+    return spec
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RepertoireError(f"{file} cannot be read: {error}") from error
+
+
+@cache
+def _shipped(*folders: str) -> tuple[Path, ...]:
+    with resources.as_file(resources.files("robots.repertoire").joinpath(*folders)) as folder:
+        return tuple(path for path in sorted(folder.glob("*.yaml")) if path.name != SELF_LEVEL)

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, Self
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field, TypeAdapter, model_validator
 
 from robots.conditions.composition import AnyCondition
 from robots.conditions.motion import Elapsed, Faster, Travelled
@@ -29,7 +29,7 @@ TOO_FAST_FACTOR = 1.1
 class PacketSpec(Checked):
     """A packet's content as a template: strings that begin with `$` name arguments, `$me` the robot itself.
 
-    `arguments` must be given; `places` and `robots` say which of them name what. `before` and `after` are the sensor
+    `arguments` must be given, those in `optional` need not; `places` and `robots` say which of the former name what. `before` and `after` are the sensor
     pre- and post-conditions. `basic`: every robot can carry it out.
 
     Our additions: `waiting`, patterns that act until the pre-conditions hold; `maintain`, conditions whose loss is a
@@ -43,10 +43,11 @@ class PacketSpec(Checked):
     `robots.reactive.avoidance`, which replaces the patterns of the environment level.
     """
 
-    tag: str
+    tag: str = Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)
     about: str
     basic: bool = False
     arguments: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
     places: tuple[str, ...] = ()
     robots: tuple[str, ...] = ()
     long: bool = False
@@ -63,6 +64,15 @@ class PacketSpec(Checked):
     retries: int | None = Field(default=RETRIES, ge=0)
     stalled_s: float = Field(default=STALLED_S, gt=0)
 
+    @model_validator(mode="after")
+    def _names_its_arguments(self) -> Self:
+        for slot in ("places", "robots"):
+            for name in getattr(self, slot):
+                if name not in self.arguments:
+                    choices = ", ".join(self.arguments) or "none"
+                    raise ValueError(f"{slot}: {name} is not one of the arguments; choices: {choices}")
+        return self
+
     def with_patterns_of(self, packets: Mapping[str, Sequence[Mapping[str, Any]]]) -> "PacketSpec":
         """The packet with each `patterns_of` replaced by that packet's patterns.
 
@@ -74,8 +84,8 @@ class PacketSpec(Checked):
             for one in patterns:
                 if one.keys() != {PATTERNS_OF}:
                     yield one
-                elif one[PATTERNS_OF] in packets:
-                    yield from packets[one[PATTERNS_OF]]
+                elif str(one[PATTERNS_OF]) in packets:
+                    yield from packets[str(one[PATTERNS_OF])]
                 else:
                     raise ValueError(
                         f"patterns of {one[PATTERNS_OF]}, which is not a packet of this repertoire"
@@ -103,10 +113,10 @@ class PacketSpec(Checked):
         def fill(value: Any) -> Any:
             return filled(value, values)
 
-        conditions = _conditions()
+        conditions = sensor_conditions()
         patterns = behaviour_patterns()
         acting = patterns.validate_python(fill(self.patterns))
-        avoid = _avoidance().validate_python(_method(fill(self.avoid)))
+        avoid = avoidance_methods().validate_python(named_method(fill(self.avoid)))
         max_velocity_m_s = float(values[MAX_VELOCITY])
         max_distance_m = float(values[MAX_DISTANCE])
         events = {name: conditions.validate_python(fill(one)) for name, one in self.events.items()}
@@ -153,7 +163,7 @@ def _limits(
 
 # NOTE: a TypeAdapter takes 20 ms to make, half a tick: made at first use, then kept.
 @cache
-def _conditions() -> TypeAdapter[tuple[AnyCondition, ...]]:
+def sensor_conditions() -> TypeAdapter[tuple[AnyCondition, ...]]:
     return TypeAdapter(tuple[AnyCondition, ...])
 
 
@@ -163,11 +173,11 @@ def behaviour_patterns() -> TypeAdapter[tuple[BehaviourPattern, ...]]:
 
 
 @cache
-def _avoidance() -> TypeAdapter[AnyAvoidance | None]:
+def avoidance_methods() -> TypeAdapter[AnyAvoidance | None]:
     return TypeAdapter(AnyAvoidance | None)
 
 
-def _method(avoid: Any) -> Any:
+def named_method(avoid: Any) -> Any:
     """The settings of an avoidance method, which may be given by its name alone; None for the patterns."""
     if not isinstance(avoid, str):
         return avoid

@@ -2,7 +2,7 @@
 
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
-from robots.world.load import WorldFileError, load_world, named_worlds
+from robots.world.load import WorldFileError, load_world, named_worlds, shipped_worlds
 from robots.world.parts import Compartment, Location, Obstacle, Opening, RobotSpec, Sample, Wall, WorldFact
 from robots.world.radio import Contact, LinkSpec, Outage
 
@@ -25,6 +25,7 @@ __all__ = [
     "generate_world",
     "load_world",
     "named_worlds",
+    "shipped_worlds",
     "store_shape",
     "world_yaml",
 ]

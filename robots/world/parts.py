@@ -5,7 +5,7 @@ from east.
 """
 
 from math import hypot
-from typing import Annotated, Literal, Self, get_args
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -17,8 +17,10 @@ Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Point = tuple[float, float]
 Interval = tuple[float, float]
 
-Tag = Literal["NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"]
-PACKET_TAGS: tuple[Tag, ...] = get_args(Tag)
+Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
+"""A packet's; whether some packet has it is checked where a world is loaded for use, for packs bring packets."""
+STORE_TAGS = ("NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
+"""A robot's repertoire if its world file does not state it: all packets of the sample store."""
 ON_BORDER_M = 0.05
 """A point this far outside an area still lies on its border; locations nearer than this coincide."""
 SHORTEST_M = 0.7
@@ -106,7 +108,7 @@ class RobotSpec(Checked):
     home: Name | None = None
     body: BodySpec = VelocityBodySpec()
     architecture: Literal["parallel", "sequential"] = "parallel"
-    repertoire: tuple[Tag, ...] = PACKET_TAGS
+    repertoire: tuple[Tag, ...] = STORE_TAGS
     speed_m_s: float = Field(default=0.5, gt=0, le=2)
     turn_rad_s: float = Field(default=1.5, gt=0, le=6)
     battery: float = Field(default=1.0, ge=0, le=1)

@@ -1,6 +1,7 @@
 """Packets' contents are checked data; a packet that does not fit is refused by what does not fit."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -10,8 +11,9 @@ from robots.conditions.sight import Clear, LiesAt
 from robots.errors import RepertoireError
 from robots.reactive.patterns import Level
 from robots.reactive.synthesis import DegreeOfFreedom
-from robots.repertoire import load_repertoire
+from robots.repertoire import load_repertoire, read_repertoire, store_packets
 from robots.wire import BehaviourPacket
+from robots.world.parts import STORE_TAGS
 from tests.robots.sensed import PROFILE
 from tests.robots.stories import packet
 
@@ -161,3 +163,55 @@ def test_patterns_of_a_packet_that_is_not_there_are_an_error_that_names_both() -
     rest = MINIMAL[MINIMAL.index("  - name: rest") : MINIMAL.index("after:")]
     with pytest.raises(RepertoireError, match="wait is no packet: patterns of DANCE"):
         load_repertoire([("wait", MINIMAL.replace(rest, "  - patterns_of: DANCE\n"))])
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        (
+            "sense: always",
+            "sense: smell",
+            ["line 9, patterns.0.stimulus", "unknown sense 'smell'", "bearing"],
+        ),
+        ("value: 0", "value: $much", ["line 6, patterns.0", "$much", "max_velocity_m_s"]),
+        ("about: Waits.", "about: Waits.\nplaces: [ref1]", ["places: ref1 is not one of the arguments"]),
+        ("about: Waits.", "about: Waits.\navoid: luck", ["avoid", "vfh_plus"]),
+        (
+            "about: Waits.",
+            "about: Waits.\nevents: {late: [{sense: dusk}]}",
+            ["line 4, events.late.0", "dusk"],
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_packet_is_named_with_line_slot_and_choices(
+    right: str, wrong: str, words: list[str]
+) -> None:
+    with pytest.raises(RepertoireError) as refused:
+        load_repertoire([("wait", MINIMAL.replace(right, wrong))])
+    assert [word for word in words if word not in str(refused.value)] == [], str(refused.value)
+
+
+def test_files_add_packets_to_those_that_every_robot_has(tmp_path: Path) -> None:
+    (tmp_path / "wait.yaml").write_text(MINIMAL)
+    repertoire = read_repertoire([tmp_path / "wait.yaml"])
+    assert repertoire.tags == ("WAIT",)
+    assert {spec.tag for spec in repertoire.specs.values() if spec.basic} >= {"STOP", "CHARGE", "TELEOPERATE"}
+
+
+def test_the_sample_stores_packets_are_files_like_any_others() -> None:
+    assert read_repertoire(store_packets()).specs == load_repertoire().specs
+    assert set(load_repertoire().tags) == set(STORE_TAGS)
+
+
+def test_a_packet_of_two_files_is_refused_naming_both(tmp_path: Path) -> None:
+    files = [tmp_path / "one.yaml", tmp_path / "two.yaml"]
+    for file in files:
+        file.write_text(MINIMAL)
+    with pytest.raises(RepertoireError) as refused:
+        read_repertoire(files)
+    assert all(str(file) in str(refused.value) for file in files)
+
+
+def test_a_missing_packet_file_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(RepertoireError, match=r"nowhere\.yaml cannot be read"):
+        read_repertoire([tmp_path / "nowhere.yaml"])

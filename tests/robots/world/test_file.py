@@ -184,3 +184,32 @@ def test_an_error_names_the_line_of_its_slot(tmp_path: Path) -> None:
     lines = (tmp_path / "room.yaml").read_text().splitlines()
     line = next(number for number, one in enumerate(lines, start=1) if "length_m: -1" in one)
     assert f"line {line}, samples.0.length_m: " in said
+
+
+def test_tags_are_those_of_the_repertoires_that_are_present(tmp_path: Path) -> None:
+    robots = [{**one, "repertoire": ["INSPECT"]} for one in small()["robots"]]
+    file = tmp_path / "room.yaml"
+    file.write_text(yaml.safe_dump(small(robots=robots)))
+    assert load_world(file, tags=["INSPECT", "PATROL"]).robot("left").repertoire == ("INSPECT",)
+    with pytest.raises(WorldFileError) as refused:
+        load_world(file, tags=["PATROL", "NAVIGATE"])
+    assert "room.yaml is not a valid world" in str(refused.value)
+    lines = file.read_text().splitlines()
+    for robot in ("left", "right"):
+        place = re.search(rf"line (\d+), robots\.{robot}\.repertoire\.0: .*'INSPECT'", str(refused.value))
+        assert place is not None
+        assert lines[int(place[1]) - 1].strip() == "- INSPECT"
+    assert "choices: NAVIGATE, PATROL" in str(refused.value)
+
+
+def test_a_tag_is_a_word_in_capitals(tmp_path: Path) -> None:
+    robots = [{**one, "repertoire": ["inspect"]} for one in small()["robots"]]
+    assert "robots.0.repertoire.0" in refusal(tmp_path, robots=robots)
+
+
+def test_named_worlds_may_be_any_files(tmp_path: Path) -> None:
+    file = tmp_path / "room.yaml"
+    file.write_text(yaml.safe_dump(small()))
+    assert load_world("lounge", worlds={"lounge": file}).name == "room"
+    with pytest.raises(WorldFileError, match="worlds: lounge"):
+        load_world("sample_store", worlds={"lounge": file})

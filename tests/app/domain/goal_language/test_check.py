@@ -5,7 +5,7 @@ import pytest
 from app.domain.goal_language.check import GoalIssue, blocking, check_goals
 from app.domain.world_model import Facts, revise_beliefs
 from robots.world import RobotSpec, WorldFile
-from robots.world.parts import PACKET_TAGS
+from robots.world.parts import STORE_TAGS
 from tests.app.laboratory import Laboratory, lab_with
 from tests.app.sample_store import Store, said
 
@@ -184,7 +184,7 @@ def test_a_long_sample_takes_two_robots_and_the_lack_is_named() -> None:
 
 
 def test_two_robots_that_cannot_grip_it_one_after_the_other_are_reported_with_what_they_lack() -> None:
-    plain = tuple(tag for tag in PACKET_TAGS if tag not in ("DOCK2", "RELEASE1"))
+    plain = tuple(tag for tag in STORE_TAGS if tag not in ("DOCK2", "RELEASE1"))
     robots = [robot.model_copy(update={"repertoire": plain}) for robot in Laboratory().world.robots]
     assert lab_issue(*robots).detail == (
         "rock_sample takes two robots, and none of fred and ginger can DOCK2 or RELEASE1"

@@ -1,0 +1,45 @@
+"""Packages as an installer leaves them: modules and metadata in a folder of the module path."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib import invalidate_caches
+from pathlib import Path
+
+import pytest
+
+from robots import extensions
+
+
+def write_package(folder: Path, name: str, entry_points: str, files: Mapping[str, str]) -> Path:
+    """An installed package in the folder.
+
+    :param entry_points: the text of its `entry_points.txt`.
+    :param files: their texts, by path.
+    """
+    metadata = folder / f"{name}-1.2.dist-info"
+    texts = {
+        metadata / "METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n",
+        metadata / "entry_points.txt": entry_points,
+        **{folder / path: text for path, text in files.items()},
+    }
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return folder
+
+
+@contextmanager
+def installed(folder: Path) -> Iterator[None]:
+    """The folder's packages are installed in this process within the block."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        forget()
+        yield
+    forget()
+
+
+def forget() -> None:
+    """Search the installed packages again at the next use."""
+    invalidate_caches()
+    extensions.installed.cache_clear()
+    extensions.load_extension.cache_clear()
