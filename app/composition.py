@@ -19,7 +19,7 @@ from app.agents.world_service import WorldService
 from app.api.app import Services, build_api
 from app.api.recordings import recorded_bodies
 from app.core import Core
-from app.domain.mission_organiser import Margin, load_library
+from app.domain.mission_organiser import Margin
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.fleet_run import FleetRun
 from app.missions.life import MissionLife, WorldTime
@@ -30,6 +30,8 @@ from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
+from app.packs.contents import contents_of
+from app.packs.find import load_packs
 from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -68,7 +70,6 @@ from app.workflows import (
 from app.workflows.leases import ExecutorRegistry
 from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
-from planner import load_knowledge_base
 from robots.background_compilation import BackgroundCompilation, Stage
 from robots.clock import Clock
 from robots.world import WorldFile
@@ -105,6 +106,7 @@ class Service:
         self.stopping = Event()
         """Set when the service begins to shut down: open streams then end."""
         self.settings = settings
+        self.packs = load_packs(settings.packs)
         self._viewer = viewer
         self._drives_robots = MISSIONS in served
         # A process that only plans keeps nothing in the data folder.
@@ -117,7 +119,7 @@ class Service:
         """Done once the first planning process can plan; raises Unavailable if none starts."""
         self._owns_worker = worker is None
         self._worker = worker or PlanningWorker(
-            make_engine,
+            partial(make_engine, knowledge_bases=self.packs.knowledge_bases),
             processes=settings.planning_processes,
             memory_mb=settings.planning_memory_mb,
             tell=tell,
@@ -137,7 +139,7 @@ class Service:
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
         self.events = EventLog(self.database)
-        knowledge_base = load_knowledge_base()
+        knowledge_base = self.packs.knowledge_base()
         self.workflows = Workflows(settings.resolved_database_url(), serves=served)
         plan_nets = PlanNets(knowledge_base)
         self.core = Core(
@@ -171,7 +173,7 @@ class Service:
         )
         paces = {name: world.pace for name, world in self._worlds.items()}
         self.teleoperation = Teleoperation(self.robots, paces)
-        self.tunings = TuningService(self.core, worlds=self._files)
+        self.tunings = TuningService(self.core, worlds=self._files, repertoire=self.packs.repertoire())
 
     def _wire_planning(self) -> None:
         """From a goal to an approved plan."""
@@ -249,9 +251,7 @@ class Service:
             name: {robot.name: robot.repertoire for robot in file.robots}
             for name, file in self._files.items()
         }
-        dispatcher = ScriptDispatcher(
-            core, library=load_library(core.knowledge_base), repertoires=repertoires
-        )
+        dispatcher = ScriptDispatcher(core, library=self.packs.library(), repertoires=repertoires)
         self._mission_life = MissionLife(
             core,
             dispatcher=dispatcher,
@@ -322,6 +322,7 @@ class Service:
             teleoperation=self.teleoperation,
             recordings=self.recordings,
             executors=self.executors,
+            packs=[contents_of(pack) for pack in self.packs.packs],
             waits_for=self._waits_for,
             compilation=self._stage,
         )

@@ -7,12 +7,13 @@ import re
 import secrets
 import stat
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Annotated, TextIO
 
 from pydantic import Field, SecretStr, field_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.domain.errors import Invalid, Unavailable
+from app.packs import STORE, split_names
 
 if TYPE_CHECKING:
     from robots.link.mqtt import Broker
@@ -84,6 +85,10 @@ class Settings(BaseSettings):
         default=0.2, ge=0, le=1, description="battery level, 0 to 1, below which a robot is not recruited"
     )
 
+    packs: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(STORE,), description="domain packs, by name or folder, separated by commas"
+    )
+
     broker_url: str | None = Field(
         default=None, description="MQTT broker of the robots (default: the world is embedded)"
     )
@@ -106,6 +111,11 @@ class Settings(BaseSettings):
     def _unset(cls, value: object) -> object:
         """Treat an empty variable as unset, for Compose passes unset variables as empty."""
         return None if value == "" else value
+
+    @field_validator("packs", mode="before")
+    @classmethod
+    def _pack_names(cls, value: object) -> object:
+        return (split_names(value) or (STORE,)) if isinstance(value, str) else value
 
     @field_validator("database_url")
     @classmethod

@@ -14,6 +14,7 @@ from planner.knowledge import (
     load_knowledge_base,
     merge_knowledge_bases,
     read_knowledge_base,
+    read_knowledge_base_part,
     scale_term,
     shipped_knowledge_base,
 )
@@ -74,6 +75,7 @@ __all__ = [
     "load_knowledge_base",
     "merge_knowledge_bases",
     "read_knowledge_base",
+    "read_knowledge_base_part",
     "register_with_unified_planning",
     "scale_term",
     "shipped_knowledge_base",

@@ -11,7 +11,7 @@ from app.domain.errors import Invalid, NotFound, Outdated
 from app.domain.events import TuningAcknowledged, TuningRefused, TuningSet
 from app.store import TuningRow
 from robots.errors import RepertoireError
-from robots.repertoire import Repertoire, load_repertoire, parameters
+from robots.repertoire import Repertoire, parameters
 from robots.wire import PacketTunings, Performative, TuningReport
 from robots.world import RobotSpec, WorldFile
 
@@ -50,16 +50,18 @@ class TunedRobot:
 class TuningService:
     """Reads and sets tunings. The agent models deliver the pending ones and pass the robots' answers to it."""
 
-    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile]) -> None:
+    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], repertoire: Repertoire) -> None:
+        """:param repertoire: the packets of the robots' software."""
         self._database = core.database
         self._events = core.events
         self._world_of = {robot.name: world.name for world in worlds.values() for robot in world.robots}
         self._worlds = worlds
+        self._repertoire = repertoire
 
     def get(self, robot: str) -> TunedRobot:
         spec, world = self._spec(robot)
         with self._database.read() as session:
-            return _tuned(spec, world, session.get(TuningRow, (world, robot)))
+            return self._tuned(spec, world, session.get(TuningRow, (world, robot)))
 
     def put(
         self, robot: str, tuning: PacketTunings, *, actor: str, comment: str, expected_version: int | None
@@ -70,7 +72,7 @@ class TuningService:
         :raises Outdated: if the tuning has changed since `expected_version`.
         """
         spec, world = self._spec(robot)
-        _check(spec, tuning)
+        self._check(spec, tuning)
         with self._database.write() as session:
             row = session.get(TuningRow, (world, robot), with_for_update=True)
             if row is None:
@@ -94,7 +96,7 @@ class TuningService:
                     tuning=tuning,
                 ),
             )
-            return _tuned(spec, world, row)
+            return self._tuned(spec, world, row)
 
     def pending(self, world: str) -> Sequence[TuningRow]:
         """The tunings still to be delivered to robots of the world."""
@@ -123,6 +125,39 @@ class TuningService:
         world = self._world_of[robot]
         return self._worlds[world].robot(robot), world
 
+    def _check(self, spec: RobotSpec, tuning: PacketTunings) -> None:
+        initial = self._initial_repertoire(spec)
+        known = _parameters_of(spec, initial)
+        for tag in tuning:
+            if tag not in known:
+                detail = f"{spec.name} has no packet {tag}; its packets: {', '.join(sorted(known))}"
+                raise Invalid(detail, code="unfit-tuning", choices=sorted(known))
+        try:
+            initial.tuned(tuning)
+        except RepertoireError as error:
+            raise Invalid(str(error), code="unfit-tuning") from error
+
+    def _initial_repertoire(self, spec: RobotSpec) -> Repertoire:
+        """The repertoire, tuned by the world file."""
+        return self._repertoire.tuned(spec.tuning)
+
+    def _tuned(self, spec: RobotSpec, world: str, row: TuningRow | None) -> TunedRobot:
+        if row is None:
+            row = TuningRow(world=world, robot=spec.name, version=0, tuning={}, delivery=UNTOUCHED)
+        return TunedRobot(
+            robot=spec.name,
+            world=world,
+            version=row.version,
+            tuning=row.tuning,
+            set_out=spec.tuning,
+            packets=_parameters_of(spec, self._initial_repertoire(spec).tuned(row.tuning)),
+            delivery=row.delivery,
+            detail=row.detail or "",
+            comment=row.comment or "",
+            decided_by=row.decided_by,
+            decided_at=row.decided_at,
+        )
+
 
 def renew_tunings(session: Session, world: str) -> None:
     """Mark the tunings of a world for delivery again after its robots were restarted."""
@@ -131,44 +166,9 @@ def renew_tunings(session: Session, world: str) -> None:
         row.detail = ""
 
 
-def _check(spec: RobotSpec, tuning: PacketTunings) -> None:
-    known = _parameters_of(spec, _initial_repertoire(spec))
-    for tag in tuning:
-        if tag not in known:
-            detail = f"{spec.name} has no packet {tag}; its packets: {', '.join(sorted(known))}"
-            raise Invalid(detail, code="unfit-tuning", choices=sorted(known))
-    try:
-        _initial_repertoire(spec).tuned(tuning)
-    except RepertoireError as error:
-        raise Invalid(str(error), code="unfit-tuning") from error
-
-
-def _initial_repertoire(spec: RobotSpec) -> Repertoire:
-    """The shipped repertoire, tuned by the world file."""
-    return load_repertoire().tuned(spec.tuning)
-
-
 def _parameters_of(spec: RobotSpec, repertoire: Repertoire) -> Parameters:
     return {
         name: parameters(packet)
         for name, packet in sorted(repertoire.specs.items())
         if packet.basic or packet.tag in spec.repertoire
     }
-
-
-def _tuned(spec: RobotSpec, world: str, row: TuningRow | None) -> TunedRobot:
-    if row is None:
-        row = TuningRow(world=world, robot=spec.name, version=0, tuning={}, delivery=UNTOUCHED)
-    return TunedRobot(
-        robot=spec.name,
-        world=world,
-        version=row.version,
-        tuning=row.tuning,
-        set_out=spec.tuning,
-        packets=_parameters_of(spec, _initial_repertoire(spec).tuned(row.tuning)),
-        delivery=row.delivery,
-        detail=row.detail or "",
-        comment=row.comment or "",
-        decided_by=row.decided_by,
-        decided_at=row.decided_at,
-    )

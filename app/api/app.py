@@ -1,6 +1,6 @@
 """The FastAPI application: routes, streams, problems, the console's files and authentication."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
@@ -26,6 +26,7 @@ from app.api.input_gate import InputGate
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
 from app.api.openapi import Api
+from app.api.packs import packs_router
 from app.api.page_views import PageViews, views_router
 from app.api.recordings import MCAP, recordings_router
 from app.api.robots import robots_router
@@ -36,6 +37,7 @@ from app.api.worlds import worlds_router
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
+from app.packs.contents import PackContents
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -84,6 +86,7 @@ class Services:
     teleoperation: Teleoperation
     recordings: RecordingStore
     executors: ExecutorRegistry
+    packs: Sequence[PackContents]
     waits_for: Callable[[], str] = lambda: ""
     compilation: Callable[[], Stage] = lambda: Stage.COMPILED
 
@@ -120,6 +123,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     )
     api.include_router(recordings_router(service.recordings, static))
     api.include_router(executors_router(service.executors))
+    api.include_router(packs_router(service.packs))
     api.include_router(view_router(viewer))
     api.include_router(viewer_router(viewer, check.admits, max_open=service.settings.open_streams))
     api.include_router(views_router(PageViews(), max_open=service.settings.open_streams))

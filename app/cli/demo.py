@@ -1,6 +1,7 @@
 """`macta demo`: plans a goal, approves the plan and shows the mission; checks the simulation's ground truth."""
 
 import tempfile
+from collections.abc import Collection, Mapping
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from rich.table import Column
 from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
 from app.cli.background import SMALL_ROBOTS, ending, groups_for
-from app.cli.goal_input import read_goals
+from app.cli.goal_input import FACT, read_goals
 from app.cli.ground_truth import holds
 from app.cli.render import show_plan, show_repairs, show_terms
 from app.cli.settings import settings_of
@@ -23,15 +24,16 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
 from app.domain.world_model import initial_facts
+from app.domain.world_model.vocabulary import symbolic_all
+from app.packs.packs import Packs
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from app.store import GoalRow
-from planner import load_knowledge_base
 from robots.background_compilation import BackgroundCompilation
 from robots.compilation import uncompiled
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
-from sim import SimulationProcess, Truth
+from sim import SimulationProcess
 
 REFRESH_S = 0.1
 """The longest interval between two updates of the display."""
@@ -41,7 +43,7 @@ SMALL_GOALS = 1
 compilation."""
 
 
-def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
+def demo(world: WorldFile, packs: Packs, text: str, speed: float | None, seed: int) -> int:
     """Run one goal; 0 if it became true in the simulation, else 1.
 
     :raises Invalid: if the goal is not understood or not possible, or a setting is wrong, before anything starts.
@@ -51,7 +53,7 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
     title = escape(world.title or world.name)
     console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
-    knowledge_base = load_knowledge_base()
+    knowledge_base = packs.knowledge_base()
     stated = read_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
     show_terms(console, stated.readings, stated.constraints.words)
     is_small = len(stated.goals) <= SMALL_GOALS and len(world.robots) <= SMALL_ROBOTS
@@ -60,15 +62,23 @@ def demo(world: WorldFile, text: str, speed: float | None, seed: int) -> int:
         uncompiled() if is_small else nullcontext(),
         ending(BackgroundCompilation(groups_for([world]))) as compilation,
     ):
-        settings = settings_of({"data": Path(folder), "database_url": None})
-        return _run(console, settings, world, text, speed, seed, compilation)
+        names = tuple(pack.place for pack in packs.packs)
+        settings = settings_of({"data": Path(folder), "database_url": None, "packs": names})
+        request = GoalRequest(
+            world=world.name,
+            text=None if FACT.match(text) else text,
+            goal=stated.goals if FACT.match(text) else None,
+            recovery=Policy.AUTO,
+        )
+        return _run(console, settings, world, packs, request, speed, seed, compilation)
 
 
 def _run(
     console: Console,
     settings: Settings,
     world: WorldFile,
-    text: str,
+    packs: Packs,
+    request: GoalRequest,
     speed: float | None,
     seed: int,
     compilation: BackgroundCompilation,
@@ -76,7 +86,9 @@ def _run(
     """Plan the goal, approve the plan and show the mission in a new simulated world."""
     with (
         StartProgress(console) as progress,
-        SimulationProcess.start(world, seed=seed, speed=speed, tell=progress.tell) as simulation,
+        SimulationProcess.start(
+            world, seed=seed, speed=speed, packet_files=packs.packets, tell=progress.tell
+        ) as simulation,
     ):
         running = RunningWorld(
             file=world, link=simulation.link, clock=simulation, rate=speed, run=simulation.run
@@ -85,7 +97,6 @@ def _run(
             service.planner_ready.result()
             progress.end()
             compilation.start()
-            request = GoalRequest(world=world.name, text=text, recovery=Policy.AUTO)
             goal = _wait_until_planned(service, service.goals.submit(request, actor=OPERATOR), progress)
             progress.end()
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
@@ -95,7 +106,10 @@ def _run(
             _, mission_id = service.plans.approve(goal.plan_id, actor=OPERATOR, comment="the demo approves")
             console.print(f"Approved: mission {mission_id}.\n")
             mission = _show_progress(console, service, mission_id)
-            return _show_result(console, mission, goal, world, simulation.truth())
+            wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+            truth = simulation.truth()
+            held = {fact: holds(fact, world, truth) for fact in wanted}
+            return _show_result(console, mission, held, _believed(service, world))
 
 
 def _wait_until_planned(service: Service, goal: GoalRow, progress: StartProgress) -> GoalRow:
@@ -169,16 +183,32 @@ def _update(
     progress.update(overall, total=mission.original_estimate_s, completed=done_s, description=told)
 
 
+def _believed(service: Service, world: WorldFile) -> Collection[SymbolicFact]:
+    """The facts of the world model."""
+    with service.database.read() as session:
+        facts = service.core.facts.facts(session, world.name)
+    return symbolic_all(facts, service.core.knowledge_base)
+
+
 def _show_result(
-    console: Console, mission: MissionBody, goal: GoalRow, world: WorldFile, truth: Truth
+    console: Console,
+    mission: MissionBody,
+    held: Mapping[SymbolicFact, bool | None],
+    believed: Collection[SymbolicFact],
 ) -> int:
-    """Show which goals became true in the simulation and how the mission ended; the exit code."""
-    wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-    missed = [fact for fact in wanted if not holds(fact, world, truth)]
+    """Show which goals became true and how the mission ended; the exit code.
+
+    :param held: the goals, and whether the simulation's ground truth has them; None if that cannot tell.
+    :param believed: what the robots' reports say.
+    """
+    missed = []
     console.print()
-    for fact in wanted:
+    for fact, is_true in held.items():
+        where = "in the simulated world" if is_true is not None else "by the robots' reports"
+        if not (fact in believed if is_true is None else is_true):
+            missed.append(fact)
         mark = "[bold red]not true[/]" if fact in missed else "[bold green]true[/]"
-        console.print(f"{fact}: {mark} in the simulated world")
+        console.print(f"{fact}: {mark} {where}")
     if mission.ended_at_s is not None and mission.started_at_s is not None:
         took_s = mission.ended_at_s - mission.started_at_s
         estimate_s = mission.original_estimate_s

@@ -8,6 +8,7 @@ from app.cli.background import background_compilation
 from app.cli.long_running import end_signal, log_warnings, report_new_run, warn_of_broker
 from app.cli.settings import settings_of
 from app.domain.errors import Invalid, Unavailable
+from app.packs.find import load_packs
 from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
 from robots.world import WorldFile
@@ -29,6 +30,7 @@ def fleet(
     :raises Unavailable: if another fleet drives the world, or the simulation has ended.
     """
     settings = settings_of(given)
+    packs = load_packs(settings.packs)
     broker = settings.broker()
     if broker is None:
         raise Invalid("--broker: set the broker's address, mqtt://HOST[:PORT] or mqtts://HOST[:PORT]")
@@ -38,7 +40,9 @@ def fleet(
     with (
         end_signal() as ending,
         background_compilation((SIMULATION,)) as compilation,
-        SupervisedWorld.start(world, snapshots, seed=seed, speed=speed, jitter_m=0.0) as simulation,
+        SupervisedWorld.start(
+            world, snapshots, seed=seed, speed=speed, jitter_m=0.0, packet_files=packs.packets
+        ) as simulation,
         _at(broker, world, simulation.run) as link,
     ):
         if simulation.not_resumed_because:

@@ -12,10 +12,10 @@ NEAR_M = 1.1
 """A robot that stands at a place's approach point is near it."""
 
 
-def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
-    """True if a sample is in its place or gripper, or a robot near its place; False for all other facts."""
+def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool | None:
+    """Whether a sample is in its place or gripper, or a robot near its place; None for all other facts."""
     if len(fact.args) != 2:
-        return False
+        return None
     thing, ref = fact.args
     refs = (ref, *berths_of(ref, world))
     if fact.predicate in ("in", "at") and thing in truth.samples:
@@ -24,7 +24,7 @@ def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool:
         pose = truth.robots[thing]
         points = [place.at for place in world.places if place.name in refs]
         return any(dist(point, (pose.x_m, pose.y_m)) <= NEAR_M for point in points)
-    return False
+    return None
 
 
 def snapshot_truth(data: Path, world: WorldFile) -> Truth:

@@ -6,9 +6,11 @@ from typing import Annotated, Literal
 
 import typer
 
+from app.cli import packs as pack_commands
 from app.cli import production, worlds
 from app.cli.options import (
     Broker,
+    PackNames,
     Speed,
     World,
     Worlds,
@@ -16,6 +18,7 @@ from app.cli.options import (
     leave,
     named_world,
     named_worlds,
+    packs_of,
     reported_errors,
 )
 
@@ -26,6 +29,7 @@ app = typer.Typer(
     help="Plans goals for teams of robots, has plans approved, and monitors their execution.",
 )
 app.add_typer(worlds.commands, name="world")
+app.add_typer(pack_commands.commands, name="pack")
 experiments = typer.Typer(no_args_is_help=True, help="Run experiments on simulated robots, over many seeds.")
 app.add_typer(experiments, name="experiment")
 app.command()(production.fleet)
@@ -36,6 +40,7 @@ app.add_typer(production.alive, name="alive")
 @app.command()
 def serve(
     world: Worlds = None,
+    pack: PackNames = None,
     speed: Speed = 1.0,
     host: Annotated[str | None, typer.Option(help="Address to listen on (default: loopback).")] = None,
     port: Annotated[
@@ -51,10 +56,10 @@ def serve(
     """Serve the HTTP API and the console; worlds are simulated here or, with --broker, by `macta fleet`."""
     from app.cli.serve import serve as run
 
-    given = {"host": host, "port": port, "data": data, "broker_url": broker}
+    given = {"host": host, "port": port, "data": data, "broker_url": broker, "packs": pack}
     with reported_errors():
         run(
-            named_worlds(world),
+            named_worlds(world, packs_of(pack)),
             speed or 1.0,
             seed,
             {k: v for k, v in given.items() if v is not None},
@@ -66,7 +71,8 @@ def serve(
 @app.command()
 def demo(
     world: World = "sample_store",
-    goal: Annotated[str, typer.Option(help="Goal, as a sentence.")] = "move sample_1 to bay_7",
+    goal: Annotated[str, typer.Option(help="Goal, as a sentence or fact.")] = "move sample_1 to bay_7",
+    pack: PackNames = None,
     speed: Annotated[float | None, typer.Option(min=0.01, help="World seconds per wall-clock second.")] = 4.0,
     flat_out: Annotated[bool, typer.Option(help="Run as fast as possible; overrides --speed.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of start poses and noise.")] = 0,
@@ -75,13 +81,15 @@ def demo(
     from app.cli.demo import demo as run
 
     with reported_errors():
-        leave(run(named_world(world), goal, None if flat_out else speed, seed))
+        packs = packs_of(pack)
+        leave(run(named_world(world, packs), packs, goal, None if flat_out else speed, seed))
 
 
 @app.command()
 def plan(
     goal: Annotated[list[str] | None, typer.Option(help="Goal, as a sentence or fact; repeatable.")] = None,
     world: World = "sample_store",
+    pack: PackNames = None,
     time_limit: Annotated[float, typer.Option(min=0.1, help="Planning time limit, in seconds.")] = 30.0,
     effort: Annotated[
         float | None, typer.Option(min=0, help="Seconds to improve the first plan (default: by its size).")
@@ -102,7 +110,7 @@ def plan(
     ] = 0,
     explain: Annotated[bool, typer.Option("--explain", help="Explain the plan.")] = False,
     knowledge_base: Annotated[
-        Path | None, typer.Option(help="Knowledge base file to use instead of the one that ships with Macta.")
+        Path | None, typer.Option(help="Knowledge base file to use instead of those of the packs.")
     ] = None,
     pddl: Annotated[Path | None, typer.Option(help="Folder to write the problem to as PDDL.")] = None,
     domain: Annotated[Path | None, typer.Option(help="PDDL domain to plan in, instead of a world.")] = None,
@@ -127,10 +135,11 @@ def plan(
             raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, extras=extras))
         if domain or problem or agent or not goal:
             fail("give --goal, or --domain and --problem with --agent if need be")
-        base = load_knowledge_base(knowledge_base)
+        packs = packs_of(pack)
+        base = packs.knowledge_base() if knowledge_base is None else load_knowledge_base(knowledge_base)
         raise typer.Exit(
             run(
-                named_world(world, base),
+                named_world(world, packs, base),
                 base,
                 goal,
                 request,

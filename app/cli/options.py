@@ -15,6 +15,7 @@ from rich.markup import escape
 from app.domain.errors import Invalid, MactaError
 
 if TYPE_CHECKING:
+    from app.packs.packs import Packs
     from planner import KnowledgeBase
     from robots.world import WorldFile
 
@@ -28,6 +29,15 @@ Worlds = Annotated[
         help="Name of a world that ships with Macta, or a world file; repeatable.",
         metavar="NAME|FILE",
         show_default="sample_store",
+    ),
+]
+PackNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--pack",
+        help="Domain pack: the name of an installed one, or a folder; repeatable.",
+        metavar="NAME|FOLDER",
+        show_default="MACTA_PACKS, else store",
     ),
 ]
 Speed = Annotated[float | None, typer.Option(min=0.01, help="World seconds per wall-clock second.")]
@@ -81,16 +91,33 @@ def reported_errors() -> Iterator[None]:
         fail(f"the database cannot be used: {why}; check MACTA_DATABASE_URL or --data")
 
 
-def named_world(name: str, knowledge_base: "KnowledgeBase | None" = None) -> "WorldFile":
-    """The world; exits if its file is invalid or its facts are not in the vocabulary."""
+def packs_of(given: Sequence[str] | None) -> "Packs":
+    """The domain packs that a command's options or the environment name, with those that they need."""
+    from app.packs import chosen_packs
+    from app.packs.find import load_packs
+
+    return load_packs(chosen_packs(given))
+
+
+def named_world(
+    name: str, packs: "Packs | None" = None, knowledge_base: "KnowledgeBase | None" = None
+) -> "WorldFile":
+    """The world; exits if its file is invalid, or its facts or tags are not in the packs.
+
+    :param packs: None: the one that ships.
+    :param knowledge_base: None: that of the packs.
+    """
     from app.domain.world_model import initial_facts
-    from planner import KnowledgeBaseError, load_knowledge_base
-    from robots.repertoire import load_repertoire
+    from app.packs import STORE
+    from app.packs.find import load_packs
+    from planner import KnowledgeBaseError
     from robots.world import WorldFileError, load_world
 
+    packs = packs or load_packs([STORE])
+    repertoire = packs.repertoire()
     try:
-        world = load_world(name, check_tuning=lambda tuning: load_repertoire().tuned(tuning))
-        initial_facts(world, knowledge_base or load_knowledge_base())
+        world = load_world(name, worlds=packs.worlds(), tags=repertoire.tags, check_tuning=repertoire.tuned)
+        initial_facts(world, knowledge_base or packs.knowledge_base())
     except WorldFileError as error:
         fail(str(error))
     except (KnowledgeBaseError, Invalid) as error:
@@ -98,9 +125,9 @@ def named_world(name: str, knowledge_base: "KnowledgeBase | None" = None) -> "Wo
     return world
 
 
-def named_worlds(names: Sequence[str] | None) -> "Sequence[WorldFile]":
+def named_worlds(names: Sequence[str] | None, packs: "Packs") -> "Sequence[WorldFile]":
     """The worlds of one service; exits if one is invalid, or two worlds or robots have the same name."""
-    worlds = [named_world(name) for name in names or ("sample_store",)]
+    worlds = [named_world(name, packs) for name in names or ("sample_store",)]
     known: dict[str, str] = {}
     for world in worlds:
         for thing in (f"world {world.name}", *(f"robot {robot.name}" for robot in world.robots)):

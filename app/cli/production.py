@@ -5,11 +5,23 @@ from typing import Annotated
 
 import typer
 
-from app.cli.options import Broker, Speed, World, Worlds, leave, named_world, named_worlds, reported_errors
+from app.cli.options import (
+    Broker,
+    PackNames,
+    Speed,
+    World,
+    Worlds,
+    leave,
+    named_world,
+    named_worlds,
+    packs_of,
+    reported_errors,
+)
 
 
 def fleet(
     world: World = "sample_store",
+    pack: PackNames = None,
     broker: Broker = None,
     speed: Speed = 1.0,
     data: Annotated[Path | None, typer.Option(help="Folder of the world's snapshots.")] = None,
@@ -21,20 +33,20 @@ def fleet(
     """Simulate a world and its robots for `macta serve --broker`."""
     from app.cli.fleet import fleet as run
 
-    given = {"broker_url": broker, "data": data}
+    given = {"broker_url": broker, "data": data, "packs": pack}
     with reported_errors():
         options = {k: v for k, v in given.items() if v is not None}
-        run(named_world(world), speed or 1.0, seed, options, start_new=afresh)
+        run(named_world(world, packs_of(pack)), speed or 1.0, seed, options, start_new=afresh)
     leave(0)
 
 
-def worker(world: Worlds = None, broker: Broker = None) -> None:
+def worker(world: Worlds = None, pack: PackNames = None, broker: Broker = None) -> None:
     """Plan goals for the services on the same database (MACTA_DATABASE_URL)."""
     from app.cli.worker import worker as run
 
-    given = {} if broker is None else {"broker_url": broker}
+    given = {"broker_url": broker, "packs": pack}
     with reported_errors():
-        run(named_worlds(world), given)
+        run(named_worlds(world, packs_of(pack)), {k: v for k, v in given.items() if v is not None})
     leave(0)
 
 
@@ -54,10 +66,10 @@ def worker_is_alive() -> None:
 
 
 @alive.command("fleet")
-def fleet_is_alive(world: World = "sample_store") -> None:
+def fleet_is_alive(world: World = "sample_store", pack: PackNames = None) -> None:
     """Check the world's fleet at the broker."""
     from app.cli.alive import fleet_alive
 
     with reported_errors():
-        typer.echo(fleet_alive(named_world(world)))
+        typer.echo(fleet_alive(named_world(world, packs_of(pack))))
     leave(0)

@@ -39,6 +39,7 @@ from sim import SnapshotSettings, SupervisedWorld
 if TYPE_CHECKING:
     from app.agents.running_world import RunningWorld
     from app.composition import Service
+    from app.packs.packs import Packs
 
 READY_POLL_S = 0.05
 ALIVE_POLL_S = 1.0
@@ -55,6 +56,9 @@ def serve(
     :raises Unavailable: if no planning process starts.
     """
     settings = settings_of(given)
+    from app.packs.find import load_packs  # here: `macta serve` counts what it loads before it listens
+
+    packs = load_packs(settings.packs)
     broker = settings.broker()
     log_warnings()
     warn_of_broker(broker)
@@ -68,7 +72,7 @@ def serve(
         ExitStack() as parts,
     ):
         worker = PlanningWorker(
-            make_engine,
+            partial(make_engine, knowledge_bases=packs.knowledge_bases),
             processes=settings.planning_processes,
             memory_mb=settings.planning_memory_mb,
             tell=progress.tell,
@@ -79,7 +83,13 @@ def serve(
         threads = ThreadPoolExecutor(len(worlds))
         parts.callback(threads.shutdown, wait=False, cancel_futures=True)
         start = partial(
-            _simulation, settings=settings, speed=speed, seed=seed, start_new=start_new, progress=progress
+            _simulation,
+            settings=settings,
+            packs=packs,
+            speed=speed,
+            seed=seed,
+            start_new=start_new,
+            progress=progress,
         )
         simulations = [threads.submit(start, world) for world in worlds if broker is None]
         # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
@@ -108,7 +118,14 @@ def serve(
 
 
 def _simulation(
-    world: WorldFile, *, settings: Settings, speed: float, seed: int, start_new: bool, progress: StartProgress
+    world: WorldFile,
+    *,
+    settings: Settings,
+    packs: "Packs",
+    speed: float,
+    seed: int,
+    start_new: bool,
+    progress: StartProgress,
 ) -> SupervisedWorld:
     """The world, simulated by a child process from its snapshot in the data folder, and paused."""
     snapshots = SnapshotSettings(
@@ -117,7 +134,13 @@ def _simulation(
         start_new=start_new,
     )
     simulation = SupervisedWorld.start(
-        world, snapshots, seed=seed, speed=speed, jitter_m=0.0, tell=progress.tell
+        world,
+        snapshots,
+        seed=seed,
+        speed=speed,
+        jitter_m=0.0,
+        packet_files=packs.packets,
+        tell=progress.tell,
     )
     _report_world(world, simulation)
     simulation.pause()

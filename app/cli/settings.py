@@ -31,7 +31,7 @@ def settings_of(given: Mapping[str, Any], *, keeps_folder: bool = True) -> Setti
 
 
 def _source(name: str, given: Mapping[str, Any]) -> str:
-    option = {"broker_url": "broker"}.get(name, name)
+    option = {"broker_url": "broker", "packs": "pack"}.get(name, name)
     return f"--{option.replace('_', '-')}" if name in given else f"MACTA_{name.upper()}"
 
 

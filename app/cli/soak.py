@@ -92,7 +92,7 @@ def true_state(data: Path, world: WorldFile) -> TrueState:
     """The ground truth of the world's last snapshot."""
     truth = snapshot_truth(data, world)
     return TrueState(
-        is_true=lambda fact: holds(fact, world, truth),
+        is_true=lambda fact: bool(holds(fact, world, truth)),
         lies={name: sample.ref for name, sample in truth.samples.items()},
     )
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli.options import named_world, reported_errors
+from app.cli.options import PackNames, named_world, packs_of, reported_errors
 from app.domain.errors import Invalid
 
 commands = typer.Typer(no_args_is_help=True, help="Check and generate world files, print their schema.")
@@ -16,10 +16,11 @@ commands = typer.Typer(no_args_is_help=True, help="Check and generate world file
 @commands.command()
 def validate(
     file: Annotated[str, typer.Argument(help="Name of a world that ships with Macta, or a world file.")],
+    pack: PackNames = None,
 ) -> None:
     """Check a world file; an error names the field and the choices."""
     with reported_errors():
-        world = named_world(file)
+        world = named_world(file, packs_of(pack))
     berths = [len(row) for row in world.places_by_location.values() if len(row) > 1]
     in_berths = f" ({len(berths)} of them with {sum(berths)} berths)" if berths else ""
     locations = f"{len(world.locations)} locations{in_berths}"

@@ -4,7 +4,7 @@ from planner.knowledge.action import ActionSpec, ParameterSpec, VariantSpec
 from planner.knowledge.base import KnowledgeBase
 from planner.knowledge.expression import DURATION_SCALE, scale_term
 from planner.knowledge.load import load_knowledge_base, read_knowledge_base, shipped_knowledge_base
-from planner.knowledge.merge import merge_knowledge_bases
+from planner.knowledge.merge import KnowledgeBasePart, merge_knowledge_bases, read_knowledge_base_part
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator
 from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, TypeSpec
 
@@ -15,6 +15,7 @@ __all__ = [
     "GroundAction",
     "KnowledgeBase",
     "KnowledgeBaseFile",
+    "KnowledgeBasePart",
     "Operator",
     "ParameterSpec",
     "PredicateSpec",
@@ -23,6 +24,7 @@ __all__ = [
     "load_knowledge_base",
     "merge_knowledge_bases",
     "read_knowledge_base",
+    "read_knowledge_base_part",
     "scale_term",
     "shipped_knowledge_base",
 ]

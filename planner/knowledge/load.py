@@ -10,12 +10,10 @@ from planner.knowledge.base import KnowledgeBase
 from planner.knowledge.document import Document, read_text
 from planner.knowledge.schema import KnowledgeBaseFile
 
-SHIPPED = "rovers.yaml"
-
 
 def shipped_knowledge_base() -> Path:
     """The file of the knowledge base that ships with Macta."""
-    with resources.as_file(resources.files("planner.knowledge") / "files" / SHIPPED) as path:
+    with resources.as_file(resources.files("planner.knowledge") / "files" / "rovers.yaml") as path:
         return path
 
 
@@ -24,8 +22,7 @@ def load_knowledge_base(path: str | Path | None = None) -> KnowledgeBase:
 
     :raises KnowledgeBaseError: if it is missing, not YAML, or does not fit the schema.
     """
-    if path is None:
-        return read_knowledge_base(read_text(shipped_knowledge_base()), SHIPPED)
+    path = path or shipped_knowledge_base()
     return read_knowledge_base(read_text(path), str(path))
 
 

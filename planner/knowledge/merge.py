@@ -48,12 +48,23 @@ def _merged(texts: tuple[tuple[str, str], ...]) -> KnowledgeBase:
     merge = _Merge()
     for text, origin in texts:
         document = Document.parse(text, origin)
-        try:
-            part = KnowledgeBasePart.model_validate(document.data)
-        except ValidationError as error:
-            raise document.refused(error) from error
-        merge.add(document, part)
+        merge.add(document, _part(document))
     return merge.result()
+
+
+def read_knowledge_base_part(path: str | Path) -> KnowledgeBasePart:
+    """One of several files of a knowledge base, each slot checked, but not against the others.
+
+    :raises KnowledgeBaseError: if it is missing or malformed.
+    """
+    return _part(Document.parse(read_text(path), str(path)))
+
+
+def _part(document: Document) -> KnowledgeBasePart:
+    try:
+        return KnowledgeBasePart.model_validate(document.data)
+    except ValidationError as error:
+        raise document.refused(error) from error
 
 
 @dataclass(slots=True)

@@ -3,7 +3,7 @@
 For on-robot software only: the reflective agent knows packets by tag (MACTA §4).
 """
 
-from robots.repertoire.load import Repertoire, load_repertoire, read_repertoire, store_packets
+from robots.repertoire.load import Repertoire, load_repertoire, read_packet, read_repertoire, store_packets
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.repertoire.self_level import SelfLevel, load_self_level
 from robots.repertoire.tuning import Tuning, parameters
@@ -17,6 +17,7 @@ __all__ = [
     "load_repertoire",
     "load_self_level",
     "parameters",
+    "read_packet",
     "read_repertoire",
     "store_packets",
 ]

@@ -192,6 +192,14 @@ def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
     return Repertoire(specs)
 
 
+def read_packet(file: Path) -> PacketSpec:
+    """One packet's content, not checked against others.
+
+    :raises RepertoireError: naming the file, the line and slot, and what is wrong with it.
+    """
+    return _spec(str(file), _text(file))
+
+
 def _spec(origin: str, text: str) -> PacketSpec:
     try:
         spec = PacketSpec.model_validate(read_yaml(text))

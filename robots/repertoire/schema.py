@@ -29,8 +29,8 @@ TOO_FAST_FACTOR = 1.1
 class PacketSpec(Checked):
     """A packet's content as a template: strings that begin with `$` name arguments, `$me` the robot itself.
 
-    `arguments` must be given, those in `optional` need not; `places` and `robots` say which of the former name what. `before` and `after` are the sensor
-    pre- and post-conditions. `basic`: every robot can carry it out.
+    `arguments` must be given, those in `optional` need not; `places` and `robots` say which of the former name what.
+    `before` and `after` are the sensor pre- and post-conditions. `basic`: every robot can carry it out.
 
     Our additions: `waiting`, patterns that act until the pre-conditions hold; `maintain`, conditions whose loss is a
     failure; `goal`, the place or thing that measures progress; `stalled_s`, how long without progress before a retry;

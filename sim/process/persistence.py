@@ -11,7 +11,7 @@ from robots.clock import Clock
 from robots.world import WorldFile
 from sim.error import NotResumable
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
-from sim.world.agents import behavioural_agent
+from sim.world.agent import AgentFactory
 from sim.world.hub import Hub
 from sim.world.simulation import Simulation
 
@@ -37,6 +37,7 @@ def resume_or_start(
     file: SnapshotFile,
     hub: Hub,
     *,
+    make_agent: AgentFactory,
     seed: int,
     jitter_m: float,
     processes: int = 1,
@@ -47,14 +48,14 @@ def resume_or_start(
     :raises NotResumable: if it cannot be resumed and must not be started new.
     """
     try:
-        return StartedWorld(_resumed(world, settings, file, hub, processes))
+        return StartedWorld(_resumed(world, settings, file, hub, make_agent, processes))
     except NotResumable as reason:
         if settings.resume_only:
             raise
         expected = settings.run is not None or settings.path_of(world).exists()
         simulation = Simulation(
             world,
-            make_agent=behavioural_agent,
+            make_agent=make_agent,
             seed=seed,
             jitter_m=jitter_m,
             hub=hub,
@@ -65,7 +66,12 @@ def resume_or_start(
 
 
 def _resumed(
-    world: WorldFile, settings: SnapshotSettings, file: SnapshotFile, hub: Hub, processes: int
+    world: WorldFile,
+    settings: SnapshotSettings,
+    file: SnapshotFile,
+    hub: Hub,
+    make_agent: AgentFactory,
+    processes: int,
 ) -> Simulation:
     if settings.start_new:
         raise NotResumable("an operator wished it so")
@@ -73,9 +79,7 @@ def _resumed(
     if snapshot.run != settings.run and not settings.any_run:
         raise NotResumable("its snapshot is of a run that the record does not tell of")
     try:
-        return Simulation(
-            world, make_agent=behavioural_agent, hub=hub, snapshot=snapshot, processes=processes
-        )
+        return Simulation(world, make_agent=make_agent, hub=hub, snapshot=snapshot, processes=processes)
     except Exception as error:  # a snapshot of other software may fail anywhere
         raise NotResumable(f"its snapshot does not fit: {type(error).__name__}: {error}") from error
 

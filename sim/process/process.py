@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from threading import Lock
 from typing import Any, Self
 
@@ -81,12 +82,14 @@ class SimulationProcess:
         speed: float | None = 1.0,
         jitter_m: float = 0.4,
         snapshots: SnapshotSettings | None = None,
+        packet_files: tuple[Path, ...] | None = None,
         tell: Callable[[str], None] = logger.info,
     ) -> "SimulationProcess":
         """Start a world and wait until it is built.
 
         :param speed: world seconds per wall second; None is as fast as possible.
         :param snapshots: where it is stored to be resumed; None: it is not stored.
+        :param packet_files: of the robots' repertoires; None: the packets that ship.
         :param tell: called with a message when the start takes long, such as while functions are compiled.
         :raises SimulationError: if it cannot be built; the message says why.
         """
@@ -94,7 +97,14 @@ class SimulationProcess:
         control, far_control = context.Pipe()
         link, far_link = context.Pipe()
         now_s = context.RawValue("d", 0.0)
-        order = WorldOrder(world=world, seed=seed, speed=speed, jitter_m=jitter_m, snapshots=snapshots)
+        order = WorldOrder(
+            world=world,
+            seed=seed,
+            speed=speed,
+            jitter_m=jitter_m,
+            snapshots=snapshots,
+            packet_files=packet_files,
+        )
         process = context.Process(
             target=run,
             args=(order, Channels(far_control, far_link, now_s)),

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from threading import Lock
 from typing import Self
 
@@ -57,16 +58,24 @@ class SupervisedWorld:
         seed: int,
         speed: float,
         jitter_m: float,
+        packet_files: tuple[Path, ...] | None = None,
         tell: Callable[[str], None] = logger.info,
     ) -> Self:
         """
+        :param packet_files: of the robots' repertoires; None: the packets that ship.
         :param tell: called with a message when the start takes long, such as while functions are compiled.
         :raises SimulationError: if the world cannot be built; the message says why.
         """
 
         def start_process(settings: SnapshotSettings) -> SimulationProcess:
             return SimulationProcess.start(
-                world, seed=seed, speed=speed, jitter_m=jitter_m, snapshots=settings, tell=tell
+                world,
+                seed=seed,
+                speed=speed,
+                jitter_m=jitter_m,
+                snapshots=settings,
+                packet_files=packet_files,
+                tell=tell,
             )
 
         return cls(start_process, snapshots)

@@ -6,6 +6,7 @@ import signal
 import traceback
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any
 
 from robots.clock import Clock
@@ -42,13 +43,17 @@ MIN_WAIT_S = 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldOrder:
-    """The world that a process is to run. With `snapshots` it is stored on the disk, and resumed from there."""
+    """The world that a process is to run. With `snapshots` it is stored on the disk, and resumed from there.
+
+    `packet_files`: of the robots' repertoires; None: the packets that ship.
+    """
 
     world: WorldFile
     seed: int
     speed: float | None
     jitter_m: float
     snapshots: SnapshotSettings | None = None
+    packet_files: tuple[Path, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +90,7 @@ class WorldLoop:
         # NOTE: imported here, in the world's own process, because these load the physics.
         from sim.process.persistence import OutputCommit, resume_or_start
         from sim.world.agent_group import processes_for
-        from sim.world.agents import behavioural_agent
+        from sim.world.agents import agents_with
         from sim.world.simulation import Simulation
 
         self._channels = channels
@@ -105,10 +110,11 @@ class WorldLoop:
             holds=order.snapshots is not None,
         )
         processes = processes_for(len(world.robots))
+        make_agent = agents_with(order.packet_files)
         if order.snapshots is None:
             self._simulation = Simulation(
                 world,
-                make_agent=behavioural_agent,
+                make_agent=make_agent,
                 seed=order.seed,
                 jitter_m=order.jitter_m,
                 hub=hub,
@@ -121,6 +127,7 @@ class WorldLoop:
                 order.snapshots,
                 self._file,
                 hub,
+                make_agent=make_agent,
                 seed=order.seed,
                 jitter_m=order.jitter_m,
                 processes=processes,

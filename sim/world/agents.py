@@ -1,11 +1,30 @@
 """Makes the on-robot software for simulated bodies, with no more knowledge than a real robot has."""
 
+from collections.abc import Sequence
+from functools import cache, partial
 from math import radians
+from pathlib import Path
 
 from robots.executive.agent import BehaviouralAgent
 from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
-from robots.repertoire import Repertoire, load_repertoire
-from sim.world.agent import AgentSetup
+from robots.repertoire import Repertoire, load_repertoire, read_repertoire
+from sim.world.agent import AgentFactory, AgentSetup
+
+
+def agents_with(packet_files: Sequence[Path] | None) -> AgentFactory:
+    """Makes agents whose repertoires have the packets of these files; picklable. None: those that ship."""
+    if packet_files is None:
+        return behavioural_agent
+    return partial(agent_with_packets, packet_files=tuple(packet_files))
+
+
+def agent_with_packets(setup: AgentSetup, packet_files: tuple[Path, ...]) -> BehaviouralAgent:
+    return behavioural_agent(setup, _repertoire(packet_files))
+
+
+@cache
+def _repertoire(packet_files: tuple[Path, ...]) -> Repertoire:
+    return read_repertoire(packet_files)
 
 
 def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -> BehaviouralAgent:

@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from app.domain.errors import MactaError
 from planner import Fact, KnowledgeBase, PlanNetAction
-from robots.data import read_yaml
+from robots.data import faults_in, place_in, read_yaml
 
 _SHAPE = re.compile(r"^\s*([a-z][a-z0-9_]*)\s*\(([^()]*)\)\s*$")
 _TERM = re.compile(r"^\??[A-Za-z][A-Za-z0-9_]*$")
@@ -152,28 +152,44 @@ class Library:
         )
 
 
-def load_library(knowledge_base: KnowledgeBase, path: str | Path | None = None) -> Library:
-    """Read and check a behaviours library; the one that ships with Macta if no path is given.
+def shipped_library() -> Path:
+    """The file of the behaviours library that ships with Macta."""
+    folder = resources.files("app.domain.mission_organiser")
+    with resources.as_file(folder / "behaviours_library.yaml") as path:
+        return path
 
-    :raises LibraryError: naming the file, the packet, the slot and the choices.
+
+def load_library(
+    knowledge_base: KnowledgeBase, *paths: str | Path, tags: Collection[str] | None = None
+) -> Library:
+    """Read and check the behaviours library that the files make up; the one that ships with Macta if none is given.
+
+    :param tags: of the packets that robots' repertoires have; None: any.
+    :raises LibraryError: naming the file, the line, the packet, the slot and the choices.
     """
-    source = (
-        resources.files("app.domain.mission_organiser") / "behaviours_library.yaml"
-        if path is None
-        else Path(path)
-    )
-    origin = "behaviours library" if path is None else str(path)
+    entries: dict[Entry, None] = {}
+    for path in paths or (shipped_library(),):
+        entries |= dict.fromkeys(_entries(path, knowledge_base, tags))
+    return Library(tuple(entries))
+
+
+def _entries(
+    path: str | Path, knowledge_base: KnowledgeBase, tags: Collection[str] | None
+) -> Iterator[Entry]:
     try:
-        file = LibraryFile.model_validate(read_yaml(source.read_text()))
-    except (OSError, yaml.YAMLError) as error:
-        raise LibraryError(f"{origin} cannot be read: {error}") from error
+        text = Path(path).read_text(encoding="utf-8")
+        file = LibraryFile.model_validate(read_yaml(text))
     except ValidationError as error:
-        slots = [f"  {'.'.join(map(str, e['loc'])) or 'library'}: {e['msg']}" for e in error.errors()]
-        raise LibraryError("\n".join([f"{origin} is not valid:", *slots])) from error
-    entries = [_entry(packet) for packet in file.packets]
-    for entry in entries:
-        _check(entry, knowledge_base, origin)
-    return Library(entries)
+        slots = [f"  {fault}" for fault in faults_in(text, error)]
+        raise LibraryError("\n".join([f"{path} is not a valid behaviours library:", *slots])) from error
+    except (OSError, yaml.YAMLError, ValueError) as error:
+        raise LibraryError(f"{path} cannot be read as a behaviours library: {error}") from error
+    for index, packet in enumerate(file.packets):
+        entry = _entry(packet)
+        for slot, fault in _faults(entry, knowledge_base, tags):
+            where = place_in(text, ("packets", index, *slot), f"{entry.tag}: {fault}")
+            raise LibraryError(f"{path} is not a valid behaviours library:\n  {where}")
+        yield entry
 
 
 def _entry(packet: PacketFile) -> Entry:
@@ -185,23 +201,32 @@ def _entry(packet: PacketFile) -> Entry:
     )
 
 
-def _check(entry: Entry, knowledge_base: KnowledgeBase, origin: str) -> None:
-    """Check that the entry names only predicates and constants of the knowledge base, and uses its agent variable.
-
-    :raises LibraryError: if not.
-    """
+def _faults(
+    entry: Entry, knowledge_base: KnowledgeBase, tags: Collection[str] | None
+) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """Slot and fault of what is not in the knowledge base or the repertoires, and of an agent in no template."""
+    if tags is not None and entry.tag not in tags:
+        yield (
+            ("tag",),
+            f"no packet of a repertoire has this tag; choices: {', '.join(sorted(tags)) or 'none'}",
+        )
     for slot, templates in (("requires", entry.requires), ("achieves", entry.achieves)):
-        for template in templates:
-            where = f"{origin}: {entry.tag}.{slot}: {template}"
-            predicate = knowledge_base.predicates.get(template.predicate)
-            if predicate is None:
-                choices = ", ".join(sorted(knowledge_base.predicates))
-                raise LibraryError(f"{where}: unknown predicate {template.predicate!r}; choices: {choices}")
-            if len(template.terms) != len(predicate.arguments):
-                raise LibraryError(f"{where}: {template.predicate} takes ({', '.join(predicate.arguments)})")
-            for term in template.terms:
-                if not term.startswith("?") and term not in knowledge_base.constants:
-                    choices = ", ".join(sorted(knowledge_base.constants))
-                    raise LibraryError(f"{where}: unknown name {term!r}; choices: {choices}")
+        for index, template in enumerate(templates):
+            if (fault := _misfit(template, knowledge_base)) is not None:
+                yield (slot, index), f"{template}: {fault}"
     if all(entry.agent not in template.terms for template in (*entry.requires, *entry.achieves)):
-        raise LibraryError(f"{origin}: {entry.tag}.agent: {entry.agent} is in none of its templates")
+        yield ("agent",), f"{entry.agent} is in none of its templates"
+
+
+def _misfit(template: Template, knowledge_base: KnowledgeBase) -> str | None:
+    predicate = knowledge_base.predicates.get(template.predicate)
+    if predicate is None:
+        choices = ", ".join(sorted(knowledge_base.predicates))
+        return f"unknown predicate {template.predicate!r}; choices: {choices}"
+    if len(template.terms) != len(predicate.arguments):
+        return f"{template.predicate} takes ({', '.join(predicate.arguments)})"
+    for term in template.terms:
+        if not term.startswith("?") and term not in knowledge_base.constants:
+            choices = ", ".join(sorted(knowledge_base.constants))
+            return f"unknown name {term!r}; choices: {choices}"
+    return None

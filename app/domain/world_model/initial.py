@@ -41,7 +41,7 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     :raises planner.KnowledgeBaseError: if an extra fact is not in the vocabulary.
     :raises Invalid: if an extra fact must name a berth and does not, or contradicts another one.
     """
-    layout = {fact for robot in world.robots for fact in _of_robot(world, robot)}
+    layout = {fact for robot in world.robots for fact in _of_robot(world, robot, knowledge_base)}
     if any(sample.length_m for sample in world.samples):
         # Only a robot that releases a long object to another robot backs off to its own spot.
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
@@ -66,7 +66,7 @@ def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
     }
 
 
-def _of_robot(world: WorldFile, robot: RobotSpec) -> Iterator[Fact]:
+def _of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: KnowledgeBase) -> Iterator[Fact]:
     place = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
     yield Fact(ROBOT_POSITION, (robot.name, NEAR, place))
     yield Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, EMPTY))
@@ -74,7 +74,10 @@ def _of_robot(world: WorldFile, robot: RobotSpec) -> Iterator[Fact]:
     for location in world.reach_of(robot):
         yield Fact(REACHES, (robot.name, location.name))
     for tag in robot.repertoire:
-        yield Fact(CAN, (robot.name, tag))
+        if (
+            tag in knowledge_base.constants
+        ):  # a packet may be found by its goals alone, and be named in no action
+            yield Fact(CAN, (robot.name, tag))
 
 
 def _starts_at_home(world: WorldFile, robot: RobotSpec) -> bool:

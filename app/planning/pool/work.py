@@ -5,6 +5,7 @@ Everything here is picklable, as it passes between the service and a planning pr
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Generic, TypeAlias, TypeVar
 
 from app.domain.blockers import Blockers
@@ -18,6 +19,8 @@ from planner import (
     PlanningResult,
     PlanningStatus,
     load_knowledge_base,
+    merge_knowledge_bases,
+    shipped_knowledge_base,
 )
 from planner.alternatives import alternatives
 from planner.explanation import Explanation, explain
@@ -163,15 +166,16 @@ def compile_planner() -> None:
 PLANNER = Group(name="planner", compile=compile_planner)
 
 
-def make_engine(tell: Callable[[str], None]) -> PlanningEngine:
+def make_engine(tell: Callable[[str], None], knowledge_bases: tuple[Path, ...] = ()) -> PlanningEngine:
     """The planning engine, warm. Called inside the planning process.
 
+    :param knowledge_bases: the files it plans with; none: the one that ships.
     :param tell: called with messages about what takes time.
     """
     compile_once(PLANNER, tell)
     # NOTE: imported here: only the planning process needs the engines, whose import takes seconds.
     from planner.engines.registry import portfolio
 
-    engine = portfolio(load_knowledge_base())
+    engine = portfolio(merge_knowledge_bases(knowledge_bases or [shipped_knowledge_base()]))
     engine.warm_up()
     return engine

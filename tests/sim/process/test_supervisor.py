@@ -36,7 +36,9 @@ def hub(world: WorldFile = WORLD) -> Hub:
 def started(folder: Path, *, world: WorldFile = WORLD, **settings: object) -> StartedWorld:
     snapshots = SnapshotSettings(folder=folder, **settings)  # type: ignore[arg-type]
     with SnapshotFile(snapshots.path_of(world)) as file:
-        return resume_or_start(world, snapshots, file, hub(world), seed=1, jitter_m=0.4)
+        return resume_or_start(
+            world, snapshots, file, hub(world), make_agent=behavioural_agent, seed=1, jitter_m=0.4
+        )
 
 
 def kept(folder: Path, *, after_s: float = 0.5) -> Simulation:

@@ -47,12 +47,15 @@ def test_a_library_of_ones_own_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"achieves": ["flown(?robot)"]}, r"GRAB.achieves.*unknown predicate 'flown'; choices: .*tracked"),
+        (
+            {"achieves": ["flown(?robot)"]},
+            r"packets.0.achieves.0: GRAB: .*unknown predicate 'flown'; choices: .*tracked",
+        ),
         ({"achieves": ["tracked(?robot)"]}, r"tracked takes \(robot1, robot2\)"),
         ({"requires": ["robot_attribute(?robot, gripper, ajar)"]}, "unknown name 'ajar'; choices: .*empty"),
         ({"requires": ["vacant ?ref"]}, "not of the form"),
         ({"requires": ["vacant(?ref!)"]}, "neither a name nor a"),
-        ({"agent": "?someone"}, r"GRAB.agent: \?someone is in none"),
+        ({"agent": "?someone"}, r"line \d+, packets.0.agent: GRAB: \?someone is in none"),
         ({"achieves": []}, "packets.0.achieves"),
         ({"colour": "red"}, "packets.0.colour"),
     ],

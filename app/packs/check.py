@@ -1,0 +1,63 @@
+"""Checks a domain pack together with those that it needs."""
+
+from collections.abc import Callable, Iterator
+
+from app.domain.errors import Invalid
+from app.domain.world_model import initial_facts
+from app.packs.contents import contents_of
+from app.packs.errors import PackError
+from app.packs.pack import Pack
+from app.packs.packs import Packs
+from planner import KnowledgeBase, KnowledgeBaseError
+from robots.world import WorldFileError, load_world
+
+
+def faults_of(packs: Packs) -> Iterator[str]:
+    """What is wrong with the packs, each fault with its file, line, slot and choices."""
+    reads: tuple[Callable[[], object], ...] = (packs.knowledge_base, packs.repertoire, packs.worlds)
+    broken = [fault for read in reads if (fault := _fault(read))]
+    if not broken:
+        broken = [fault for fault in (_fault(packs.library),) if fault]
+    if broken:
+        yield from broken
+        return
+    knowledge_base = packs.knowledge_base()
+    for pack in packs.packs:
+        yield from _unachieved(pack, packs)
+        yield from _world_faults(pack, packs, knowledge_base)
+
+
+def _fault(read: Callable[[], object]) -> str | None:
+    try:
+        read()
+    except PackError as error:
+        return error.detail
+    return None
+
+
+def _unachieved(pack: Pack, packs: Packs) -> Iterator[str]:
+    """The actions that no robot could be sent to carry out."""
+    knowledge_base = packs.knowledge_base()
+    achieved = packs.library().index.keys()
+    for name in contents_of(pack).actions:
+        effects = [
+            effect
+            for variant in knowledge_base.actions[name].variants
+            for effect in knowledge_base.actions[name].literals("intended_effects", variant)
+        ]
+        if not any(effect.predicate in achieved for effect in effects):
+            wanted = ", ".join(dict.fromkeys(map(str, effects)))
+            files = ", ".join(map(str, pack.knowledge_bases))
+            yield f"{files}: {name}: no packet of a behaviours library achieves any of {wanted}"
+
+
+def _world_faults(pack: Pack, packs: Packs, knowledge_base: KnowledgeBase) -> Iterator[str]:
+    repertoire = packs.repertoire()
+    for path in pack.worlds.values():
+        try:
+            world = load_world(path, worlds={}, tags=repertoire.tags, check_tuning=repertoire.tuned)
+            initial_facts(world, knowledge_base)
+        except WorldFileError as error:
+            yield str(error)
+        except (KnowledgeBaseError, Invalid) as error:
+            yield f"{path} is not a valid world: facts: {error}"

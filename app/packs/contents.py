@@ -1,0 +1,48 @@
+"""What each pack brings, by name."""
+
+from collections.abc import Sequence
+
+from pydantic import BaseModel
+
+from app.packs.errors import PackError
+from app.packs.pack import Pack
+from planner import KnowledgeBaseError, read_knowledge_base_part
+from robots.errors import RepertoireError
+from robots.repertoire import read_packet
+
+
+class PackContents(BaseModel):
+    """A pack and what it brings: the names of actions, predicates and worlds, and the tags of packets.
+
+    `source` is the folder or the package that it comes from, `needs` other packs with the least version of each.
+    """
+
+    name: str
+    version: str
+    about: str
+    source: str
+    needs: dict[str, str]
+    actions: Sequence[str]
+    predicates: Sequence[str]
+    packets: Sequence[str]
+    worlds: Sequence[str]
+
+
+def contents_of(pack: Pack) -> PackContents:
+    """:raises PackError: naming the file, the line and the slot of what is not valid."""
+    try:
+        parts = [read_knowledge_base_part(path) for path in pack.knowledge_bases]
+        packets = [read_packet(path) for path in pack.packets]
+    except (KnowledgeBaseError, RepertoireError) as error:
+        raise PackError(str(error)) from error
+    return PackContents(
+        name=pack.name,
+        version=pack.version,
+        about=pack.about,
+        source=pack.source,
+        needs=dict(pack.needs),
+        actions=[action.name for part in parts for action in part.actions],
+        predicates=[name for part in parts for name in part.predicates],
+        packets=sorted({packet.tag for packet in packets}),
+        worlds=sorted(pack.worlds),
+    )

@@ -1,0 +1,79 @@
+"""Several domain packs as one: what they hold, merged."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.domain.mission_organiser import Library, LibraryError, load_library
+from app.packs.errors import PackError
+from app.packs.pack import Pack
+from planner import KnowledgeBase, KnowledgeBaseError, merge_knowledge_bases
+from robots.errors import RepertoireError
+from robots.repertoire import Repertoire, read_repertoire
+
+
+@dataclass(frozen=True, slots=True)
+class Packs:
+    """The packs of a process, each after those that it needs.
+
+    Spawned processes are given the files, `knowledge_bases` or `packets`, and read them again.
+    """
+
+    packs: tuple[Pack, ...]
+
+    @property
+    def knowledge_bases(self) -> tuple[Path, ...]:
+        return tuple(path for pack in self.packs for path in pack.knowledge_bases)
+
+    @property
+    def libraries(self) -> tuple[Path, ...]:
+        return tuple(path for pack in self.packs for path in pack.libraries)
+
+    @property
+    def packets(self) -> tuple[Path, ...]:
+        return tuple(path for pack in self.packs for path in pack.packets)
+
+    @property
+    def verbs(self) -> tuple[Path, ...]:
+        return tuple(path for pack in self.packs for path in pack.verbs)
+
+    @property
+    def names(self) -> str:
+        return ", ".join(pack.name for pack in self.packs)
+
+    def worlds(self) -> Mapping[str, Path]:
+        """The worlds' files by name.
+
+        :raises PackError: if two packs have a world of the same name.
+        """
+        worlds: dict[str, Path] = {}
+        for pack in self.packs:
+            for name, path in pack.worlds.items():
+                if worlds.setdefault(name, path) != path:
+                    raise PackError(f"world {name} is in two packs: {worlds[name]}, and {path}")
+        return worlds
+
+    def knowledge_base(self) -> KnowledgeBase:
+        """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
+        if not self.knowledge_bases:
+            raise PackError(f"no knowledge base is in the packs {self.names}; most packs need `store`")
+        try:
+            return merge_knowledge_bases(self.knowledge_bases)
+        except KnowledgeBaseError as error:
+            raise PackError(str(error)) from error
+
+    def repertoire(self) -> Repertoire:
+        """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
+        try:
+            return read_repertoire(self.packets)
+        except RepertoireError as error:
+            raise PackError(str(error)) from error
+
+    def library(self) -> Library:
+        """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
+        if not self.libraries:
+            raise PackError(f"no behaviours library is in the packs {self.names}; most packs need `store`")
+        try:
+            return load_library(self.knowledge_base(), *self.libraries, tags=self.repertoire().tags)
+        except LibraryError as error:
+            raise PackError(error.detail) from error
