@@ -14,6 +14,8 @@ from robots.errors import ExtensionError
 CONDITIONS = "macta.conditions"
 STIMULI = "macta.stimuli"
 RESPONSES = "macta.responses"
+BODIES = "macta.bodies"
+SENSORS = "macta.sensors"
 
 
 @cache

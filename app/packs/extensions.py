@@ -7,7 +7,17 @@ from typing import Any
 from pydantic import BaseModel
 
 from robots.errors import ExtensionError
-from robots.extensions import CONDITIONS, RESPONSES, STIMULI, described, installed, load_class
+from robots.extensions import (
+    BODIES,
+    CONDITIONS,
+    RESPONSES,
+    SENSORS,
+    STIMULI,
+    described,
+    installed,
+    load_class,
+    load_extension,
+)
 
 PACKS = "macta.packs"
 PREFIX = "macta."
@@ -39,8 +49,29 @@ def _response() -> type:
     return Response
 
 
-BASES: Mapping[str, Callable[[], type]] = {CONDITIONS: _condition, STIMULI: _stimulus, RESPONSES: _response}
+def _body() -> type:
+    from robots.world.bodies import PackageBodySpec
+
+    return PackageBodySpec
+
+
+def _sensor() -> type:
+    from robots.world.sensors import PackageSensorSpec
+
+    return PackageSensorSpec
+
+
+BASES: Mapping[str, Callable[[], type]] = {
+    CONDITIONS: _condition,
+    STIMULI: _stimulus,
+    RESPONSES: _response,
+    BODIES: _body,
+    SENSORS: _sensor,
+}
 """The groups of classes, and the class that each must be a subclass of."""
+ENGINES = "macta.engines"
+CALLED = (ENGINES,)
+"""The groups of functions."""
 
 
 def installed_extensions() -> Iterator[Extension]:
@@ -61,10 +92,17 @@ def extension_faults(pack: str) -> Iterator[str]:
 
 
 def _fault(entry: EntryPoint) -> str | None:
-    if entry.group not in BASES:
-        choices = ", ".join(sorted((PACKS, *BASES)))
+    if entry.group not in (*BASES, *CALLED):
+        choices = ", ".join(sorted((PACKS, *BASES, *CALLED)))
         return f"{described(entry)}: there is no group {entry.group}; choices: {choices}"
     try:
+        if entry.group in CALLED:
+            called = callable(load_extension(entry.group, entry.name))
+            return (
+                None
+                if called
+                else f"{entry.group}: {entry.name} is {described(entry)}, which cannot be called"
+            )
         found: Any = load_class(entry.group, entry.name, BASES[entry.group]())
     except ExtensionError as error:
         return str(error)

@@ -27,6 +27,20 @@ class Holding(Condition, needs=GRIP):
         return Verdict(percepts.holding == self.object, f"holds {percepts.holding or 'nothing'}")
 
 
+class Measured(Condition):
+    """A sensor of an installed package reads the quantity within these limits; without one it does not hold."""
+
+    quantity: str
+    least: float = -1e30
+    most: float = 1e30
+
+    def check(self, percepts: Percepts) -> Verdict:
+        value = percepts.measured.get(self.quantity)
+        if value is None:
+            return Verdict(False, f"measures no {self.quantity}")
+        return Verdict(self.least <= value <= self.most, f"measures {self.quantity} {value:g}")
+
+
 class Empty(Condition, needs=GRIP):
     """The gripper holds nothing; with `open` its jaws must be open, too."""
 

@@ -160,6 +160,7 @@ class BehaviouralAgent:
                 now_s,
                 battery=readings.battery,
                 charging=readings.charging,
+                measured=readings.measured,
                 degraded=self._health.degraded,
             )
         except (SensorFault, OSError, ValueError) as fault:

@@ -1,7 +1,7 @@
 """Fuses a body's readings into percepts, tick by tick."""
 
 from cmath import rect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
 from robots.perception.recognition import by_infra_red, by_touch, by_whiskers
 from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import ObjectTracking, Observation
-from robots.physical.body import RADIUS_M, Pose, Sensor
+from robots.physical.body import NOTHING_MEASURED, RADIUS_M, Pose, Sensor
 from robots.physical.geometry import to_robot
 from robots.physical.profile import RobotProfile
 from robots.physical.sightings import NONE_IN_VIEW, Sightings
@@ -60,6 +60,7 @@ class Perception:
         *,
         battery: float = 1.0,
         charging: bool = False,
+        measured: Mapping[str, float] = NOTHING_MEASURED,
         degraded: tuple[Defect, ...] = (),
     ) -> Percepts:
         """Fuse the readings of the running sensors, which `SensorHealth` has checked."""
@@ -85,6 +86,7 @@ class Perception:
             bumped_s=self._bump.felt_s if self._bump else None,
             battery=battery,
             charging=charging,
+            measured=measured,
             degraded=degraded,
             last_seen=self._last_seen,
             last_held=self.held,

@@ -4,6 +4,7 @@ A reading is invalid if it is out of the sensor's range. It is frozen if it stay
 every sensor has noise.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import hypot, isfinite
 from typing import NamedTuple
@@ -64,10 +65,11 @@ class SensorHealth:
         battery = self._gauge(readings.battery, defects)
         sightings = self._beacons(readings.sightings, moved_m, defects)
         ranges_m = self._whiskers(readings.ranges_m, moved_m, defects)
+        measured = _finite(readings.measured, defects)
         self.degraded = tuple(defects)
         if not defects:
             return readings
-        return replace(readings, battery=battery, sightings=sightings, ranges_m=ranges_m)
+        return replace(readings, battery=battery, sightings=sightings, ranges_m=ranges_m, measured=measured)
 
     def _moved_m(self, odometry: Pose) -> float:
         last = self._at
@@ -168,3 +170,13 @@ def _bridged(ranges_m: NDArray[np.float64], failed: NDArray[np.bool_]) -> NDArra
         before = min((beam - sound) % len(failed))
         bridged[beam] = min(ranges_m[(beam + after) % len(failed)], ranges_m[(beam - before) % len(failed)])
     return bridged
+
+
+def _finite(measured: Mapping[str, float], defects: list[Defect]) -> Mapping[str, float]:
+    """Without what is no number."""
+    found = {quantity: value for quantity, value in measured.items() if isfinite(value)}
+    defects += [
+        Defect(quantity, f"{quantity} reads {measured[quantity]}")
+        for quantity in measured.keys() - found.keys()
+    ]
+    return found

@@ -17,7 +17,7 @@ from robots.perception.obstacles import Obstacles
 from robots.perception.progress import NO_PROGRESS, Progress
 from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import Cursor
-from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose, Sensor
+from robots.physical.body import GRIPPER_REACH_M, NOTHING_MEASURED, Gripper, Pose, Sensor
 from robots.physical.geometry import to_robot, wrap
 from robots.physical.profile import STAND_OFF_M, RobotProfile
 from robots.physical.sightings import Sightings
@@ -82,8 +82,9 @@ class Percepts:
     and `about` (all obstacles) are computed from them, None if a sensor they need is off; their properties then raise
     `SensorOff`, for not sensed does not mean "nothing there". `odometry` is the dead-reckoned pose. The packet
     fills in `progress`, the agent `drive_command` (None if no operator drives); nothing else is changed. `degraded`:
-    readings that are left out. `last_seen`: when each beacon or tag that is out of view was last seen, and its range.
-    `last_held`: what the jaws were last sensed to hold, for telemetry; conditions and stimuli read `holding`.
+    readings that are left out. `measured`: what sensors of installed packages read, by quantity. `last_seen`: when each
+    beacon or tag that is out of view was last seen, and its range. `last_held`: what the jaws were last sensed to hold,
+    for telemetry; conditions and stimuli read `holding`.
     """
 
     profile: RobotProfile
@@ -98,6 +99,7 @@ class Percepts:
     bumped_s: float | None = None
     battery: float = 1.0
     charging: bool = False
+    measured: Mapping[str, float] = field(default_factory=lambda: NOTHING_MEASURED)
     degraded: tuple[Defect, ...] = ()
     last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     last_held: str | None = None

@@ -4,8 +4,10 @@ Frames: a robot's own frame has x ahead, y to the left, angles counter-clockwise
 A robot never sees the simulator's truth, only what is declared here.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -65,13 +67,17 @@ READS = {
 """Sensor to its field of `Readings`."""
 
 
+NOTHING_MEASURED: Mapping[str, float] = MappingProxyType({})
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readings:
     """The readings of one tick; None of a sensor that is off.
 
     `ranges_m`: shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range.
     `bumper`: touched since the last reading. `capture_head_m`: (x, y) deflection of the compliant capture head,
-    metres, (0, 0) when nothing is on it. `battery`: what is left of its charge, 0 to 1.
+    metres, (0, 0) when nothing is on it. `battery`: what is left of its charge, 0 to 1. `measured`: by quantity, with
+    its unit in the name, what sensors of installed packages read; they always run.
     """
 
     time_s: float
@@ -82,6 +88,7 @@ class Readings:
     capture_head_m: tuple[float, float] | None = (0.0, 0.0)
     battery: float = 1.0
     charging: bool = False
+    measured: Mapping[str, float] = field(default_factory=lambda: NOTHING_MEASURED)
 
     def by_sensor(self) -> dict[Sensor, object]:
         """What the sensors that run have read."""

@@ -1,10 +1,12 @@
 """A robot's body in a world file: its kind alone (`body: wheeled`), or its kind with parameters to override."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, get_args
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from robots.data import Checked
+from robots.extensions import BODIES
+from robots.world.package_parts import PackagePartSpec, PartOfPackage
 
 Kind = Literal["velocity", "wheeled", "avatar"]
 
@@ -62,13 +64,25 @@ class WheeledBodySpec(Checked):
             )
 
 
-def _by_kind(body: Any) -> Any:
-    return {"kind": body} if isinstance(body, str) else body
+class PackageBodySpec(PackagePartSpec):
+    """A body of an installed package: a subclass, registered as `macta.bodies` under its kind, adds its parameters.
 
+    The simulation makes the body with the subclass's `make_body` (`sim.bodies.factory.MakesBody`).
+    """
+
+    def check_speeds(self, robot: str, *, linear_m_s: float, angular_rad_s: float) -> None:
+        """:raises ValueError: if the body cannot reach the robot's speed or turn rate."""
+
+
+ShippedBodySpec = Annotated[VelocityBodySpec | WheeledBodySpec | AvatarBodySpec, Field(discriminator="kind")]
 
 BodySpec = Annotated[
-    Annotated[VelocityBodySpec | WheeledBodySpec | AvatarBodySpec, Field(discriminator="kind")],
-    BeforeValidator(
-        _by_kind, json_schema_input_type=Kind | VelocityBodySpec | WheeledBodySpec | AvatarBodySpec
+    VelocityBodySpec | WheeledBodySpec | AvatarBodySpec | PackageBodySpec,
+    PartOfPackage(
+        group=BODIES,
+        base=PackageBodySpec,
+        shipped=ShippedBodySpec,
+        kinds=get_args(Kind),
+        stated_as=Kind | ShippedBodySpec | str | PackageBodySpec,
     ),
 ]

@@ -10,8 +10,9 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from robots.data import Checked
-from robots.world.bodies import BodySpec, VelocityBodySpec, WheeledBodySpec
+from robots.world.bodies import BodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
 from robots.world.radio import LinkSpec
+from robots.world.sensors import SensorSpec
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Point = tuple[float, float]
@@ -97,6 +98,7 @@ class RobotSpec(Checked):
     `battery`: the share of its charge that it starts with.
     `architecture`: sensing in parallel with acting, or in turn. `whisker_least_m`: the shortest range read.
     `sonar`: the range sensors, in order: its whiskers, and a virtual sonar that detects avatars.
+    `sensors`: further ones, of installed packages.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `link`: its radio, with the world's `link` as default for each value.
     """
@@ -116,12 +118,13 @@ class RobotSpec(Checked):
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
     sonar: tuple[Literal["real", "virtual"], ...] = Field(default=("real", "virtual"), min_length=1)
+    sensors: tuple[SensorSpec, ...] = ()
     tuning: dict[str, dict[str, dict[str, float]]] = Field(default_factory=dict)
     link: LinkSpec | None = None
 
     @model_validator(mode="after")
     def _wheels_are_fast_enough(self) -> Self:
-        if isinstance(self.body, WheeledBodySpec):
+        if isinstance(self.body, WheeledBodySpec | PackageBodySpec):
             self.body.check_speeds(self.name, linear_m_s=self.speed_m_s, angular_rad_s=self.turn_rad_s)
         return self
 

@@ -1,21 +1,66 @@
 """Makes the body and the sonar that the world file names for each robot."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from robots.physical.body import Pose
 from robots.physical.geometry import to_robot
-from robots.physical.sonar import VirtualSonar
+from robots.physical.sonar import Activity, VirtualSonar
 from robots.world import RobotSpec
-from robots.world.bodies import AvatarBodySpec, VelocityBodySpec, WheeledBodySpec
+from robots.world.bodies import AvatarBodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
+from robots.world.sensors import PackageSensorSpec
 from sim.bodies.avatar import AvatarBody, FloorMap
 from sim.bodies.base import SimulatedBody
 from sim.bodies.odometry import Odometry
 from sim.bodies.velocity import VelocityBody
 from sim.bodies.wheeled import WheeledBody
+from sim.error import SimulationError
 from sim.physics.jaws import Jaws
 from sim.physics.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyParts:
+    """What a body of a package is made with: its robot, its odometry, the scene that moves it, and its noise."""
+
+    spec: RobotSpec
+    jaws: Jaws
+    scene: Scene
+    odometry: Odometry
+    rng: np.random.Generator
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorSite:
+    """Where a sensor of a package is: its robot, the scene around it, and its noise.
+
+    Between two ticks it may keep nothing but what `rng` does: snapshots have no place for it.
+    """
+
+    spec: RobotSpec
+    scene: Scene
+    rng: np.random.Generator
+
+    def pose(self) -> Pose:
+        """The robot's true pose."""
+        return self.scene.pose(self.spec.name)
+
+
+@runtime_checkable
+class MakesSensor(Protocol):
+    """What a package's `PackageSensorSpec` has so that its sensor can be simulated."""
+
+    def make_sensor(self, site: SensorSite) -> Activity: ...
+
+
+@runtime_checkable
+class MakesBody(Protocol):
+    """What a package's `PackageBodySpec` has so that its body can be simulated."""
+
+    def make_body(self, parts: BodyParts) -> SimulatedBody: ...
 
 
 class SharedScene:
@@ -63,7 +108,17 @@ def make_bodies(
                     least_m=spec.whisker_least_m,
                 )
             )
+        for sensor in spec.sensors:
+            body.install(_sensor(sensor, SensorSite(spec=spec, scene=scene, rng=rngs[spec.name])))
     return bodies
+
+
+def _sensor(sensor: PackageSensorSpec, site: SensorSite) -> Activity:
+    if not isinstance(sensor, MakesSensor):
+        raise SimulationError(
+            f"{site.spec.name}: a sensor of kind {sensor.kind} cannot be simulated: no make_sensor"
+        )
+    return sensor.make_sensor(site)
 
 
 def _made(
@@ -76,3 +131,10 @@ def _made(
             return VelocityBody(spec, spec.body, jaws, scene, Odometry(told, scene.pose(spec.name), rng))
         case AvatarBodySpec():
             return AvatarBody(spec, spec.body, jaws, scene, Odometry(told, scene.pose(spec.name), rng), floor)
+        case PackageBodySpec() as body:
+            if not isinstance(body, MakesBody):
+                raise SimulationError(
+                    f"{spec.name}: a body of kind {body.kind} cannot be simulated: no make_body"
+                )
+            odometry = Odometry(told, scene.pose(spec.name), rng)
+            return body.make_body(BodyParts(spec=spec, jaws=jaws, scene=scene, odometry=odometry, rng=rng))

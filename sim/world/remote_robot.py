@@ -36,6 +36,7 @@ class ReadingsSender:
             readings.capture_head_m,
             readings.battery,
             readings.charging,
+            dict(readings.measured),
             arrived,
         )
 
@@ -90,6 +91,7 @@ class RemoteRobot:
             capture_head_m,
             battery,
             charging,
+            measured,
             self._arrived,
         ) = row
         self._odometry = Pose(x_m=pose[0], y_m=pose[1], heading_rad=pose[2])
@@ -106,6 +108,7 @@ class RemoteRobot:
             capture_head_m=capture_head_m,
             battery=battery,
             charging=charging,
+            measured=measured,
         )
         self._commands = Commands()
         return end

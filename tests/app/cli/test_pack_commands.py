@@ -111,7 +111,7 @@ def test_what_is_installed_is_listed(tmp_path: Path) -> None:
         ("rested = ", "tired = ", "register tired as empty"),
         ("rested:Rested", "rested:Nobody", "cannot be loaded"),
         ("macta.conditions", "macta.stimuli", "no subclass of robots.reactive.stimuli.Stimulus"),
-        ("macta.conditions", "macta.moods", "there is no group macta.moods; choices: macta.conditions"),
+        ("macta.conditions", "macta.moods", "there is no group macta.moods; choices: macta.bodies"),
     ],
 )
 def test_the_python_of_an_installed_pack_is_checked(

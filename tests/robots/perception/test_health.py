@@ -115,3 +115,10 @@ def test_odometry_or_a_capture_head_that_is_not_finite_is_a_fault() -> None:
         SensorHealth().inspect(readings(), Pose(x_m=nan, y_m=0, heading_rad=0))
     with pytest.raises(SensorFault, match="capture head"):
         drive(SensorHealth(), [readings(head=(nan, 0))])
+
+
+def test_a_packages_measurement_that_is_no_number_is_left_out() -> None:
+    health = SensorHealth()
+    judged = drive(health, [replace(readings(), measured={"temperature_c": 21.0, "dust_g": nan})])
+    assert judged.measured == {"temperature_c": 21.0}
+    assert [defect.words for defect in health.degraded] == ["dust_g reads nan"]

@@ -33,7 +33,7 @@ def test_a_body_is_a_kind_or_a_kind_with_measures(body: Any, spec: Any) -> None:
         (
             "flying",
             {},
-            "robots.0.body: Input tag 'flying' found using 'kind' does not match any of the expected",
+            "robots.0.body: unknown kind 'flying'; choices: avatar, velocity, wheeled",
         ),
         ({"kind": "wheeled", "base_m": 2}, {}, "robots.0.body.wheeled.base_m: Input should be less than"),
         (
