@@ -9,6 +9,7 @@ from app.packs.errors import PackError
 from app.packs.pack import Pack
 from app.packs.packs import Packs
 from planner import KnowledgeBase, KnowledgeBaseError
+from robots.conditions.facts import ALWAYS_SENSED
 from robots.world import WorldFileError, load_world
 
 
@@ -24,6 +25,7 @@ def faults_of(packs: Packs) -> Iterator[str]:
     knowledge_base = packs.knowledge_base()
     for pack in packs.packs:
         yield from _unachieved(pack, packs)
+        yield from _unsensed(pack, packs)
         yield from _world_faults(pack, packs, knowledge_base)
 
 
@@ -49,6 +51,16 @@ def _unachieved(pack: Pack, packs: Packs) -> Iterator[str]:
             wanted = ", ".join(dict.fromkeys(map(str, effects)))
             files = ", ".join(map(str, pack.knowledge_bases))
             yield f"{files}: {name}: no packet of a behaviours library achieves any of {wanted}"
+
+
+def _unsensed(pack: Pack, packs: Packs) -> Iterator[str]:
+    """The predicates that robots are said to perceive, and none can."""
+    known = {one.predicate for one in packs.repertoire().sensed} | ALWAYS_SENSED
+    predicates = packs.knowledge_base().predicates
+    for name in contents_of(pack).predicates:
+        if predicates[name].sensed and not predicates[name].relational and name not in known:
+            files = ", ".join(map(str, pack.knowledge_bases))
+            yield f"{files}: predicates.{name}: it is sensed, but no file of a repertoire says by which condition"
 
 
 def _world_faults(pack: Pack, packs: Packs, knowledge_base: KnowledgeBase) -> Iterator[str]:

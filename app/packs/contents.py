@@ -8,11 +8,13 @@ from app.packs.errors import PackError
 from app.packs.pack import Pack
 from planner import KnowledgeBaseError, read_knowledge_base_part
 from robots.errors import RepertoireError
-from robots.repertoire import read_packet
+from robots.repertoire import PacketSpec, SensedFacts, read_packet
 
 
 class PackContents(BaseModel):
     """A pack and what it brings: the names of actions, predicates and worlds, and the tags of packets.
+
+    `senses` are facts that its robots perceive beside those that all do.
 
     `source` is the folder or the package that it comes from, `needs` other packs with the least version of each.
     """
@@ -25,6 +27,7 @@ class PackContents(BaseModel):
     actions: Sequence[str]
     predicates: Sequence[str]
     packets: Sequence[str]
+    senses: Sequence[str]
     worlds: Sequence[str]
 
 
@@ -32,7 +35,7 @@ def contents_of(pack: Pack) -> PackContents:
     """:raises PackError: naming the file, the line and the slot of what is not valid."""
     try:
         parts = [read_knowledge_base_part(path) for path in pack.knowledge_bases]
-        packets = [read_packet(path) for path in pack.packets]
+        files = [read_packet(path) for path in pack.packets]
     except (KnowledgeBaseError, RepertoireError) as error:
         raise PackError(str(error)) from error
     return PackContents(
@@ -43,6 +46,7 @@ def contents_of(pack: Pack) -> PackContents:
         needs=dict(pack.needs),
         actions=[action.name for part in parts for action in part.actions],
         predicates=[name for part in parts for name in part.predicates],
-        packets=sorted({packet.tag for packet in packets}),
+        packets=sorted({file.tag for file in files if isinstance(file, PacketSpec)}),
+        senses=[one.fact for file in files if isinstance(file, SensedFacts) for one in file.sensed_facts],
         worlds=sorted(pack.worlds),
     )

@@ -18,6 +18,8 @@ from robots.physical.body import GRIPPER_REACH_M
 from robots.physical.profile import STAND_OFF_M, RobotProfile
 from robots.wire import SymbolicFact
 
+ALWAYS_SENSED = frozenset({"brought", "clear", "holds_alone", "vacant"})
+"""The predicates, besides relations, that `condition_for` has conditions for."""
 NEAR_M = 0.2
 IN_THE_WAY_M = 0.5
 """A robot with empty jaws counts as near a place up to this distance: no other robot has room there then."""

@@ -6,6 +6,7 @@ For on-robot software only: the reflective agent knows packets by tag (MACTA §4
 from robots.repertoire.load import Repertoire, load_repertoire, read_packet, read_repertoire, store_packets
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.repertoire.self_level import SelfLevel, load_self_level
+from robots.repertoire.sensed_facts import SensedFact, SensedFacts
 from robots.repertoire.tuning import Tuning, parameters
 
 __all__ = [
@@ -13,6 +14,8 @@ __all__ = [
     "PacketSpec",
     "Repertoire",
     "SelfLevel",
+    "SensedFact",
+    "SensedFacts",
     "Tuning",
     "load_repertoire",
     "load_self_level",

@@ -13,6 +13,7 @@ from robots.repertoire.schema import (
     behaviour_patterns,
     filled,
     named_method,
+    names_in,
     sensor_conditions,
 )
 
@@ -30,7 +31,7 @@ def template_faults(spec: PacketSpec) -> Iterator[Fault]:
     known = {*spec.arguments, *spec.optional, *spec.parameters, *LIMITS, *own}
     values = spec.defaults()
     for place, template, adapter in _templates(spec):
-        if unknown := [name for name in _names(template) if name not in known]:
+        if unknown := [name for name in names_in(template) if name not in known]:
             yield place, f"${unknown[0]} is not an argument or parameter; choices: {', '.join(sorted(known))}"
             continue
         try:
@@ -59,15 +60,3 @@ def _templates(spec: PacketSpec) -> Iterator[tuple[Place, list[Mapping[str, Any]
 
 def _each(slot: str, entries: Iterable[Mapping[str, Any]]) -> Iterator[tuple[Place, list[Mapping[str, Any]]]]:
     return (((slot, index), [one]) for index, one in enumerate(entries))
-
-
-def _names(template: Any) -> Iterator[str]:
-    """The names of `$name` strings in a template."""
-    if isinstance(template, str) and template.startswith("$"):
-        yield template[1:].partition("@")[0]
-    elif isinstance(template, Mapping):
-        for inner in template.values():
-            yield from _names(inner)
-    elif isinstance(template, list | tuple):
-        for inner in template:
-            yield from _names(inner)

@@ -10,6 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from robots.conditions.facts import condition_for
+from robots.conditions.verdict import Condition
 from robots.data import faults_in, place_in, read_yaml
 from robots.errors import RepertoireError
 from robots.perception.percepts import waypoint
@@ -19,8 +20,9 @@ from robots.repertoire.parameters import LIMITS, Value
 from robots.repertoire.schema import BoundPacket, PacketSpec
 from robots.repertoire.self_level import FILE as SELF_LEVEL
 from robots.repertoire.self_level import load_self_level
+from robots.repertoire.sensed_facts import KEY, SensedFact, SensedFacts
 from robots.repertoire.tuning import Tuning, tuned
-from robots.wire import BehaviourPacket
+from robots.wire import BehaviourPacket, SymbolicFact
 
 TARGET = ("object", "x", "y")
 OBJECT_STAND_OFF_M = 0.6
@@ -32,6 +34,8 @@ class Repertoire:
     """The packets of the on-robot software; a robot's profile says which of them it may use."""
 
     specs: Mapping[str, PacketSpec]
+    sensed: tuple[SensedFact, ...] = ()
+    """Of facts beside those of `robots.conditions.facts`."""
 
     @property
     def tags(self) -> tuple[str, ...]:
@@ -46,7 +50,17 @@ class Repertoire:
         for tag in tuning:
             self._known(tag)
         specs = {name: tuned(spec, tuning.get(name, {})) for name, spec in self.specs.items()}
-        return Repertoire(specs)
+        return Repertoire(specs, self.sensed)
+
+    def condition_for(self, fact: SymbolicFact, profile: RobotProfile) -> Condition:
+        """The sensor condition by which this robot perceives that a fact has become true.
+
+        :raises RepertoireError: if none of its sensors can perceive it.
+        """
+        for one in self.sensed:
+            if (condition := one.condition(fact, profile.name)) is not None:
+                return condition
+        return condition_for(fact, profile)
 
     def _known(self, tag: str) -> PacketSpec:
         spec = self.specs.get(tag)
@@ -82,7 +96,7 @@ class Repertoire:
             "me": profile.name,
         }
         bound = tuned(spec, packet.tuning).bind(values, packet.timeout_s)
-        awaited = tuple(condition_for(fact, profile) for fact in packet.awaits)
+        awaited = tuple(self.condition_for(fact, profile) for fact in packet.awaits)
         return replace(bound, before=(*bound.before, *(one for one in awaited if one not in bound.before)))
 
 
@@ -169,13 +183,17 @@ def _with_self_level(texts: tuple[tuple[str, str], ...]) -> Repertoire:
     # NOTE: checking takes 60 ms, too long for every robot of a large world.
     packets = _checked(texts)
     own = load_self_level()
-    return Repertoire({tag: own.added_to(spec) for tag, spec in packets.specs.items()})
+    return Repertoire({tag: own.added_to(spec) for tag, spec in packets.specs.items()}, packets.sensed)
 
 
 def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
     read: dict[str, tuple[str, PacketSpec]] = {}
+    sensed: list[SensedFact] = []
     for origin, text in texts:
-        spec = _spec(origin, text)
+        spec = _content(origin, text)
+        if isinstance(spec, SensedFacts):
+            sensed += spec.sensed_facts
+            continue
         if spec.name in read:
             raise RepertoireError(
                 f"{origin} defines {spec.name} a second time; it is defined in {read[spec.name][0]}"
@@ -189,21 +207,32 @@ def _checked(texts: Iterable[tuple[str, str]]) -> Repertoire:
             specs[name].bind({})
         except ValueError as error:
             raise RepertoireError(f"{origin} is no packet: {error}") from error
-    return Repertoire(specs)
+    return Repertoire(specs, tuple(sensed))
 
 
-def read_packet(file: Path) -> PacketSpec:
-    """One packet's content, not checked against others.
+def read_packet(file: Path) -> PacketSpec | SensedFacts:
+    """One packet's content, or the sensed facts of a file that holds no packet; not checked against others.
 
     :raises RepertoireError: naming the file, the line and slot, and what is wrong with it.
     """
-    return _spec(str(file), _text(file))
+    return _content(str(file), _text(file))
 
 
-def _spec(origin: str, text: str) -> PacketSpec:
+def _content(origin: str, text: str) -> PacketSpec | SensedFacts:
+    spec: PacketSpec | SensedFacts
     try:
-        spec = PacketSpec.model_validate(read_yaml(text))
-        faults = [place_in(text, slot, message) for slot, message in template_faults(spec)]
+        data = read_yaml(text)
+        if isinstance(data, dict) and KEY in data:
+            spec = SensedFacts.model_validate(data)
+            found = (
+                ((KEY, index, *slot), message)
+                for index, one in enumerate(spec.sensed_facts)
+                for slot, message in one.faults()
+            )
+        else:
+            spec = PacketSpec.model_validate(data)
+            found = ((slot, message) for slot, message in template_faults(spec))
+        faults = [place_in(text, slot, message) for slot, message in found]
     except ValidationError as error:
         faults = faults_in(text, error)
     except (yaml.YAMLError, ValueError) as error:

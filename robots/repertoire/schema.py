@@ -150,6 +150,18 @@ def filled(template: Any, values: Mapping[str, Value]) -> Any:
     return template
 
 
+def names_in(template: Any) -> Iterator[str]:
+    """The names of `$name` strings in a template."""
+    if isinstance(template, str) and template.startswith("$"):
+        yield template[1:].partition("@")[0]
+    elif isinstance(template, Mapping):
+        for inner in template.values():
+            yield from names_in(inner)
+    elif isinstance(template, list | tuple):
+        for inner in template:
+            yield from names_in(inner)
+
+
 def _limits(
     max_velocity_m_s: float, max_distance_m: float, timeout_s: float
 ) -> dict[str, tuple[Condition, ...]]:

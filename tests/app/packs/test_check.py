@@ -89,3 +89,16 @@ def test_a_folder_with_something_in_it_is_not_written_to(tmp_path: Path) -> None
     with pytest.raises(PackError, match="is not empty"):
         write_example("looks", tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_sensed_predicate_needs_its_condition(tmp_path: Path) -> None:
+    folder = example(tmp_path)
+    change(
+        folder / BASE, "arguments: {location: location}", "arguments: {location: location}\n    sensed: true"
+    )
+    (fault,) = faults_of(load_packs([str(folder)]))
+    assert fault.startswith(f"{folder / BASE}: predicates.observed: it is sensed, but no file")
+    facts = folder / "repertoire" / "facts.yaml"
+    facts.write_text("sensed_facts:\n  - {fact: observed($ref), by: {sense: in_view, target: $ref}}\n")
+    assert list(faults_of(load_packs([str(folder)]))) == []
+    assert contents_of(find_pack(str(folder))).senses == ["observed($ref)"]
