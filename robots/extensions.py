@@ -16,6 +16,7 @@ STIMULI = "macta.stimuli"
 RESPONSES = "macta.responses"
 BODIES = "macta.bodies"
 SENSORS = "macta.sensors"
+IMPORTERS = "macta.importers"
 
 
 @cache

@@ -75,6 +75,20 @@ def _write(text: str, out: Path | None) -> None:
         raise Invalid(f"--out: {out} cannot be written: {error.strerror}") from error
 
 
+@commands.command("import")
+def import_world(
+    kind: Annotated[str, typer.Argument(help="Format, as an installed package names it.", metavar="FORMAT")],
+    file: Annotated[Path, typer.Argument(help="File to read.")],
+    out: Annotated[Path | None, typer.Option(help="File to write (default: standard output).")] = None,
+) -> None:
+    """Write a world file from a file of another format, which an installed package reads (docs/packs.md)."""
+    from app.packs.importing import imported_world
+    from robots.world import world_yaml
+
+    with reported_errors():
+        _write(world_yaml(imported_world(kind, file)), out)
+
+
 @commands.command()
 def schema() -> None:
     """Print the JSON Schema of world files."""

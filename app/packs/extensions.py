@@ -10,6 +10,7 @@ from robots.errors import ExtensionError
 from robots.extensions import (
     BODIES,
     CONDITIONS,
+    IMPORTERS,
     RESPONSES,
     SENSORS,
     STIMULI,
@@ -70,7 +71,7 @@ BASES: Mapping[str, Callable[[], type]] = {
 }
 """The groups of classes, and the class that each must be a subclass of."""
 ENGINES = "macta.engines"
-CALLED = (ENGINES,)
+CALLED = (ENGINES, IMPORTERS)
 """The groups of functions."""
 
 

@@ -18,6 +18,7 @@ FILES = (
     "knowledge_base.yaml",
     "behaviours_library.yaml",
     "repertoire/observe.yaml",
+    "repertoire/facts.yaml",
     "worlds/looks_yard.yaml",
 )
 WORDS = st.sampled_from(
@@ -41,6 +42,15 @@ VALUES = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(SCALARS, inner, max_size=3),
     max_leaves=6,
 )
+
+
+FACTS = "sensed_facts:\n  - {fact: observed($ref), by: {sense: in_view, target: $ref}}\n"
+
+
+def pack(parent: Path) -> Path:
+    folder = example(parent)
+    (folder / "repertoire" / "facts.yaml").write_text(FACTS)
+    return folder
 
 
 def nodes(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
@@ -84,7 +94,7 @@ def judged(folder: Path) -> list[str]:
 @given(st.data())
 def test_a_pack_with_any_change_is_valid_or_its_faults_name_a_file(data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as name:
-        folder = example(Path(name))
+        folder = pack(Path(name))
         file = folder / data.draw(st.sampled_from(FILES))
         document = yaml.safe_load(file.read_text())
         for _ in range(data.draw(st.integers(1, 3))):
@@ -101,7 +111,7 @@ def test_a_pack_with_any_bytes_is_valid_or_its_faults_name_a_file(
     name: str, noise: bytes, position: int
 ) -> None:
     with tempfile.TemporaryDirectory() as parent:
-        folder = example(Path(parent))
+        folder = pack(Path(parent))
         content = (folder / name).read_bytes()
         at = position % len(content)
         (folder / name).write_bytes(content[:at] + noise + content[at + len(noise) :])
