@@ -2,21 +2,17 @@
 
 import logging
 from collections.abc import Callable, Mapping
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
 from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.engines.package_engine import MakeEngine, PackageEngine, package_engines
 from planner.engines.portfolio import Portfolio
 from planner.engines.staged import StagedEngine
 from planner.engines.temporal import Aries, Lpg, TemporalEngine
 from planner.errors import UnknownEngine
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningEngine
-
-MakeEngine = Callable[[KnowledgeBase], PlanningEngine]
-
-GROUP = "macta.engines"
-"""The entry points by which installed packages add engines: each a `MakeEngine` (docs/packs.md)."""
 
 logger = logging.getLogger(__name__)
 
@@ -47,9 +43,9 @@ def portfolio(knowledge_base: KnowledgeBase, is_installed: Callable[[str], bool]
     installed = [name for name in ENGINES if is_installed(name)]
     missing = [name for name in ENGINES if name not in installed]
     engines = [StagedEngine(ENGINES[name](knowledge_base), knowledge_base) for name in installed]
-    for name in package_engines():
+    for entry in _of_packages().values():
         try:
-            engines.append(StagedEngine(_of_package(name, knowledge_base), knowledge_base))
+            engines.append(StagedEngine(PackageEngine(entry, knowledge_base), knowledge_base))
         except UnknownEngine as error:
             logger.warning("%s", error)
     return Portfolio(engines, missing=missing)
@@ -64,26 +60,13 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
         return portfolio(knowledge_base)
     if name in ENGINES:
         return StagedEngine(ENGINES[name](knowledge_base), knowledge_base)
-    if name in (found := package_engines()):
-        return StagedEngine(_of_package(name, knowledge_base), knowledge_base)
+    if name in (found := _of_packages()):
+        return StagedEngine(PackageEngine(found[name], knowledge_base), knowledge_base)
     choices = ", ".join((Portfolio.name, *ENGINES, *found))
     raise UnknownEngine(f"unknown engine {name!r}; choices: {choices}")
 
 
-def package_engines() -> Mapping[str, EntryPoint]:
-    """The entry points of installed packages' engines, by name; a name of ours stays ours."""
-    found = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
-    return {entry.name: entry for entry in found if entry.name not in (*ENGINES, Portfolio.name)}
-
-
-def _of_package(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
-    """:raises UnknownEngine: if it cannot be made."""
-    entry = package_engines()[name]
-    try:
-        engine: PlanningEngine = entry.load()(knowledge_base)
-        if engine.name != name:
-            raise ValueError(f"its name is {engine.name!r}")
-    except Exception as error:
-        source = entry.value if entry.dist is None else f"{entry.value} of {entry.dist.name}"
-        raise UnknownEngine(f"engine {name} cannot be made by {source}: {error}") from error
-    return engine
+def _of_packages() -> Mapping[str, EntryPoint]:
+    """Those of installed packages, by name; a name of ours stays ours."""
+    ours = (*ENGINES, Portfolio.name)
+    return {name: entry for name, entry in package_engines().items() if name not in ours}

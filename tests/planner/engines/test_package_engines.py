@@ -5,13 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from planner import KnowledgeBase
-from planner.engines.registry import engine_named, package_engines, portfolio
+from planner import KnowledgeBase, PlanningRequest, PlanningStatus
+from planner.engines.registry import engine_named, portfolio
 from planner.errors import UnknownEngine
 from tests.packages import installed, write_package
+from tests.planner.store import inside, store_problem
 
+REQUEST = PlanningRequest(time_limit_s=20, effort_s=0)
 PYTHON = """\
-from planner import PlanningResult, PlanningStatus
+from dataclasses import replace
+
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 
 
 class Oracle:
@@ -21,7 +25,16 @@ class Oracle:
         self.knowledge_base = knowledge_base
 
     def plan(self, problem, request, observer):
-        return PlanningResult(status=PlanningStatus.NOT_FOUND, engine=self.name, planning_s=0.0)
+        found = HierarchicalEngine(self.knowledge_base).plan(problem, request, observer)
+        return replace(found, engine=self.name)
+
+
+class Liar(Oracle):
+    name = "liar"
+
+    def plan(self, problem, request, observer):
+        found = super().plan(problem, request, observer)
+        return replace(found, plan_net=replace(found.plan_net, causal_links=()))
 
 
 def broken(knowledge_base):
@@ -30,6 +43,7 @@ def broken(knowledge_base):
 ENTRY_POINTS = """\
 [macta.engines]
 broken = planning_oracle:broken
+liar = planning_oracle:Liar
 lost = planning_oracle:Nothing
 macta = planning_oracle:Oracle
 misnamed = planning_oracle:Oracle
@@ -49,7 +63,7 @@ def test_an_installed_engine_can_be_named_and_is_the_portfolios_last(
         assert engine_named("oracle", knowledge_base).name == "oracle"
         asked = [engine.name for engine in portfolio(knowledge_base).engines]
     assert asked[0] == "macta"
-    assert asked[-1] == "oracle"
+    assert asked[-2:] == ["liar", "oracle"]
     assert asked.count("oracle") == 1
     assert (
         "broken cannot be made by planning_oracle:broken of planning_oracle: out of tea leaves" in caplog.text
@@ -58,7 +72,7 @@ def test_an_installed_engine_can_be_named_and_is_the_portfolios_last(
 
 def test_a_name_of_ours_stays_ours(site: Path, knowledge_base: KnowledgeBase) -> None:
     with installed(site):
-        assert "macta" not in package_engines()
+        assert "oracle" not in [engine.name for engine in portfolio(knowledge_base).engines[:1]]
         assert type(engine_named("macta", knowledge_base)).__module__.startswith("planner.")
 
 
@@ -83,3 +97,21 @@ def test_an_engine_that_cannot_be_made_is_named_with_its_package(
 def test_the_choices_name_the_packages_engines(site: Path, knowledge_base: KnowledgeBase) -> None:
     with installed(site), pytest.raises(UnknownEngine, match="oracle"):
         engine_named("seer", knowledge_base)
+
+
+def test_a_packages_plan_is_passed_on_if_it_is_valid(site: Path, knowledge_base: KnowledgeBase) -> None:
+    problem = store_problem([inside("sample_1", "bay_7")])
+    with installed(site):
+        found = engine_named("oracle", knowledge_base).plan(problem, REQUEST)
+    assert (found.status, found.engine) == (PlanningStatus.SOLVED, "oracle")
+
+
+def test_a_packages_faulty_plan_is_a_failure_that_says_what_is_wrong(
+    site: Path, knowledge_base: KnowledgeBase
+) -> None:
+    problem = store_problem([inside("sample_1", "bay_7")])
+    with installed(site):
+        failed = engine_named("liar", knowledge_base).plan(problem, REQUEST)
+    assert failed.status is PlanningStatus.FAILED
+    assert failed.plan_net is None
+    assert failed.reason.startswith("its plan-net is faulty: ")
