@@ -17,6 +17,7 @@ from app.packs import STORE, split_names
 
 if TYPE_CHECKING:
     from robots.link.mqtt import Broker
+    from robots.link.transport import Transport
 
 MIN_TOKEN_LENGTH = 16
 
@@ -137,17 +138,25 @@ class Settings(BaseSettings):
             raise ValueError(f"names no database file; give {DATABASE_FORMS}")
         return url
 
-    def broker(self) -> "Broker | None":
-        """The MQTT broker; None if the world is embedded.
+    def broker(self) -> "Broker | Transport | None":
+        """The MQTT broker, or a package's link to the robots; None if the world is embedded.
 
         :raises Invalid: if address or credentials cannot be used.
         """
         if self.broker_url is None:
             return None
         # Imported here: an embedded service does not need it.
-        from robots.link.mqtt import Broker, BrokerError
+        from robots.link.mqtt import Broker
+        from robots.link.mqtt.broker import PORTS
 
         try:
+            if (scheme := self.broker_url.partition("://")[0]) not in PORTS:
+                from robots.link.transport import package_schemes, package_transport
+
+                if (transport := package_transport(self.broker_url)) is not None:
+                    return transport
+                if others := package_schemes():
+                    raise ValueError(f"no link for {scheme}://; choices: {', '.join((*PORTS, *others))}")
             return Broker.at(
                 self.broker_url,
                 username=self.broker_username,
@@ -156,7 +165,7 @@ class Settings(BaseSettings):
                 certificate=self.broker_certificate,
                 key=self.broker_key,
             )
-        except BrokerError as error:
+        except ValueError as error:
             raise Invalid(f"MACTA_BROKER_URL: {error}") from error
 
     def resolved_database_url(self) -> str:

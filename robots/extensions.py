@@ -17,6 +17,7 @@ RESPONSES = "macta.responses"
 BODIES = "macta.bodies"
 SENSORS = "macta.sensors"
 IMPORTERS = "macta.importers"
+LINKS = "macta.links"
 
 
 @cache

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from app.agents import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
-from robots.link.mqtt import ServiceLink
 from robots.link.mqtt.fleet import ANNOUNCE_INTERVAL_S
+from robots.link.transport import ServiceEnd
 from robots.world import WorldFile
 
 FLAT_OUT = 200.0
@@ -35,7 +35,7 @@ class RunningWorld:
     run: str | None
     new_run_reason: str = ""
     resume: Callable[[], None] = _nothing
-    fleet: ServiceLink | None = None
+    fleet: ServiceEnd | None = None
 
     def lag_s(self) -> float:
         """World seconds by which `clock` may be behind the world's own clock."""

@@ -11,6 +11,7 @@ from app.domain.errors import Invalid, Unavailable
 from app.packs.find import load_packs
 from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
+from robots.link.transport import FleetEnd, Transport
 from robots.world import WorldFile
 from sim import SnapshotSettings, SupervisedWorld
 from sim.process.first_calls import SIMULATION
@@ -57,7 +58,12 @@ class _Relay:
     """Passes messages between the simulation's process and the broker."""
 
     def __init__(
-        self, world: WorldFile, simulation: SupervisedWorld, link: FleetLink, broker: Broker, speed: float
+        self,
+        world: WorldFile,
+        simulation: SupervisedWorld,
+        link: FleetEnd,
+        broker: Broker | Transport,
+        speed: float,
     ) -> None:
         self._world = world
         self._simulation = simulation
@@ -97,8 +103,13 @@ class _Relay:
 
 
 @contextmanager
-def _at(broker: Broker, world: WorldFile, run: str) -> Iterator[FleetLink]:
-    link = FleetLink(world.name, [r.name for r in world.robots], broker, run=run, digest=digest_of(world))
+def _at(broker: Broker | Transport, world: WorldFile, run: str) -> Iterator[FleetEnd]:
+    robots = [robot.name for robot in world.robots]
+    link: FleetEnd
+    if isinstance(broker, Broker):
+        link = FleetLink(world.name, robots, broker, run=run, digest=digest_of(world))
+    else:
+        link = broker.fleet_end(world.name, robots, run=run, digest=digest_of(world))
     link.start()
     try:
         yield link

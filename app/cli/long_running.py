@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from robots.link.mqtt import Broker, ServiceLink
+from robots.link.transport import ServiceEnd, Transport
 from robots.world import WorldFile
 from sim.snapshot import digest_of
 
@@ -47,9 +48,14 @@ def enter_all(blocks: Iterable[AbstractContextManager[T]]) -> Iterator[Sequence[
 
 
 @contextmanager
-def fleet_over_broker(broker: Broker, world: WorldFile) -> Iterator[ServiceLink]:
+def fleet_over_broker(broker: Broker | Transport, world: WorldFile) -> Iterator[ServiceEnd]:
     """The link to the world's fleet, which may start later."""
-    fleet = ServiceLink(world.name, [robot.name for robot in world.robots], broker, digest=digest_of(world))
+    robots = [robot.name for robot in world.robots]
+    fleet: ServiceEnd
+    if isinstance(broker, Broker):
+        fleet = ServiceLink(world.name, robots, broker, digest=digest_of(world))
+    else:
+        fleet = broker.service_end(world.name, robots, digest=digest_of(world))
     try:
         yield fleet
     finally:
@@ -57,7 +63,7 @@ def fleet_over_broker(broker: Broker, world: WorldFile) -> Iterator[ServiceLink]
 
 
 @contextmanager
-def world_over_broker(broker: Broker, world: WorldFile) -> "Iterator[RunningWorld]":
+def world_over_broker(broker: Broker | Transport, world: WorldFile) -> "Iterator[RunningWorld]":
     """A world that its fleet drives, reached over a broker."""
     from app.agents.running_world import RunningWorld
 
@@ -65,9 +71,9 @@ def world_over_broker(broker: Broker, world: WorldFile) -> "Iterator[RunningWorl
         yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
 
 
-def warn_of_broker(broker: Broker | None) -> None:
-    """Warn if others could impersonate robots or read the password."""
-    if broker is None:
+def warn_of_broker(broker: Broker | Transport | None) -> None:
+    """Warn if others could impersonate robots or read the password; a package's link is its own affair."""
+    if not isinstance(broker, Broker):
         return
     if broker.is_anonymous and not broker.is_on_loopback:
         _warn(

@@ -11,6 +11,7 @@ from robots.extensions import (
     BODIES,
     CONDITIONS,
     IMPORTERS,
+    LINKS,
     RESPONSES,
     SENSORS,
     STIMULI,
@@ -71,7 +72,7 @@ BASES: Mapping[str, Callable[[], type]] = {
 }
 """The groups of classes, and the class that each must be a subclass of."""
 ENGINES = "macta.engines"
-CALLED = (ENGINES, IMPORTERS)
+CALLED = (ENGINES, IMPORTERS, LINKS)
 """The groups of functions."""
 
 
