@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from app.packs.errors import PackError
 from robots.errors import ExtensionError
 from robots.extensions import (
     BODIES,
@@ -77,11 +78,17 @@ CALLED = (ENGINES, IMPORTERS, LINKS)
 
 
 def installed_extensions() -> Iterator[Extension]:
-    """All but packs, in the order of groups and names."""
+    """All but packs, in the order of groups and names.
+
+    :raises PackError: if two packages register one name.
+    """
     groups = sorted(group for group in entry_points().groups if group.startswith(PREFIX) and group != PACKS)
-    for group in groups:
-        for name, entry in installed(group).items():
-            yield Extension(group=group, name=name, source=described(entry))
+    try:
+        for group in groups:
+            for name, entry in installed(group).items():
+                yield Extension(group=group, name=name, source=described(entry))
+    except ExtensionError as error:
+        raise PackError(str(error)) from error
 
 
 def extension_faults(pack: str) -> Iterator[str]:

@@ -101,6 +101,8 @@ def _in_order(found: dict[str, Pack]) -> Iterator[Pack]:
         if any(user.name == name for user in users):
             line = " needs ".join((*(user.name for user in users), name))
             raise PackError(f"a domain pack needs itself: {line}")
+        if name in done:
+            return
         pack = found.get(name) or _needed(name, users[-1])
         found[name] = pack
         for need, version in pack.needs.items():
@@ -110,9 +112,8 @@ def _in_order(found: dict[str, Pack]) -> Iterator[Pack]:
                     f"pack {pack.name} ({pack.source}) needs {need} {version} or later; "
                     f"{found[need].source} is {found[need].version}"
                 )
-        if name not in done:
-            done.add(name)
-            yield pack
+        done.add(name)
+        yield pack
 
     for name in list(found):
         yield from visit(name, ())

@@ -105,6 +105,14 @@ def test_what_is_installed_is_listed(tmp_path: Path) -> None:
     assert [one["name"] for one in document["extensions"]] == ["rested"]
 
 
+def test_two_packages_with_one_name_are_told_by_the_list(tmp_path: Path) -> None:
+    rival = "[macta.conditions]\nrested = rival:Rested\n"
+    with installed(write_package(site(tmp_path), "rival", rival, {})):
+        refused = macta("pack", "list")
+    assert refused.exit_code == 2
+    assert "rested is both" in " ".join(refused.stderr.split())
+
+
 @pytest.mark.parametrize(
     ("right", "wrong", "words"),
     [
