@@ -37,6 +37,7 @@ GIVEN: dict[str, Any] = {
     "to": 0.5,
     "of": Empty(),
     "robot": "other",
+    "quantity": "temperature_c",
 }
 LONG = {"object": "beam", "target": "beam@left"}
 """What a variant's fields without a default are given, by their names."""
