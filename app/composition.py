@@ -229,6 +229,7 @@ class Service:
             clocks=self.clocks,
             limits=limits,
             open_goals=settings.open_goals,
+            verbs=self.packs.verbs(),
             requests=self._requests,
             paces={name: world.pace for name, world in self._worlds.items()},
         )

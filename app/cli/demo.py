@@ -54,7 +54,7 @@ def demo(world: WorldFile, packs: Packs, text: str, speed: float | None, seed: i
     console.print(f"[bold]Macta[/]: {title}, {len(world.robots)} robots, {pace}.")
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = packs.knowledge_base()
-    stated = read_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base)
+    stated = read_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base, packs.verbs())
     show_terms(console, stated.readings, stated.constraints.words)
     is_small = len(stated.goals) <= SMALL_GOALS and len(world.robots) <= SMALL_ROBOTS
     with (

@@ -148,6 +148,7 @@ def plan(
                 extras=extras,
                 deadline_s=deadline,
                 pddl=pddl,
+                verbs=packs.verbs(),
             )
         )
 

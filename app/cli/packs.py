@@ -28,7 +28,7 @@ def new(
         target = folder or Path(name)
         for path in write_example(name, target):
             typer.echo(path)
-        typer.echo(f'Try it: macta demo --pack {target} --world {name}_yard --goal "observed(rock_1)"')
+        typer.echo(f'Try it: macta demo --pack {target} --world {name}_yard --goal "observe rock_1"')
 
 
 @commands.command()
@@ -84,6 +84,7 @@ def _summary(contents: "PackContents") -> str:
     named = {
         "actions": contents.actions,
         "packets": contents.packets,
+        "verbs": contents.verbs,
         "worlds": contents.worlds,
     }
     words = (f"{what} {', '.join(names)}" for what, names in named.items() if names)

@@ -16,6 +16,7 @@ from app.cli.render import show_alternatives, show_explanation, show_plan, show_
 from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
+from app.domain.goal_language.verbs import Verbs
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import initial_facts
 from app.planning.pool.waiting_line import is_large
@@ -122,17 +123,19 @@ def plan(
     extras: ExtrasRequest = NO_EXTRAS,
     deadline_s: float | None = None,
     pddl: Path | None = None,
+    verbs: Verbs | None = None,
 ) -> int:
     """Print the plan-net; 0 if there is one, 1 if not. Ctrl-C takes the best one so far.
 
     :param extras: what to show with the plan.
     :param deadline_s: when every goal must be true, from the plan's start.
     :param pddl: a folder to write the problem to as PDDL before it is planned.
+    :param verbs: of the sentences; default: those that ship with Macta.
     :raises Invalid: if a goal is malformed or impossible (with `as_json` also printed), or the engine does not
         exist.
     """
     try:
-        stated = read_goals(world, initial_facts(world, knowledge_base), sentences, knowledge_base)
+        stated = read_goals(world, initial_facts(world, knowledge_base), sentences, knowledge_base, verbs)
         if stated.due is not None and deadline_s is not None:
             raise Invalid("a goal states a deadline, and so does --deadline; say one", code="two-deadlines")
     except Invalid as refusal:

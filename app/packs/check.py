@@ -18,7 +18,7 @@ def faults_of(packs: Packs) -> Iterator[str]:
     reads: tuple[Callable[[], object], ...] = (packs.knowledge_base, packs.repertoire, packs.worlds)
     broken = [fault for read in reads if (fault := _fault(read))]
     if not broken:
-        broken = [fault for fault in (_fault(packs.library),) if fault]
+        broken = [fault for read in (packs.library, packs.verbs) if (fault := _fault(read))]
     if broken:
         yield from broken
         return

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from pydantic import BaseModel
 
+from app.domain.goal_language.verbs import VerbsError, load_verbs
 from app.packs.errors import PackError
 from app.packs.pack import Pack
 from planner import KnowledgeBaseError, read_knowledge_base_part
@@ -12,7 +13,7 @@ from robots.repertoire import PacketSpec, SensedFacts, read_packet
 
 
 class PackContents(BaseModel):
-    """A pack and what it brings: the names of actions, predicates and worlds, and the tags of packets.
+    """A pack and what it brings: the names of actions, predicates and worlds, the tags of packets, the words of verbs.
 
     `senses` are facts that its robots perceive beside those that all do.
 
@@ -28,6 +29,7 @@ class PackContents(BaseModel):
     predicates: Sequence[str]
     packets: Sequence[str]
     senses: Sequence[str]
+    verbs: Sequence[str]
     worlds: Sequence[str]
 
 
@@ -36,7 +38,8 @@ def contents_of(pack: Pack) -> PackContents:
     try:
         parts = [read_knowledge_base_part(path) for path in pack.knowledge_bases]
         files = [read_packet(path) for path in pack.packets]
-    except (KnowledgeBaseError, RepertoireError) as error:
+        verbs = sorted({word for path in pack.verbs for word in load_verbs(path).words})
+    except (KnowledgeBaseError, RepertoireError, VerbsError) as error:
         raise PackError(str(error)) from error
     return PackContents(
         name=pack.name,
@@ -48,5 +51,6 @@ def contents_of(pack: Pack) -> PackContents:
         predicates=[name for part in parts for name in part.predicates],
         packets=sorted({file.tag for file in files if isinstance(file, PacketSpec)}),
         senses=[one.fact for file in files if isinstance(file, SensedFacts) for one in file.sensed_facts],
+        verbs=verbs,
         worlds=sorted(pack.worlds),
     )

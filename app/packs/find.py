@@ -1,10 +1,12 @@
 """Finds domain packs: the one that ships, those of installed packages, and folders."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import resources
 from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
 
+from app.domain.goal_language.verbs import SHIPPED
 from app.domain.mission_organiser import shipped_library
 from app.packs import STORE
 from app.packs.errors import PackError
@@ -32,8 +34,14 @@ def store_pack() -> Pack:
         knowledge_bases=(shipped_knowledge_base(),),
         libraries=(shipped_library(),),
         packets=store_packets(),
+        verbs=(_shipped_verbs(),),
         worlds=shipped_worlds(),
     )
+
+
+def _shipped_verbs() -> Path:
+    with resources.as_file(resources.files("app.domain.goal_language") / SHIPPED) as path:
+        return path
 
 
 def load_packs(names: Sequence[str]) -> Packs:

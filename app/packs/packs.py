@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.domain.goal_language.verbs import Verbs, VerbsError, load_verbs
 from app.domain.mission_organiser import Library, LibraryError, load_library
 from app.packs.errors import PackError
 from app.packs.pack import Pack
@@ -32,10 +33,6 @@ class Packs:
     @property
     def packets(self) -> tuple[Path, ...]:
         return tuple(path for pack in self.packs for path in pack.packets)
-
-    @property
-    def verbs(self) -> tuple[Path, ...]:
-        return tuple(path for pack in self.packs for path in pack.verbs)
 
     @property
     def names(self) -> str:
@@ -68,6 +65,18 @@ class Packs:
             return read_repertoire(self.packets)
         except RepertoireError as error:
             raise PackError(str(error)) from error
+
+    def verbs(self) -> Verbs:
+        """:raises PackError: naming the file, and the line or slot of what is wrong with it."""
+        verbs = Verbs({}, {})
+        try:
+            for pack in self.packs:
+                for path in pack.verbs:
+                    verbs = verbs.merged(load_verbs(path))
+            verbs.check_predicates(self.knowledge_base().relation_names())
+        except VerbsError as error:
+            raise PackError(error.detail) from error
+        return verbs
 
     def library(self) -> Library:
         """:raises PackError: naming the file, the line and the slot of what is wrong with it."""

@@ -1,7 +1,7 @@
 """A domain pack from outside the source tree: its action is planned, and its packet carried out, by the product.
 
-The package is installed as an installer would leave it. It adds an action, a predicate, a packet, a world, and in
-Python a stimulus and a response for a new pattern, and a condition.
+The package is installed as an installer would leave it. It adds an action, a predicate, a packet, a verb, a
+world, and in Python a stimulus and a response for a new pattern, and a condition.
 """
 
 import os
@@ -115,6 +115,15 @@ after:
   - {sense: elapsed, s: 2}
 """
 
+VERBS = """\
+verbs:
+  - name: photograph
+    words: [photograph, snap]
+    slots:
+      place: {kind: place, role: object}
+    goals: ["photographed(?place)"]
+"""
+
 WORLD = """\
 name: studio
 compartments: [{name: floor, x: [0, 8], y: [0, 6]}]
@@ -140,6 +149,7 @@ def site(folder: Path) -> Path:
         "knowledge_base.yaml": KNOWLEDGE_BASE,
         "behaviours_library.yaml": LIBRARY,
         "repertoire/photograph.yaml": PACKET,
+        "verbs.yaml": VERBS,
         "worlds/studio.yaml": WORLD,
     }
     files = {f"photography/{name}": text for name, text in texts.items()}
@@ -163,7 +173,7 @@ def test_an_installed_packs_action_is_planned_and_carried_out(tmp_path: Path) ->
     checked = macta(folder, "pack", "check", "photography")
     assert checked.returncode == 0, checked.stderr
     assert "photography 1.0: valid; actions PHOTOGRAPH" in checked.stdout
-    goal = ("--world", "studio", "--goal", "photographed(bay_2)", "--flat-out")
+    goal = ("--world", "studio", "--goal", "photograph bay_2", "--flat-out")
     done = macta(folder, "demo", "--pack", "photography", *goal)
     assert done.returncode == 0, done.stdout + done.stderr
     said = " ".join(done.stdout.split())

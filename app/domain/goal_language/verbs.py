@@ -13,7 +13,7 @@ import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from app.domain.errors import MactaError
-from robots.data import Checked, read_yaml
+from robots.data import Checked, faults_in, read_yaml
 
 SHIPPED = "verbs.yaml"
 """The file beside this module, with the verbs of the sample store."""
@@ -245,11 +245,12 @@ def load_verbs(path: str | Path | None = None) -> Verbs:
     source = resources.files("app.domain.goal_language") / SHIPPED if path is None else Path(path)
     origin = SHIPPED if path is None else str(path)
     try:
-        file = VerbsFile.model_validate(read_yaml(source.read_text()))
+        text = source.read_text(encoding="utf-8")
+        file = VerbsFile.model_validate(read_yaml(text))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise VerbsError(f"{origin} cannot be read: {error}") from error
     except ValidationError as error:
-        slots = [f"  {'.'.join(map(str, e['loc'])) or 'verbs'}: {e['msg']}" for e in error.errors()]
+        slots = [f"  {fault}" for fault in faults_in(text, error)]
         raise VerbsError("\n".join([f"{origin} is not valid:", *slots])) from error
     except ValueError as error:
         raise VerbsError(f"{origin} cannot be read: {error}") from error

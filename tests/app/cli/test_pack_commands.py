@@ -42,12 +42,12 @@ def test_a_new_pack_is_valid_and_its_goal_can_be_planned(tmp_path: Path) -> None
     checked = macta("pack", "check", str(folder))
     assert (checked.exit_code, checked.stdout) == (
         0,
-        "looks 0.1: valid; actions OBSERVE; packets OBSERVE; worlds looks_yard\n",
+        "looks 0.1: valid; actions OBSERVE; packets OBSERVE; verbs observe; worlds looks_yard\n",
     )
-    goal = ("--world", "looks_yard", "--goal", "observed(rock_1)", "--json")
-    planned = macta("plan", "--pack", str(folder), *goal)
-    assert planned.exit_code == 0, planned.output
-    assert [action["tag"] for action in json.loads(planned.stdout)["actions"]] == ["NAVIGATE", "OBSERVE"]
+    for goal in ("observed(rock_1)", "observe rock_1"):
+        planned = macta("plan", "--pack", str(folder), "--world", "looks_yard", "--goal", goal, "--json")
+        assert planned.exit_code == 0, planned.output
+        assert [action["tag"] for action in json.loads(planned.stdout)["actions"]] == ["NAVIGATE", "OBSERVE"]
 
 
 def test_a_pack_that_is_not_valid_is_refused_with_its_places(tmp_path: Path) -> None:

@@ -40,6 +40,8 @@ def test_what_ships_is_valid() -> None:
             "OBSRVE]",
             ["line 16, robots.scout_1.repertoire.1", "OBSRVE", "OBSERVE, RELEASE1"],
         ),
+        ("verbs.yaml", "observed(?place)", "seen(?place)", ["observe.goals.0", "seen", "observed"]),
+        ("verbs.yaml", "kind: place", "kind: planet", ["kind", "place"]),
         (WORLD, "start: [1.4", "strat: [1.4", ["line 16, robots.0.strat"]),
         (WORLD, "robots:", "facts: [{predicate: lit, args: []}]\nrobots:", ["facts", "lit", "observed"]),
     ],

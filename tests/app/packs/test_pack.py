@@ -17,18 +17,12 @@ def test_a_packs_files_are_found_by_their_names(tmp_path: Path) -> None:
     assert pack.libraries == (folder / "behaviours_library.yaml",)
     assert pack.packets == (folder / "repertoire" / "observe.yaml",)
     assert pack.worlds == {"looks_yard": folder / "worlds" / "looks_yard.yaml"}
-    assert pack.verbs == ()
+    assert pack.verbs == (folder / "verbs.yaml",)
 
 
 def test_a_pack_may_have_any_of_them(tmp_path: Path) -> None:
     pack = read_pack(bare(tmp_path, "empty"))
-    assert (pack.knowledge_bases, pack.packets, pack.worlds) == ((), (), {})
-
-
-def test_verbs_have_their_place(tmp_path: Path) -> None:
-    folder = bare(tmp_path, "speaks")
-    (folder / "verbs.yaml").write_text("{}")
-    assert read_pack(folder).verbs == (folder / "verbs.yaml",)
+    assert (pack.knowledge_bases, pack.packets, pack.verbs, pack.worlds) == ((), (), (), {})
 
 
 @pytest.mark.parametrize(

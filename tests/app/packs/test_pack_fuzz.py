@@ -17,6 +17,7 @@ FILES = (
     "pack.yaml",
     "knowledge_base.yaml",
     "behaviours_library.yaml",
+    "verbs.yaml",
     "repertoire/observe.yaml",
     "repertoire/facts.yaml",
     "worlds/looks_yard.yaml",

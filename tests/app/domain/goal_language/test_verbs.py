@@ -83,8 +83,8 @@ def test_the_same_verb_twice_is_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "right", "told"),
     [
-        ("inspected(?place)", "inspected(?spot)", "verbs.0: Value error, goals.0: no slot 'spot'"),
-        ("inspected(?place)", "inspected", "verbs.0.goals: Value error, 'inspected' is not of the form"),
+        ("inspected(?place)", "inspected(?spot)", "verbs.0: goals.0: no slot 'spot'"),
+        ("inspected(?place)", "inspected", "verbs.0.goals: 'inspected' is not of the form"),
         (
             "kind: place",
             "kind: planet",
