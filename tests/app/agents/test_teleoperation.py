@@ -25,6 +25,7 @@ class InContact:
             reach=(),
             mission_id=None,
             lost=None,
+            out_of_service=None,
         )
 
 

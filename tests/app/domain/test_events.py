@@ -22,7 +22,7 @@ def test_each_class_of_events_is_used() -> None:
 
 
 def test_no_event_is_written_but_by_the_log() -> None:
-    writers = [path.name for path in SOURCES if "EventRow(type" in path.read_text()]
+    writers = [path.name for path in SOURCES if "EventRow, type=" in path.read_text()]
     assert writers == ["event_log.py"]
 
 
