@@ -54,10 +54,12 @@ def read_goals(
     :raises Invalid: if one is malformed, unknown or impossible in the world; names the thing and the choices.
     """
     stated = [_stated(sentence, world, facts, verbs) for sentence in sentences]
-    goals = [goal for one in stated for goal in one.goals]
     constraints = UNCONSTRAINED
     for one in stated:
         constraints = constraints.and_also(one.constraints)
+    if constraints and len(sentences) > 1:  # what a sentence leaves open is chosen within those of all
+        stated = [_stated(sentence, world, facts, verbs, constraints) for sentence in sentences]
+    goals = [goal for one in stated for goal in one.goals]
     stages = [stage for one in stated for stage in one.constraints.stages or (0,) * len(one.goals)]
     constraints = constraints.model_copy(update={"stages": tuple(stages)})
     dues = [one.due for one in stated if one.due is not None]
@@ -74,11 +76,17 @@ def read_goals(
     )
 
 
-def _stated(sentence: str, world: WorldFile, facts: Facts, verbs: Verbs | None) -> Understood:
+def _stated(
+    sentence: str,
+    world: WorldFile,
+    facts: Facts,
+    verbs: Verbs | None,
+    beside: Constraints = UNCONSTRAINED,
+) -> Understood:
     if FACT.match(sentence):
         return Understood(goals=(_fact(sentence),))
     now = datetime.fromtimestamp(SYSTEM_CLOCK.epoch_s()).astimezone()
-    understood = understand(sentence, world, facts, verbs=verbs, now=now)
+    understood = understand(sentence, world, facts, verbs=verbs, now=now, beside=beside)
     if isinstance(understood, Clarification):
         raise Invalid(
             understood.detail,

@@ -218,7 +218,15 @@ class GoalService:
         if request.goal is not None:
             return Understood(goals=tuple(request.goal), constraints=request.constraints)
         now = datetime.fromtimestamp(self._wall_clock.epoch_s()).astimezone()
-        stated = understand(request.text or "", world, facts, verbs=self._verbs, now=now, missions=missions)
+        stated = understand(
+            request.text or "",
+            world,
+            facts,
+            verbs=self._verbs,
+            now=now,
+            missions=missions,
+            beside=request.constraints,
+        )
         if isinstance(stated, Clarification):
             return stated
         return replace(stated, constraints=stated.constraints.and_also(request.constraints))

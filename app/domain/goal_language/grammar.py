@@ -10,7 +10,7 @@ from itertools import product
 
 from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.commands import commands_of
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.constraints import NOTHING_WITHHELD, UNCONSTRAINED, Constraints
 from app.domain.goal_language.reachability import free_places
 from app.domain.goal_language.references import Origin, References
 from app.domain.goal_language.sentence import LISTS, Clause, Part, Phrase, Quantity, Tail
@@ -64,18 +64,33 @@ def understand(
     verbs: Verbs | None = None,
     now: datetime | None = None,
     missions: Missions = no_missions,
+    beside: Constraints = UNCONSTRAINED,
 ) -> Understood | Clarification:
     """What a sentence asks for, or what to ask the operator.
 
     :param verbs: by default those that ship with Macta.
     :param now: the service's time in its time zone, for times of day; None: they are not understood.
     :param missions: called if the sentence names a mission.
+    :param beside: constraints given beside the sentence; what the sentence leaves open is chosen within them.
     """
     known = shipped_verbs() if verbs is None else verbs
-    progress = parse(text, known)
+    times = Times(now, missions)
+    first = _read(text, known, References(world=world, facts=facts), times)
+    if isinstance(first, Clarification):
+        return first
+    applied = first.constraints.and_also(beside).in_world(world)
+    if applied == NOTHING_WITHHELD:
+        return first
+    # Constraints may stand after the choices that they limit: read again, with all of them known.
+    second = _read(text, known, References(world=world, facts=facts, applied=applied), times)
+    return first if isinstance(second, Clarification) else second
+
+
+def _read(text: str, verbs: Verbs, names: References, times: Times) -> Understood | Clarification:
+    progress = parse(text, verbs)
     if isinstance(progress, Clarification):
         return progress
-    reader = _Reader(text, known, References(world=world, facts=facts), Times(now, missions))
+    reader = _Reader(text, verbs, names, times)
     asked = reader.read(progress.clauses)
     return asked or reader.understood()
 
@@ -408,7 +423,10 @@ class _Reader:
     def _listed(self, tail: Tail) -> tuple[str, ...] | Clarification:
         kind = Kind.PLACE if tail.part is Part.AVOIDING else Kind.ROBOT
         verb = {Part.WITH: "with", Part.WITHOUT: "without"}.get(tail.part, "avoiding")
-        found = self._named(kind, tail.phrase, verb, None)
+        phrase = tail.phrase
+        if phrase.quantity is Quantity.ANY:  # "without any robot of the yard" is without all of them
+            phrase = replace(phrase, quantity=Quantity.ALL)
+        found = self._named(kind, phrase, verb, None)
         if isinstance(found, Clarification) and not tail.phrase.words:
             return replace(found, span=(tail.span[1], tail.span[1]))
         return found

@@ -1,9 +1,10 @@
 """What the phrases of a sentence name in a world: samples, robots, places, and sets of them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
 from app.domain.goal_language.reachability import free_for, is_long
 from app.domain.goal_language.sentence import Phrase, Quantity
 from app.domain.goal_language.verbs import Kind
@@ -37,12 +38,14 @@ class References:
 
     :param mentioned: the samples and robots that the sentence has named so far.
     :param settled: samples that are already where the command brings them; a number of samples means others.
+    :param applied: the constraints within which a free place, or one of several things, is chosen.
     """
 
     world: WorldFile
     facts: Facts
     mentioned: set[str] = field(default_factory=set)
     settled: frozenset[str] = frozenset()
+    applied: AppliedConstraints = NOTHING_WITHHELD
 
     @property
     def samples(self) -> tuple[str, ...]:
@@ -257,10 +260,10 @@ class References:
                 wanted = phrase.count or (1 if _is_singular(phrase, what) else len(left))
             case Quantity.COUNT:
                 left = tuple(name for name in left if name not in self.settled)
-                found = left[: phrase.count]
+                found = self._permitted_first(left)[: phrase.count]
                 wanted = phrase.count
             case Quantity.ANY:
-                found = left[:1]
+                found = self._permitted_first(left)[:1]
                 wanted = 1
             case _:
                 found = tuple(fitting)
@@ -278,23 +281,36 @@ class References:
             code=code, detail=detail, thing=phrase.said, choices=left or tuple(fitting), span=phrase.span
         )
 
+    def _permitted_first(self, names: Sequence[str]) -> tuple[str, ...]:
+        """The names, last the robots that may not act and what lies in a place that is to be avoided."""
+        applied = self.applied
+
+        def is_withheld(name: str) -> bool:
+            return name in applied.excluded or not applied.avoided.isdisjoint(
+                {name, *berths_of(name, self.world), place_of(name, self.facts)}
+            )
+
+        return tuple(sorted(names, key=is_withheld))
+
     def free_place(self, phrase: Phrase, kind: str, thing: str, taken: Sequence[str]) -> str | Clarification:
         """A free location of a kind for a sample or robot, one that nothing else of the sentence goes to.
 
         :param taken: the locations that the sentence's goals so far aim at.
         """
+        closed = self.applied.avoided
         if thing in self.robots:
             near = {f.args[2] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[1] == NEAR}
             free = [place for place in self.reached_by(thing) if place not in near]
         else:
-            free = list(free_for(thing, self.world, self.facts))
+            closed |= self.applied.kept_empty
+            free = list(free_for(thing, self.world, self.applied.applied_to(self.facts)))
         whole = self.whole_of(phrase)
         if isinstance(whole, Clarification):
             return whole
         inside = self.locations if whole is None else self._locations_in(whole)
         fitting = [name for name in free if name in inside and kind in ("", self.world.location(name).kind)]
         for name in fitting:
-            if list(taken).count(name) < self._room(name):
+            if list(taken).count(name) < self._room(name, closed, holds_samples=thing not in self.robots):
                 return name
         return Clarification(
             code="place-needed",
@@ -304,10 +320,10 @@ class References:
             span=phrase.span,
         )
 
-    def _room(self, location: str) -> int:
-        """How many more things fit in the location now."""
-        places = berths_of(location, self.world) or (location,)
-        return sum(not occupants(place, self.facts) for place in places)
+    def _room(self, location: str, closed: Collection[str], *, holds_samples: bool) -> int:
+        """How many more samples fit in the location now; else how many robots can stand near it."""
+        places = [place for place in berths_of(location, self.world) or (location,) if place not in closed]
+        return sum(not (holds_samples and occupants(place, self.facts)) for place in places)
 
     def reached_by(self, robot: str) -> tuple[str, ...]:
         """The locations that the robot reaches."""
@@ -325,7 +341,7 @@ class References:
         reached = self.reached_by(robot)
         for kind in PARKING_KINDS:
             for place in reached:
-                if self.world.location(place).kind == kind and place not in stands:
+                if self.world.location(place).kind == kind and place not in {*stands, *self.applied.avoided}:
                     return place
         return Clarification(
             code="place-needed",

@@ -76,6 +76,40 @@ def test_sets_and_verbs_are_resolved_against_the_world(text: str, expected: list
     assert goals(text) == expected
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("move sample_1 to any bay, keep bay_1 empty", ["in(sample_1, bay_3)"]),
+        ("move sample_1 to any bay avoiding bay_1", ["in(sample_1, bay_3)"]),
+        ("move sample_1 to any bay without store_1", ["in(sample_1, bay_7)"]),
+        ("move sample_1 to any bay with yard_1 and store_2", ["in(sample_1, bay_7)"]),
+        ("move any sample to bay_7, not through door_1", ["in(sample_2, bay_7)"]),
+        ("park any robot without store_1", ["near(store_2, home_store_2)"]),
+        ("send yard_1 and yard_2 to any door", ["near(yard_1, door_1)", "near(yard_2, door_2)"]),
+        ("send yard_1 to any door avoiding door_1", ["near(yard_1, door_2)"]),
+    ],
+)
+def test_what_a_sentence_leaves_open_is_chosen_within_its_constraints(text: str, expected: list[str]) -> None:
+    assert goals(text) == expected
+
+
+def test_a_free_place_is_chosen_within_the_constraints_beside_the_sentence() -> None:
+    beside = Constraints(keep_empty=("bay_1",))
+    understood = understand("move sample_1 to any bay", STORE.world, STORE.facts, beside=beside)
+    assert isinstance(understood, Understood)
+    assert [str(goal) for goal in understood.goals] == ["in(sample_1, bay_3)"]
+    assert understood.constraints == Constraints()
+
+
+def test_without_and_avoiding_any_mean_all_of_them() -> None:
+    assert read("move sample_1 to bay_7 without any robot of the yard").constraints.without == (
+        "yard_1",
+        "yard_2",
+    )
+    avoided = read("move sample_1 to bay_7, not through any bay of aisle_1").constraints.avoid
+    assert avoided == ("bay_1", "bay_2", "bay_3", "bay_4", "bay_5", "bay_6")
+
+
 def test_any_place_is_a_free_one_and_racks_take_several() -> None:
     assert goals("move sample_1 and sample_3 to any bay", RACKS) == [
         "in(sample_1, bay_1)",
