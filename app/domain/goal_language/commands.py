@@ -15,6 +15,10 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
         last = commands[-1] if commands else None
         if clause.verb or clause.is_keep:
             commands.append(clause)
+        elif clause.is_keep_on or _lacks_empty(last, clause):
+            if last is None or not last.is_keep:
+                return _unknown_verb(clause, verbs)
+            _join(last, clause)
         elif last is None and not clause.objects and not clause.names_place:
             commands.append(clause)  # constraints that come first
         elif last is not None and _is_continued(last, clause, verbs):
@@ -25,6 +29,11 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
         else:
             return _unknown_verb(clause, verbs)
     return commands
+
+
+def _lacks_empty(last: Clause | None, clause: Clause) -> bool:
+    """True if the clause is a place between "keep" and "empty": "keep bay_1, bay_2 and bay_3 empty"."""
+    return last is not None and last.is_keep and not last.says_empty and not last.tails and bool(clause.objects)
 
 
 def _is_continued(last: Clause, clause: Clause, verbs: Verbs) -> bool:
@@ -59,5 +68,6 @@ def _join(last: Clause, clause: Clause) -> None:
         last.tails.extend(Tail(part=part, phrase=phrase, span=phrase.span) for phrase in clause.objects)
     else:
         last.objects.extend(clause.objects)
+        last.says_empty = last.says_empty or clause.says_empty
     last.tails.extend(clause.tails)
     last.span = (last.span[0], clause.span[1])

@@ -385,9 +385,12 @@ class _Reader:
 
     def _keep(self, clause: Clause) -> Clarification | None:
         """Constrain the places that are to be kept empty."""
-        found = self._named(Kind.PLACE, clause.object_or_gap(), "keep", None)
-        if isinstance(found, Clarification):
-            return found
+        found: list[str] = []
+        for phrase in clause.objects or [clause.object_or_gap()]:
+            named = self._named(Kind.PLACE, phrase, "keep", None)
+            if isinstance(named, Clarification):
+                return named
+            found.extend(named)
         if not clause.says_empty:
             return Clarification(
                 code="goal-not-understood",
@@ -395,7 +398,7 @@ class _Reader:
                 choices=("empty",),
                 span=(clause.span[1], clause.span[1]),
             )
-        self.constraints = self.constraints.and_also(Constraints(keep_empty=found))
+        self.constraints = self.constraints.and_also(Constraints(keep_empty=_unique(found)))
         return None
 
     def _constrain(self, clause: Clause) -> Clarification | None:

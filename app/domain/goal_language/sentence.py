@@ -94,6 +94,7 @@ class Clause:
     :param object_at: where its object would be said: after the verb.
     :param span: start and end in the text.
     :param is_keep: "keep bay_3 empty"; `says_empty`: its last word is said.
+    :param is_keep_on: "bay_4 empty", which continues one.
     :param stage: number of times that "then" stands before it.
     """
 
@@ -105,6 +106,7 @@ class Clause:
     objects: list[Phrase] = field(default_factory=list)
     tails: list[Tail] = field(default_factory=list)
     is_keep: bool = False
+    is_keep_on: bool = False
     says_empty: bool = False
     stage: int = 0
 

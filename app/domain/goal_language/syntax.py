@@ -156,6 +156,7 @@ def _clause(tree: Any, stage: int) -> Clause:
         object_at=leaves[0].start_pos,
         span=(leaves[0].start_pos, leaves[-1].end_pos),
         is_keep=tree.data == "keep",
+        is_keep_on=tree.data == "keep_on",
         says_empty=any(leaf.type == "EMPTY" for leaf in leaves),
         stage=stage,
     )

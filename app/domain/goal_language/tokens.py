@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from app.domain.goal_language.words import ARTICLES
 
-FILLERS = frozenset({"please", "back", "now", "over"})
+FILLERS = frozenset({"please", "back", "now", "over", "only"})
 """Words that change nothing."""
 _ONE_TO_TWELVE = (
     "one",

@@ -101,6 +101,42 @@ def test_a_free_place_is_chosen_within_the_constraints_beside_the_sentence() -> 
     assert understood.constraints == Constraints()
 
 
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ("keep bay_1 and bay_3 empty and move sample_1 to bay_7", ("bay_1", "bay_3")),
+        ("keep bay_1, bay_3 and bay_4 free, move sample_1 to bay_7", ("bay_1", "bay_3", "bay_4")),
+        ("move sample_1 to bay_7, keep bay_1 empty and bay_3 empty", ("bay_1", "bay_3")),
+    ],
+)
+def test_several_places_are_kept_empty(text: str, places: tuple[str, ...]) -> None:
+    understood = read(text)
+    assert understood.constraints.keep_empty == places
+    assert [str(goal) for goal in understood.goals] == ["in(sample_1, bay_7)"]
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "at"),
+    [
+        ("keep bay_1 and bay_3 and move sample_1 to bay_7", "goal-not-understood", ""),
+        ("move sample_1 to bay_7 and bay_3 empty", "unknown-verb", "bay_3"),
+        ("bay_3 empty", "unknown-verb", "bay_3"),
+    ],
+)
+def test_places_are_kept_empty_only_by_keep_and_empty(text: str, code: str, at: str) -> None:
+    question = asked(text)
+    assert question.span is not None
+    assert (question.code, text[slice(*question.span)]) == (code, at)
+
+
+def test_first_and_only_may_be_said() -> None:
+    ordered = read("first send yard_2 to door_2, then park store_1")
+    assert ordered.constraints.stages == (0, 1)
+    assert read("move sample_1 to bay_7 only with yard_2").constraints.robots == ("yard_2",)
+    # In another place "first" would change the order, and is not understood.
+    assert asked("move sample_1 to bay_7, first park yard_1").code == "unknown-sample"
+
+
 def test_without_and_avoiding_any_mean_all_of_them() -> None:
     assert read("move sample_1 to bay_7 without any robot of the yard").constraints.without == (
         "yard_1",
