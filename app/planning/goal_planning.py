@@ -6,6 +6,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
+from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
@@ -90,7 +91,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             self._waiting.look_again(session, goal)
         else:
-            self._unsolvable(session, goal, result.status, result.why)
+            constraints = GoalTerms.from_json(goal.terms).constraints
+            self._unsolvable(session, goal, result.status, constraints.explaining(result.why))
 
     def give_up(self, session: Session, subject: GoalRow, reason: str) -> None:
         if subject.state in goal_lifecycle.TO_BE_PLANNED:

@@ -141,7 +141,7 @@ class ProblemBuilder:
         return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),
             withheld=Withheld(
-                whole=replace(problem, facts=permitted),
+                whole=replace(problem, facts=_with_releases(applied, reserved).applied_to(facts)),
                 missions={str(one): one.reservation for one in held},
                 robots=unavailable,
             ),
@@ -188,6 +188,13 @@ def factors_of(learned: Durations) -> Mapping[Kind, float]:
 def _scaled(problem: PlanningProblem, factors: Mapping[Kind, float]) -> PlanningProblem:
     scales = {scale_term(*kind): factor for kind, factor in factors.items()}
     return replace(problem, functions={**problem.functions, **scales})
+
+
+def _with_releases(applied: AppliedConstraints, reserved: Reservation) -> AppliedConstraints:
+    """The constraints while missions run: robots that must not act are moved off by the missions that use them."""
+    return AppliedConstraints(
+        excluded=applied.excluded - reserved.robots, avoided=applied.avoided, kept_empty=applied.kept_empty
+    )
 
 
 def _with_chosen_berths(

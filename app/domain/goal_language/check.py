@@ -59,13 +59,12 @@ def check_request(
         return (*against, *issues)
     applied = constraints.in_world(world)
     limited = blocking(check_goals(goals, world, applied.applied_to(facts), knowledge_base))
-    words = joined(constraints.words, last="and")
     withheld = tuple(sorted(applied.excluded | applied.avoided | applied.kept_empty, key=natural_key))
     tight = tuple(
         GoalIssue(
             code="constraints-too-tight",
             kind="conflict",
-            detail=f"{issue.detail}, {words}",
+            detail=constraints.explaining(issue.detail),
             thing=issue.thing,
             choices=withheld,
         )

@@ -69,6 +69,11 @@ class Constraints(BaseModel):
         )
         return tuple(f"{said} {joined(names, last='and')}" for said, names in parts if names)
 
+    def explaining(self, reason: str) -> str:
+        """A reason why there is no plan, with the constraints under which it holds."""
+        words = joined(self.words, last="and") if self.words else ""
+        return reason if not words or reason.endswith(words) else f"{reason}, {words}"
+
     def in_world(self, world: WorldFile) -> "AppliedConstraints":
         """The constraints on the robots and places of this world."""
         return AppliedConstraints(

@@ -43,7 +43,13 @@ class RecordedWorkflows:
 class StoreRecord:
     """The sample store at 100 s of its time."""
 
-    def __init__(self, database: Database, *, unavailable: Callable[[str], Mapping[str, str]]) -> None:
+    def __init__(
+        self,
+        database: Database,
+        *,
+        unavailable: Callable[[str], Mapping[str, str]],
+        reservations: Reservations | None = None,
+    ) -> None:
         self.database = database
         self.events = EventLog(database)
         self.workflows = RecordedWorkflows()
@@ -55,7 +61,7 @@ class StoreRecord:
             workflows=self.workflows,  # type: ignore[arg-type]
             knowledge_base=STORE.base,
             plan_nets=nets,
-            reservations=Reservations(nets),
+            reservations=reservations or Reservations(nets),
         )
         clock = ManualClock()
         clock.advance(100.0)

@@ -198,6 +198,15 @@ def test_a_goal_without_a_plan_says_why(
     )
 
 
+def test_a_goal_without_a_plan_says_under_which_constraints(
+    record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob
+) -> None:
+    worker.result = WorkResult(status=PlanningStatus.UNSOLVABLE, reason="interchange_1 is not clear")
+    worker.goal_id = record.add_goal(terms={"constraints": {"without": ["yard_2"]}})
+    planning.plan_once(worker.goal_id)
+    assert record.goal(worker.goal_id).reason == "interchange_1 is not clear, without yard_2"
+
+
 def test_a_goal_that_makes_no_sense_any_more_is_not_planned(
     record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob
 ) -> None:

@@ -1,6 +1,6 @@
 """The planning problem of a goal: what was learned, what is urgent, who rests, what would never help."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,25 @@ from app.domain.world_model import Reservation
 from app.planning.problem_builder import GoalProblem
 from app.store import Database, DurationRow, GoalRow
 from app.store.migrate import migrate
+from app.store.plan_nets import PlanNets
+from app.store.reservations import MissionReservation, Reservations
 from planner import Fact, PlanningRequest, scale_term
 from tests.app.planning.record import STORE, StoreRecord
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.sample_store import said
 
 STORED = STORE.fact("in(sample_1, bay_7)")
+
+
+class StatedReservations(Reservations):
+    """The reservations of missions that are not in the record."""
+
+    def __init__(self, running: Sequence[MissionReservation]) -> None:
+        super().__init__(PlanNets(STORE.base))
+        self._running = running
+
+    def of_world(self, session: Session, world: str) -> Sequence[MissionReservation]:
+        return self._running
 
 
 class StoreProblems:
@@ -34,6 +47,17 @@ class StoreProblems:
         self._session.add(row)
         self._session.flush()
 
+    def drives(self, robot: str, start: str, end: str) -> None:
+        """Record that a robot of the yard has driven from one place to another."""
+        self._record.core.facts.change(
+            self._session,
+            "sample_store",
+            add=[STORE.fact(f"near({robot}, {end})"), STORE.fact(f"clear({start}, yard)")],
+            remove=[STORE.fact(f"near({robot}, {start})"), STORE.fact(f"clear({end}, yard)")],
+            source="test",
+            at_s=1.0,
+        )
+
     def build(self, *texts: str, **more: Any) -> GoalProblem:
         goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
         goal = GoalRow(world="sample_store", goal=goals, priority=0, **more)
@@ -48,10 +72,19 @@ def unavailable() -> dict[str, str]:
 
 
 @pytest.fixture
-def problems(tmp_path: Path, unavailable: dict[str, str]) -> Iterator[StoreProblems]:
+def running() -> list[MissionReservation]:
+    return []
+
+
+@pytest.fixture
+def problems(
+    tmp_path: Path, unavailable: dict[str, str], running: list[MissionReservation]
+) -> Iterator[StoreProblems]:
     database = Database(f"sqlite:///{tmp_path / 'record.sqlite'}")
     migrate(database)
-    record = StoreRecord(database, unavailable=lambda _: unavailable)
+    record = StoreRecord(
+        database, unavailable=lambda _: unavailable, reservations=StatedReservations(running)
+    )
     with database.write() as session:
         record.add_world(session)
         yield StoreProblems(record, session)
@@ -138,6 +171,21 @@ def test_constraints_withhold_robots_and_places_and_are_not_waited_for(problems:
     result = StoreEngine().plan(built.problem, PlanningRequest())
     assert result.plan_net is not None
     assert not built.constraints.broken_by(result.plan_net)
+
+
+def test_a_goal_waits_for_the_mission_of_a_robot_that_must_not_act_and_stands_in_the_way(
+    problems: StoreProblems, running: list[MissionReservation]
+) -> None:
+    problems.drives("yard_2", "home_yard_2", "interchange_1")
+    terms = {"constraints": {"robots": ["yard_1", "store_1"]}}
+    built = problems.build("in(sample_1, bay_1)", terms=terms)
+    assert built.withheld.why_never(STORE.base) == "interchange_1 is not clear of robots in yard"
+    running.append(
+        MissionReservation(mission_id="one", reservation=Reservation(robots=frozenset({"yard_2"})))
+    )
+    built = problems.build("in(sample_1, bay_1)", terms=terms)
+    assert STORE.fact("can(yard_2, NAVIGATE)") not in built.problem.facts
+    assert built.withheld.why_never(STORE.base) == ""
 
 
 def test_a_plan_that_breaks_the_constraints_is_told(problems: StoreProblems) -> None:
