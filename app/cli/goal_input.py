@@ -9,6 +9,7 @@ from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_request
+from app.domain.goal_language.completion import span_of
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.terms import Reading
@@ -66,7 +67,13 @@ def read_goals(
     if len(dues) > 1:
         raise Invalid("several goals state a deadline; say one", code="two-deadlines")
     for issue in blocking(check_request(goals, constraints, world, facts, knowledge_base)):
-        raise Invalid(issue.detail, code=issue.code, choices=issue.choices, thing=issue.thing)
+        raise Invalid(
+            issue.detail,
+            code=issue.code,
+            choices=issue.choices,
+            thing=issue.thing,
+            span=span_of(sentences[0], issue.thing) if len(sentences) == 1 else None,
+        )
     applied = constraints.in_world(world)
     return StatedGoals(
         goals=assign_berths(goals, world, facts, avoid=applied.avoided | applied.kept_empty),

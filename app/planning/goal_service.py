@@ -15,7 +15,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, Conflict, Invalid, unrecorded
 from app.domain.events import GoalStopRequested, GoalWithdrawn
 from app.domain.goal_language.check import GoalIssue, blocking, check_request
-from app.domain.goal_language.completion import completions, replacements
+from app.domain.goal_language.completion import completions, replacements, span_of
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.syntax import grammar
@@ -136,7 +136,8 @@ class GoalService:
             missions = partial(self._open_missions, session, world.name)
             stated = self._stated(request, world, facts, missions)
             goals = stated.goals
-            _refuse(blocking(check_request(goals, stated.constraints, world, facts, self._knowledge_base)))
+            issues = check_request(goals, stated.constraints, world, facts, self._knowledge_base)
+            _refuse(blocking(issues), request.text or "")
             deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
             row = GoalRow(
                 id=goal_id,
@@ -172,6 +173,8 @@ class GoalService:
             return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
         found = check_request(stated.goals, stated.constraints, world, facts, self._knowledge_base)
         issue = next(iter(blocking(found)), None)
+        if issue is not None:
+            issue = replace(issue, span=span_of(text, issue.thing))
         return Checked(
             goals=stated.goals,
             constraints=stated.constraints,
@@ -229,6 +232,14 @@ class GoalService:
         )
         if isinstance(stated, Clarification):
             return stated
+        ordered = {constraints.stages for constraints in (stated.constraints, request.constraints)} - {()}
+        if len(ordered) > 1:
+            return Clarification(
+                code="two-orders",
+                detail='the sentence says an order with "then", and "stages" says another; say one',
+                thing="then",
+                span=span_of(request.text or "", "then"),
+            )
         return replace(stated, constraints=stated.constraints.and_also(request.constraints))
 
     def _deadline_s(self, world: str, requested_s: float | None, due: Due | None) -> float | None:
@@ -355,9 +366,16 @@ def _policy(request: GoalRequest) -> str:
     return policy_for(request.recovery, auto_approve=request.auto_approve).value
 
 
-def _refuse(issues: Sequence[GoalIssue]) -> None:
+def _refuse(issues: Sequence[GoalIssue], text: str) -> None:
     if not issues:
         return
     detail = "; ".join(issue.detail for issue in issues)
     error = Conflict if all(issue.kind == "conflict" for issue in issues) else Invalid
-    raise error(detail, code=issues[0].code, choices=issues[0].choices, thing=issues[0].thing)
+    first = issues[0]
+    raise error(
+        detail,
+        code=first.code,
+        choices=first.choices,
+        thing=first.thing,
+        span=span_of(text, first.thing),
+    )

@@ -33,7 +33,9 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
 
 def _lacks_empty(last: Clause | None, clause: Clause) -> bool:
     """True if the clause is a place between "keep" and "empty": "keep bay_1, bay_2 and bay_3 empty"."""
-    return last is not None and last.is_keep and not last.says_empty and not last.tails and bool(clause.objects)
+    return (
+        last is not None and last.is_keep and not last.says_empty and not last.tails and bool(clause.objects)
+    )
 
 
 def _is_continued(last: Clause, clause: Clause, verbs: Verbs) -> bool:

@@ -34,6 +34,11 @@ def replacements(text: str, issue: GoalIssue) -> tuple[str, ...]:
     return _in_place(text.rstrip(), issue.thing, issue.choices)[:MAX_COMPLETIONS]
 
 
+def span_of(text: str, thing: str) -> tuple[int, int] | None:
+    """Start and end of the last words of a sentence that spell the name; None if it does not have them."""
+    return _span(text, _letters(thing))
+
+
 def _keywords(text: str, world: WorldFile, facts: Facts, verbs: Verbs) -> Iterable[str]:
     """The text with its last letters completed to a word that the grammar allows there.
 

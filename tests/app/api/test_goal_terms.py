@@ -119,3 +119,33 @@ def test_a_structured_goal_is_checked_without_being_recorded(api: TestClient) ->
     assert checked["issue"]["code"] == "constraints-too-tight"
     assert checked["issue"]["choices"] == ["interchange_2"]
     assert api.get("/v1/goals").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "word"),
+    [
+        ("move sample_1 to Bay 2", "place-occupied", "Bay 2"),
+        ("move sample_1 to bay_7 without store_2", "constraints-too-tight", "bay_7"),
+        ("park yard_1 without yard_1", "constraint-contradicts-goal", "yard_1"),
+    ],
+)
+def test_a_refusal_has_its_place_in_the_sentence(api: TestClient, text: str, code: str, word: str) -> None:
+    refused = api.post("/v1/goals", json={"text": text}).json()
+    assert refused["type"].endswith(code)
+    assert text[slice(*refused["span"])] == word
+    assert api.post("/v1/goals:check", json={"text": text}).json()["issue"]["span"] == refused["span"]
+
+
+def test_stages_beside_a_sentence_do_not_contradict_its_order(api: TestClient) -> None:
+    text = "send yard_2 to door_2, then park store_1"
+    same = {"text": text, "constraints": {"stages": [0, 1]}}
+    assert api.post("/v1/goals:check", json=same).json()["issue"] is None
+    refused = api.post("/v1/goals", json={"text": text, "constraints": {"stages": [1, 0]}}).json()
+    assert refused["type"].endswith("two-orders")
+    assert text[slice(*refused["span"])] == "then"
+
+
+def test_a_free_place_is_chosen_within_the_constraints_beside_the_sentence(api: TestClient) -> None:
+    body = {"text": "move sample_1 to any bay", "constraints": {"without": ["store_1"]}}
+    checked = api.post("/v1/goals:check", json=body).json()
+    assert (checked["goals"][0]["args"], checked["issue"]) == (["sample_1", "bay_7"], None)
