@@ -6,7 +6,7 @@ from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.grammar import understand
 from app.domain.goal_language.issues import GoalIssue
 from app.domain.goal_language.syntax import Progress, grammar, parse
-from app.domain.goal_language.verbs import Verbs, shipped_verbs
+from app.domain.goal_language.verbs import NO_VERBS, Verbs, shipped_verbs
 from app.domain.goal_language.words import natural_key
 from app.domain.world_model import Facts
 from robots.world import WorldFile
@@ -77,7 +77,7 @@ def _filled_in(said: str, asked: Clarification, verbs: Verbs) -> Sequence[str]:
 
 
 def _words(kinds: Iterable[str]) -> tuple[str, ...]:
-    return grammar().words_for(kinds, Verbs({}, {}))
+    return grammar().words_for(kinds, NO_VERBS)
 
 
 def _begun(asked: Clarification) -> Sequence[str]:

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.domain.goal_language.berth_choice import remaining_samples
 from app.domain.goal_language.issues import GoalIssue
 from app.domain.goal_language.words import choices_for, joined, natural_key, suggestions
-from app.domain.world_model.beliefs import IN, OBJECT_POSITION, VACANT, Facts, place_of
+from app.domain.world_model.beliefs import IN, OBJECT_POSITION, VACANT, Facts, place_of, position_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.reservation import Reservation, is_withheld, taken_by
 from planner import Fact, PlanNet
@@ -202,7 +202,7 @@ def _contradictions(
         if len(goal.args) != 2:
             continue
         subject, place = goal.args
-        if subject in applied.excluded:
+        if subject in applied.excluded and not _stands(subject, goal, facts):
             yield _contradicted(f"{goal} needs {subject}, which is not to act", subject)
         named = {place, *berths_of(place, world)} if place in world.places_by_location else {place}
         targets = named - {place} or named
@@ -221,6 +221,11 @@ def _contradictions(
                 detail=f"{place} is to be kept empty, but {joined(there, last='and')} lies there",
                 thing=place,
             )
+
+
+def _stands(robot: str, goal: SymbolicFact, facts: Facts) -> bool:
+    position = position_of(robot, facts)
+    return position is not None and position.args == (robot, goal.predicate, goal.args[1])
 
 
 def _contradicted(detail: str, thing: str) -> GoalIssue:

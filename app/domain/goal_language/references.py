@@ -7,11 +7,13 @@ from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
 from app.domain.goal_language.reachability import free_for, is_long
 from app.domain.goal_language.sentence import Phrase, Quantity
-from app.domain.goal_language.verbs import Kind
+from app.domain.goal_language.syntax import AFTER_NAME, grammar
+from app.domain.goal_language.verbs import NO_VERBS, Kind
 from app.domain.goal_language.words import choices_for, joined, name_in, natural_key, suggestions
 from app.domain.world_model.beliefs import NEAR, REACHES, ROBOT_POSITION, Facts, occupants, place_of
 from app.domain.world_model.berths import berths_of
 from robots.world import WorldFile
+from robots.world.parts import Aisle
 
 PRONOUNS = frozenset({(), ("sample",), ("it",), ("one",)})
 """Words for a sample that is told by where it lies."""
@@ -70,6 +72,15 @@ class References:
         """
         names = (*self.world.places_by_location, *self.world.location_of)
         name = name_in(phrase.words, names)
+        if (area := self._area(phrase)) is not None:
+            holding = tuple(one for one in self._locations_in(area) if one in self.holding())
+            return Clarification(
+                code="unknown-place",
+                detail=f"{area.name} is an area, not a place; say any place of {area.name}, or one of its places",
+                thing=phrase.said,
+                choices=(f"any place of {area.name}", *holding),
+                span=phrase.span,
+            )
         if name not in names or phrase.quantity is not Quantity.NAMED:
             return unknown("place", name, choices or self.holding(), phrase)
         whole = self.whole_of(phrase)
@@ -95,19 +106,29 @@ class References:
 
     def origin(self, phrase: Phrase) -> Origin | Clarification:
         """Where things are said to be."""
-        areas = {
+        area = self._area(phrase)
+        if area is not None:
+            return area
+        place = self.place(phrase, (*self.holding(), *self._areas()))
+        if isinstance(place, Clarification):
+            return place
+        return Origin(name=place, places=berths_of(place, self.world) or (place,))
+
+    def _areas(self) -> dict[str, Aisle]:
+        return {
             area.name: area
             for compartment in self.world.compartments
             for area in (compartment, *compartment.aisles)
         }
+
+    def _area(self, phrase: Phrase) -> Origin | None:
+        """The aisle or compartment of that name with its places; None if the phrase names none."""
+        areas = self._areas()
         name = name_in(phrase.words, areas)
-        if name in areas:
-            inside = tuple(place.name for place in self.world.places if areas[name].contains(place.at))
-            return Origin(name=name, places=inside, is_area=True)
-        place = self.place(phrase, (*self.holding(), *areas))
-        if isinstance(place, Clarification):
-            return place
-        return Origin(name=place, places=berths_of(place, self.world) or (place,))
+        if name not in areas or phrase.quantity is not Quantity.NAMED:
+            return None
+        inside = tuple(place.name for place in self.world.places if areas[name].contains(place.at))
+        return Origin(name=name, places=inside, is_area=True)
 
     def things(
         self, kind: Kind, phrase: Phrase, verb: str, origin: Origin | None
@@ -233,6 +254,8 @@ class References:
             fitting = tuple(name for name in inside if kind in ("", self.world.location(name).kind))
             where = f" in {origin.name}" if origin else ""
             return self._quantified(phrase, fitting, kind or "place", where)
+        if origin is None and (area := self._area(phrase)) is not None:
+            return self._locations_in(area)
         place = self.place(phrase, self.locations)
         return place if isinstance(place, Clarification) else (place,)
 
@@ -368,6 +391,16 @@ class References:
 
 def unknown(what: str, name: str, names: Sequence[str], phrase: Phrase) -> Clarification:
     """The question about a name that the world does not have."""
+    start = _known_start(what, names, phrase)
+    if start:
+        rest = phrase.words[start]
+        return Clarification(
+            code="goal-not-understood",
+            detail=f"{rest!r} is not understood here, after {' '.join(phrase.words[:start])}",
+            thing=rest,
+            choices=grammar().words_for(AFTER_NAME, NO_VERBS),
+            span=phrase.word_spans[start],
+        )
     near = suggestions(name, names)
     hint = f"; did you mean {joined(near)}?" if near else ""
     return Clarification(
@@ -377,6 +410,19 @@ def unknown(what: str, name: str, names: Sequence[str], phrase: Phrase) -> Clari
         choices=choices_for(name, names),
         span=phrase.span,
     )
+
+
+def _known_start(what: str, names: Sequence[str], phrase: Phrase) -> int:
+    """The number of words with which the phrase begins that are a name or a kind without the others; 0 if none."""
+    for end in range(len(phrase.words) - 1, 0, -1):
+        words = phrase.words[:end]
+        if phrase.quantity is Quantity.NAMED:
+            is_known = name_in(words, names) in names
+        else:
+            is_known = words in {(what,), (f"{what}s",)}
+        if is_known:
+            return end
+    return 0
 
 
 def _noun(phrase: Phrase, noun: str, adjectives: Iterable[str]) -> tuple[str, ...] | None:

@@ -47,14 +47,17 @@ PLACES = frozenset({Part.TARGET, Part.ORIGIN})
 class Phrase:
     """A name, or a quantity of a kind.
 
+    :param word_spans: where each of the words stands in the text.
     :param whole: the words after "of": "every sample of aisle_1"; `whole_span`: where they stand.
     :param span: start and end in the text; for what is not said, where it would be.
     """
 
     words: tuple[str, ...] = ()
+    word_spans: tuple[tuple[int, int], ...] = ()
     quantity: Quantity = Quantity.NAMED
     count: int = 0
     whole: tuple[str, ...] = ()
+    whole_word_spans: tuple[tuple[int, int], ...] = ()
     whole_span: tuple[int, int] = (0, 0)
     span: tuple[int, int] = (0, 0)
 
@@ -65,7 +68,9 @@ class Phrase:
 
     def of_whole(self) -> "Phrase | None":
         """The phrase after "of"; None if there is none."""
-        return Phrase(words=self.whole, span=self.whole_span) if self.whole else None
+        if not self.whole:
+            return None
+        return Phrase(words=self.whole, word_spans=self.whole_word_spans, span=self.whole_span)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

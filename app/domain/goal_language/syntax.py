@@ -15,6 +15,21 @@ from app.domain.goal_language.words import joined
 
 GRAMMAR = "goals.lark"
 JOINTS = ("AND", "THEN")
+AFTER_NAME = (
+    *JOINTS,
+    "TO",
+    "IN",
+    "FROM",
+    "OF",
+    "WITH",
+    "WITHOUT",
+    "NOT",
+    "AVOIDING",
+    "BY",
+    "BEFORE",
+    "WITHIN",
+)
+"""The kinds of words that may follow a name."""
 OPEN = ("VERB", "NUMBER", "WORD")
 """The kinds of words that the grammar does not list."""
 SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
@@ -179,8 +194,10 @@ def _phrase(tree: Any) -> Phrase:
     whole = tuple(_leaves(parts["whole"]))[1:] if "whole" in parts else ()  # without "of"
     phrase = Phrase(
         words=said.get("name", ()),
+        word_spans=_spans_of(_leaves(parts["name"])) if "name" in parts else (),
         span=_span_of(_leaves(tree)),
         whole=tuple(map(str, whole)),
+        whole_word_spans=_spans_of(whole),
         whole_span=_span_of(whole) if whole else (0, 0),
     )
     if "quantity" not in parts:
@@ -196,6 +213,10 @@ def _phrase(tree: Any) -> Phrase:
 
 def _leaves(tree: Any) -> list[Any]:
     return list(tree.scan_values(_is_token))
+
+
+def _spans_of(leaves: Sequence[Any]) -> tuple[tuple[int, int], ...]:
+    return tuple((leaf.start_pos, leaf.end_pos) for leaf in leaves)
 
 
 def _span_of(leaves: Sequence[Any]) -> tuple[int, int]:

@@ -237,6 +237,9 @@ class Verbs:
                     )
 
 
+NO_VERBS = Verbs({}, {})
+
+
 def load_verbs(path: str | Path | None = None) -> Verbs:
     """Read and check a file of verbs; the one that ships with Macta if no path is given.
 

@@ -126,7 +126,7 @@ def test_a_structured_goal_is_checked_without_being_recorded(api: TestClient) ->
     [
         ("move sample_1 to Bay 2", "place-occupied", "Bay 2"),
         ("move sample_1 to bay_7 without store_2", "constraints-too-tight", "bay_7"),
-        ("park yard_1 without yard_1", "constraint-contradicts-goal", "yard_1"),
+        ("send yard_1 to door_1 without yard_1", "constraint-contradicts-goal", "yard_1"),
     ],
 )
 def test_a_refusal_has_its_place_in_the_sentence(api: TestClient, text: str, code: str, word: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.domain.goal_language.check import check_request
+from app.domain.goal_language.check import blocking, check_request
 from app.domain.goal_language.completion import completions
 from app.domain.goal_language.constraints import Constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
@@ -127,6 +127,44 @@ def test_places_are_kept_empty_only_by_keep_and_empty(text: str, code: str, at: 
     question = asked(text)
     assert question.span is not None
     assert (question.code, text[slice(*question.span)]) == (code, at)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("move sample_1 to bay_7 via interchange_2", "via"),
+        ("move sample 1 to bay 7 after lunch", "after"),
+        ("move sample_1 or sample_2 to bay_7", "or"),
+        ("park all robots except yard_1", "except"),
+        ("move every sample of aisle_1 whenever to door_2", "whenever"),
+    ],
+)
+def test_what_follows_a_known_name_is_what_is_not_understood(text: str, word: str) -> None:
+    question = asked(text)
+    assert question.span is not None
+    assert (question.code, question.thing, text[slice(*question.span)]) == ("goal-not-understood", word, word)
+    assert {"and", "to", "with", "of"} <= set(question.choices)
+
+
+def test_an_area_is_no_target_but_its_places_are_choices() -> None:
+    text = "move sample_1 to Aisle 2"
+    question = asked(text)
+    assert (question.code, question.choices[:2]) == ("unknown-place", ("any place of aisle_2", "bay_7"))
+    assert completions(text, question, STORE.world, STORE.facts)[0] == "move sample_1 to any place of aisle_2"
+    assert goals("move sample_1 to any place of aisle_2") == ["in(sample_1, bay_7)"]
+
+
+def test_to_avoid_an_area_is_to_avoid_its_places() -> None:
+    avoided = read("move sample_1 to bay_7, not through aisle_1").constraints.avoid
+    assert {"bay_1", "bay_6", "interchange_1"} <= set(avoided)
+    assert not {"bay_7", "interchange_2", "door_1"} & set(avoided)
+
+
+def test_a_robot_that_must_not_act_may_stay_where_it_stands() -> None:
+    text = "move sample_1 to bay_7 with yard_2 and store_2, then park all robots"
+    understood = read(text)
+    issues = check_request(understood.goals, understood.constraints, STORE.world, STORE.facts, STORE.base)
+    assert blocking(issues) == ()
 
 
 def test_first_and_only_may_be_said() -> None:
