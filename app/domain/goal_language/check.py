@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from app.domain.goal_language.berth_choice import remaining_samples, resolve_berths
 from app.domain.goal_language.constraints import Constraints, check_constraints
-from app.domain.goal_language.issues import GoalIssue
+from app.domain.goal_language.issues import TOO_TIGHT, GoalIssue, unknown_name
 from app.domain.goal_language.reachability import chain_from, crews_for, free_for, lacking_crew, reachers
-from app.domain.goal_language.words import choices_for, joined, natural_key, suggestions
+from app.domain.goal_language.words import choices_for, joined, natural_key
 from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.problem import objects_of
@@ -62,7 +62,7 @@ def check_request(
     withheld = tuple(sorted(applied.excluded | applied.avoided | applied.kept_empty, key=natural_key))
     tight = tuple(
         GoalIssue(
-            code="constraints-too-tight",
+            code=TOO_TIGHT,
             kind="conflict",
             detail=constraints.explaining(issue.detail),
             thing=issue.thing,
@@ -111,28 +111,16 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
         return
     subject, place = goal.args
     if goal.predicate == IN and subject not in samples:
-        yield _unknown("sample", subject, samples)
+        yield unknown_name("sample", subject, samples)
     if goal.predicate != IN and subject not in robots:
-        yield _unknown("robot", subject, robots)
+        yield unknown_name("robot", subject, robots)
     if (
         place not in places
         and place not in world.location_of
         and not (goal.predicate == IN and place in robots)
     ):
         holding = tuple(name for name in places if world.location(name).capacity > 0)
-        yield _unknown("place", place, holding if goal.predicate == IN else places)
-
-
-def _unknown(what: str, name: str, names: Sequence[str]) -> GoalIssue:
-    near = suggestions(name, names)
-    hint = f"; did you mean {joined(near)}?" if near else ""
-    return GoalIssue(
-        code=f"unknown-{what}",
-        kind="invalid",
-        detail=f"there is no {what} {name!r}{hint}",
-        thing=name,
-        choices=choices_for(name, names),
-    )
+        yield unknown_name("place", place, holding if goal.predicate == IN else places)
 
 
 def _malformed(goal: SymbolicFact, world: WorldFile, knowledge_base: KnowledgeBase) -> Iterator[GoalIssue]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.grammar import understand
-from app.domain.goal_language.issues import GoalIssue
+from app.domain.goal_language.issues import TOO_TIGHT, GoalIssue
 from app.domain.goal_language.syntax import Progress, grammar, parse
 from app.domain.goal_language.verbs import NO_VERBS, Verbs, shipped_verbs
 from app.domain.goal_language.words import natural_key
@@ -31,6 +31,8 @@ def completions(
 
 def replacements(text: str, issue: GoalIssue) -> tuple[str, ...]:
     """Whole sentences in which one of an issue's choices replaces the name that it is about."""
+    if issue.code == TOO_TIGHT:  # its choices are what the constraints withhold
+        return ()
     return _in_place(text.rstrip(), issue.thing, issue.choices)[:MAX_COMPLETIONS]
 
 

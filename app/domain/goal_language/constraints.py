@@ -7,8 +7,8 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.goal_language.berth_choice import remaining_samples
-from app.domain.goal_language.issues import GoalIssue
-from app.domain.goal_language.words import choices_for, joined, natural_key, suggestions
+from app.domain.goal_language.issues import GoalIssue, unknown_name
+from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import IN, OBJECT_POSITION, VACANT, Facts, place_of, position_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.reservation import Reservation, is_withheld, taken_by
@@ -170,15 +170,7 @@ def _unknown_names(constraints: Constraints, world: WorldFile) -> Iterator[GoalI
 def _unknown(what: str, names: Iterable[str], known: Sequence[str]) -> Iterator[GoalIssue]:
     for name in dict.fromkeys(names):
         if name not in known:
-            near = suggestions(name, known)
-            hint = f"; did you mean {joined(near)}?" if near else ""
-            yield GoalIssue(
-                code=f"unknown-{what}",
-                kind="invalid",
-                detail=f"there is no {what} {name!r}{hint}",
-                thing=name,
-                choices=choices_for(name, known),
-            )
+            yield unknown_name(what, name, known)
 
 
 def _contradictions(

@@ -1,9 +1,14 @@
 """What stands against a goal."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from app.domain.goal_language.words import choices_for, joined, suggestions
+
 Kind = Literal["invalid", "conflict", "note"]
+TOO_TIGHT = "constraints-too-tight"
+"""The code of a goal that is possible only without its constraints; the choices are what these withhold."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,3 +24,16 @@ class GoalIssue:
     thing: str = ""
     choices: tuple[str, ...] = ()
     span: tuple[int, int] | None = None
+
+
+def unknown_name(what: str, name: str, names: Sequence[str]) -> GoalIssue:
+    """The issue that the world has no sample, robot or place of that name."""
+    near = suggestions(name, names)
+    hint = f"; did you mean {joined(near)}?" if near else ""
+    return GoalIssue(
+        code=f"unknown-{what}",
+        kind="invalid",
+        detail=f"there is no {what} {name!r}{hint}",
+        thing=name,
+        choices=choices_for(name, names),
+    )

@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 
 from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
+from app.domain.goal_language.issues import unknown_name
 from app.domain.goal_language.reachability import free_for, is_long
 from app.domain.goal_language.sentence import Phrase, Quantity
 from app.domain.goal_language.syntax import AFTER_NAME, grammar
 from app.domain.goal_language.verbs import NO_VERBS, Kind
-from app.domain.goal_language.words import choices_for, joined, name_in, natural_key, suggestions
+from app.domain.goal_language.words import joined, name_in, natural_key
 from app.domain.world_model.beliefs import NEAR, REACHES, ROBOT_POSITION, Facts, occupants, place_of
 from app.domain.world_model.berths import berths_of
 from robots.world import WorldFile
@@ -401,14 +402,9 @@ def unknown(what: str, name: str, names: Sequence[str], phrase: Phrase) -> Clari
             choices=grammar().words_for(AFTER_NAME, NO_VERBS),
             span=phrase.word_spans[start],
         )
-    near = suggestions(name, names)
-    hint = f"; did you mean {joined(near)}?" if near else ""
+    issue = unknown_name(what, name, names)
     return Clarification(
-        code=f"unknown-{what}",
-        detail=f"there is no {what} {name!r}{hint}",
-        thing=name,
-        choices=choices_for(name, names),
-        span=phrase.span,
+        code=issue.code, detail=issue.detail, thing=name, choices=issue.choices, span=phrase.span
     )
 
 

@@ -136,6 +136,13 @@ def test_a_refusal_has_its_place_in_the_sentence(api: TestClient, text: str, cod
     assert api.post("/v1/goals:check", json={"text": text}).json()["issue"]["span"] == refused["span"]
 
 
+def test_what_constraints_withhold_is_not_offered_as_a_completion(api: TestClient) -> None:
+    text = "move sample_1 to bay_7 without store_2"
+    checked = api.post("/v1/goals:check", json={"text": text}).json()
+    assert checked["issue"]["choices"] == ["store_2"]
+    assert checked["completions"] == []
+
+
 def test_stages_beside_a_sentence_do_not_contradict_its_order(api: TestClient) -> None:
     text = "send yard_2 to door_2, then park store_1"
     same = {"text": text, "constraints": {"stages": [0, 1]}}
