@@ -9,8 +9,10 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from app.cli.goal_input import read_goals
 from app.cli.main import app
 from robots.world import load_world
+from tests.app.sample_store import Store
 
 
 def macta(*words: str) -> Result:
@@ -255,3 +257,10 @@ def test_world_validate_tells_facts_that_contradict_each_other(tmp_path: Path) -
     refused = macta("world", "validate", world_file(tmp_path, facts=facts))
     assert refused.exit_code == 2
     assert "facts: near(yard_1, door_1) and near(yard_1, door_2) cannot both be true" in refused.stderr
+
+
+def test_a_free_place_is_chosen_within_the_constraints_of_all_goals() -> None:
+    store = Store()
+    sentences = ["move sample_1 to any bay", "keep bay_1 empty and park yard_1"]
+    stated = read_goals(store.world, store.facts, sentences, store.base)
+    assert [str(goal) for goal in stated.goals] == ["in(sample_1, bay_3)", "near(yard_1, home_yard_1)"]
