@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from app.database_url import DatabaseUrl
 from app.domain.errors import Invalid, Unavailable
 from app.packs import STORE, split_names
 
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from robots.link.transport import Transport
 
 MIN_TOKEN_LENGTH = 16
-
-
-DATABASE_FORMS = "postgresql://USER:PASSWORD@HOST:PORT/DATABASE or sqlite:////FOLDER/FILE"
 
 
 class Settings(BaseSettings):
@@ -124,18 +122,7 @@ class Settings(BaseSettings):
         """:raises ValueError: if it is not supported; the message omits the URL, which may contain a password."""
         if not url:
             return None
-        from sqlalchemy import make_url  # here: most commands need no database
-        from sqlalchemy.exc import SQLAlchemyError
-
-        try:
-            parsed = make_url(url)
-            driver = parsed.get_dialect().driver
-        except (SQLAlchemyError, ValueError) as error:
-            raise ValueError(f"not of the form {DATABASE_FORMS}") from error
-        if driver not in {"pysqlite", "psycopg"}:
-            raise ValueError(f"{parsed.drivername} is not supported; give {DATABASE_FORMS}")
-        if driver == "pysqlite" and parsed.database in {None, "", ":memory:"}:
-            raise ValueError(f"names no database file; give {DATABASE_FORMS}")
+        DatabaseUrl.of(url)
         return url
 
     def broker(self) -> "Broker | Transport | None":
@@ -179,10 +166,10 @@ class Settings(BaseSettings):
     @property
     def database_location(self) -> str:
         """Where the database is, for people; without the password."""
-        from sqlalchemy import make_url
-
-        url = make_url(self.resolved_database_url())
-        return f"database {url.database} on {url.host}" if self.database_is_shared else str(self.data)
+        if not self.database_is_shared:
+            return str(self.data)
+        url = DatabaseUrl.of(self.resolved_database_url())
+        return f"database {url.database} on {url.host}"
 
     def resolved_token(self) -> str:
         """The administrator's token: from the environment, else from the data folder, else a new one stored there."""

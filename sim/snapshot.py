@@ -6,8 +6,6 @@ the world file (walls, beacons, sensors) nor what the physics engine computes ag
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from hashlib import sha256
-from json import dumps
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
@@ -15,7 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from robots.executive.memory import RobotMemory
 from robots.physical.body import Pose, Sensor
-from robots.world import WorldFile
 
 FORMAT: Final = 1
 """Increased when earlier snapshots can no longer be resumed."""
@@ -182,9 +179,3 @@ class WorldSnapshot(State):
     streams: dict[str, StreamState]
     touched: frozenset[str]
     robots: dict[str, RobotMemory]
-
-
-def digest_of(world: WorldFile) -> str:
-    """A digest that is equal for two files of the same world; omitted defaults do not matter."""
-    content = world.model_dump(mode="json", exclude_defaults=True)
-    return sha256(dumps(content, sort_keys=True).encode()).hexdigest()

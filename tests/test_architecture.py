@@ -20,8 +20,8 @@ WIRING = {Path("app/composition.py"), *(p.relative_to(ROOT) for p in (ROOT / "ap
 SERVICE_SIDE = {Path("robots/world")}
 """World files: known to simulation and service, not to a robot."""
 ORDER = {
-    "app": """cli composition trials api missions planning recordings agents core workflows settings packs store
-        domain""",
+    "app": """cli composition trials api missions planning recordings agents core workflows settings
+        database_url packs store domain""",
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
     "robots": """executive repertoire reactive conditions perception physical world link wire compiled

@@ -12,10 +12,9 @@ from app.packs.find import load_packs
 from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
 from robots.link.transport import FleetEnd, Transport
-from robots.world import WorldFile
+from robots.world import WorldFile, digest_of
 from sim import SnapshotSettings, SupervisedWorld
 from sim.process.first_calls import SIMULATION
-from sim.snapshot import digest_of
 
 TURN_S = 0.02
 """How long each turn waits for messages from the robots; messages to them may be delayed by it."""

@@ -12,8 +12,7 @@ from rich.markup import escape
 
 from robots.link.mqtt import Broker, ServiceLink
 from robots.link.transport import ServiceEnd, Transport
-from robots.world import WorldFile
-from sim.snapshot import digest_of
+from robots.world import WorldFile, digest_of
 
 if TYPE_CHECKING:
     from app.agents.running_world import RunningWorld

@@ -28,6 +28,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Plans goals for teams of robots, has plans approved, and monitors their execution.",
 )
+WITHOUT_COMPILED_CODE = {"world", "alive"}
+"""Commands that call no compiled function."""
+
+
+@app.callback()
+def choose_cache(context: typer.Context) -> None:
+    """Have compiled functions cached, before any module with some is imported."""
+    if context.invoked_subcommand not in WITHOUT_COMPILED_CODE:
+        from robots.kernels import install
+
+        install()
+
+
 app.add_typer(worlds.commands, name="world")
 app.add_typer(pack_commands.commands, name="pack")
 experiments = typer.Typer(no_args_is_help=True, help="Run experiments on simulated robots, over many seeds.")

@@ -4,19 +4,19 @@ import gc
 import os
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
 from app.domain.errors import Invalid, MactaError
 
 if TYPE_CHECKING:
     from app.packs.packs import Packs
     from planner import KnowledgeBase
+    from robots.wire import PacketTunings
     from robots.world import WorldFile
 
 World = Annotated[
@@ -50,6 +50,9 @@ Broker = Annotated[
 
 def fail(message: str) -> NoReturn:
     """Print an error on standard error and exit with 2."""
+    from rich.console import Console  # here: a call without an error does without
+    from rich.markup import escape
+
     Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]macta:[/] {escape(message)}")
     raise typer.Exit(2)
 
@@ -73,7 +76,7 @@ def reported_errors() -> Iterator[None]:
         # NOTE: releases the resources of the interrupted calls; semaphores would otherwise be reported as leaked.
         traceback.clear_frames(interruption.__traceback__)
         gc.collect()
-        Console(stderr=True).print("macta: interrupted")
+        print("macta: interrupted", file=sys.stderr)
         leave(130)
     except MactaError as error:
         fail(f"{error.detail}; choices: {', '.join(error.choices)}" if error.choices else error.detail)
@@ -111,18 +114,34 @@ def named_world(
     from app.packs import STORE
     from app.packs.find import load_packs
     from planner import KnowledgeBaseError
-    from robots.world import WorldFileError, load_world
 
     packs = packs or load_packs([STORE])
     repertoire = packs.repertoire()
+    world = world_file(name, packs.worlds(), tags=repertoire.tags, check_tuning=repertoire.tuned)
     try:
-        world = load_world(name, worlds=packs.worlds(), tags=repertoire.tags, check_tuning=repertoire.tuned)
         initial_facts(world, knowledge_base or packs.knowledge_base())
-    except WorldFileError as error:
-        fail(str(error))
     except (KnowledgeBaseError, Invalid) as error:
         fail(f"{name} is not a valid world: facts: {error}")
     return world
+
+
+def world_file(
+    name: str,
+    worlds: Mapping[str, Path] | None,
+    *,
+    tags: "Collection[str] | None" = None,
+    check_tuning: "Callable[[PacketTunings], object] | None" = None,
+) -> "WorldFile":
+    """The world; exits if its file is invalid. Facts are not checked, tags and tunings if these are given.
+
+    :param worlds: the files of the worlds that have names; None: of those that ship with Macta.
+    """
+    from robots.world import WorldFileError, load_world
+
+    try:
+        return load_world(name, worlds=worlds, tags=tags, check_tuning=check_tuning)
+    except WorldFileError as error:
+        fail(str(error))
 
 
 def named_worlds(names: Sequence[str] | None, packs: "Packs") -> "Sequence[WorldFile]":

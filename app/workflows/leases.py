@@ -21,11 +21,10 @@ from sqlalchemy.orm import Session
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
 from app.domain.errors import Unavailable
+from app.domain.heartbeats import DEAD_AFTER_S, HEARTBEAT_S
 from app.store import Database, ExecutorRow, LeaseRow, is_unavailable
 from app.workflows.background import Background
 
-HEARTBEAT_S = 1.0
-DEAD_AFTER_S = 6.0
 FORGOTTEN_AFTER_S = 60.0
 """A dead process's row is deleted after this. Until then it is checked again: it may have continued and ended again."""
 LEASE_S = DEAD_AFTER_S - HEARTBEAT_S

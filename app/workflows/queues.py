@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from app.domain.heartbeats import PLANNING_QUEUE
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Queue:
@@ -11,7 +13,7 @@ class Queue:
     at_once: int
 
 
-PLANNING = Queue(name="planning", at_once=4)
+PLANNING = Queue(name=PLANNING_QUEUE, at_once=4)
 LARGE_PLANNING = Queue(name="planning-large", at_once=2)
 WAITING = Queue(name="waiting", at_once=1)
 MISSIONS = Queue(name="missions", at_once=1000)

@@ -1,5 +1,6 @@
 """World files: layout and team. Read by the simulation and the service; a robot's own software never sees them."""
 
+from robots.world.digest import digest_of
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds, shipped_worlds
@@ -22,6 +23,7 @@ __all__ = [
     "WorldFact",
     "WorldFile",
     "WorldFileError",
+    "digest_of",
     "generate_world",
     "load_world",
     "named_worlds",

@@ -11,10 +11,10 @@ from typing import Self
 
 from pydantic import ValidationError
 
-from robots.world import WorldFile
+from robots.world import WorldFile, digest_of
 from sim.clock import TICK_S, SleepingClock, WallClock
 from sim.error import NotResumable, SimulationError
-from sim.snapshot import FORMAT, WorldSnapshot, digest_of
+from sim.snapshot import FORMAT, WorldSnapshot
 
 LOCK_TIMEOUT_S = 10.0
 """How long to wait for a previous process that may be about to end."""

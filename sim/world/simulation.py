@@ -12,14 +12,14 @@ import numpy as np
 from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
-from robots.world import RobotSpec, Sample, WorldFile
+from robots.world import RobotSpec, Sample, WorldFile, digest_of
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
 from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
 from sim.physics.jaws import Jaws
 from sim.physics.scene import Scene
 from sim.physics.sensors import InfraRed, Whiskers
-from sim.snapshot import SampleState, StreamState, WorldSnapshot, digest_of
+from sim.snapshot import SampleState, StreamState, WorldSnapshot
 from sim.truth import SampleTruth, Truth, place_at
 from sim.world.agent import Agent, AgentFactory, AgentSetup
 from sim.world.agent_group import AgentGroup, LocalGroup, RemoteGroup

@@ -15,8 +15,7 @@ from app.store import Database
 from app.store.migrate import migrate
 from app.workflows.leases import ExecutorRegistry
 from robots.link.mqtt import Broker, FleetLink
-from robots.world import WorldFile, load_world
-from sim.snapshot import digest_of
+from robots.world import WorldFile, digest_of, load_world
 from tests.app.conftest import TOKEN
 from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL

@@ -11,9 +11,8 @@ from fastapi.testclient import TestClient
 
 from app.planning.pool.pool import PlanningWorker
 from robots.link.mqtt import Broker, FleetLink
-from robots.world import load_world
+from robots.world import digest_of, load_world
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
-from sim.snapshot import digest_of
 from sim.world.agents import behavioural_agent
 from sim.world.simulation import Simulation
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto

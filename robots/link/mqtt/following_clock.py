@@ -26,6 +26,12 @@ class FollowingClock:
         """World seconds a wall-clock second, as last announced; None as fast as possible."""
         return self._rate
 
+    @property
+    def is_running(self) -> bool:
+        """True while a connected fleet announces the world's time."""
+        with self._lock:
+            return self._running and self._wall_s() - self._announced_wall_s < EXTRAPOLATED_S
+
     def set(self, run: str, time_s: float, rate: float | None, *, running: bool) -> None:
         """Note an announcement. `running`: the fleet is connected; otherwise the clock stops at this time."""
         with self._lock:

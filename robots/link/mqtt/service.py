@@ -57,7 +57,10 @@ class ServiceLink:
         digest: str = "",
         wall_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """:param digest: of the world file; a fleet that drives another one is ignored."""
+        """
+        :param robots: those whose messages are received; none: only the fleet's announcements.
+        :param digest: of the world file; a fleet that drives another one is ignored.
+        """
         self._world = world
         self._names = frozenset(robots)
         self._digest = digest
@@ -72,7 +75,7 @@ class ServiceLink:
             f"macta-service-{world}-{uuid.uuid4().hex[:12]}",  # replicas receive the same messages
             subscriptions=[
                 (world_topic(world), 1),
-                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED),
+                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED if self._names),
             ],
             on_arrival=self._receive,
         )

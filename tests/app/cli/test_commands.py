@@ -229,7 +229,7 @@ def test_schema_prints_the_json_schema_of_world_files() -> None:
     [
         ("nonsense", "MACTA_DATABASE_URL: not of the form postgresql://"),
         ("mysql://operator:swordfish@host/macta", "MACTA_DATABASE_URL: mysql is not supported"),
-        ("postgres://operator:swordfish@host/macta", "MACTA_DATABASE_URL: not of the form postgresql://"),
+        ("postgres://operator:swordfish@host/macta", "MACTA_DATABASE_URL: postgres is not supported; give"),
         ("postgresql://operator:swordfish@host:x/macta", "MACTA_DATABASE_URL: not of the form postgresql://"),
         ("sqlite://", "MACTA_DATABASE_URL: names no database file"),
         ("sqlite:////no/such/folder/x.sqlite", "unable to open database file"),

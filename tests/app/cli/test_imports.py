@@ -8,12 +8,27 @@ import sys
 import pytest
 
 PHYSICS = {"pybullet"}
+SIMULATION = {*PHYSICS, "sim"}
 COMPILER = {"numba", "scipy"}
 PLANNER = {"unified_planning", "planner.engines.registry"}
+ROBOT = {"robots.repertoire", "robots.executive", "numpy"}
 DATABASE = {"sqlalchemy", "dbos", "alembic"}
 SERVER = {"fastapi", "starlette", "uvicorn"}
 HELP = "from app.cli.main import app; app(['--help'], standalone_mode=False)"
 VALIDATE = "from app.cli.main import app; app(['world', 'validate', 'sample_store'], standalone_mode=False)"
+WORKER_ALIVE = """
+import os
+os.environ["MACTA_DATABASE_URL"] = "postgresql://nobody@127.0.0.1:1/nothing"
+from app.cli.main import app
+app(["alive", "worker"], standalone_mode=False)
+"""
+FLEET_ALIVE = """
+import os, app.cli.alive
+os.environ["MACTA_BROKER_URL"] = "mqtt://127.0.0.1:1"
+app.cli.alive.TIMEOUT_S = 0.0
+from app.cli.main import app
+app(["alive", "fleet"], standalone_mode=False)
+"""
 PLANNING = "import app.cli, app.planning.pool.process, planner.engines.registry"
 WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.world.agents"
 
@@ -22,14 +37,28 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
     ("statement", "forbidden", "budget"),
     [
         pytest.param(
-            HELP, PHYSICS | COMPILER | DATABASE | SERVER | {"planner", "robots.repertoire"}, 400, id="help"
+            HELP,
+            SIMULATION | COMPILER | ROBOT | DATABASE | SERVER | {"planner", "pydantic", "robots"},
+            350,
+            id="help",
         ),
-        pytest.param(VALIDATE, PHYSICS | COMPILER | PLANNER | DATABASE | SERVER, 580, id="world validate"),
         pytest.param(
-            "import app.cli.main, app.cli.alive",
-            PHYSICS | COMPILER | DATABASE | SERVER | {"planner"},
-            660,
-            id="alive",
+            VALIDATE,
+            SIMULATION | COMPILER | ROBOT | PLANNER | DATABASE | SERVER | {"pydantic_settings"},
+            380,
+            id="world validate",
+        ),
+        pytest.param(
+            WORKER_ALIVE,
+            SIMULATION | COMPILER | ROBOT | DATABASE | SERVER | {"planner", "pydantic_settings", "robots"},
+            470,
+            id="alive worker",
+        ),
+        pytest.param(
+            FLEET_ALIVE,
+            SIMULATION | COMPILER | ROBOT | DATABASE | SERVER | {"planner"},
+            500,
+            id="alive fleet",
         ),
         pytest.param(
             "import app.cli.main, app.cli.serve",
@@ -43,7 +72,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
             1680,
             id="service",
         ),
-        pytest.param(PLANNING, PHYSICS | DATABASE | SERVER | {"sim"}, 770, id="planning process"),
+        pytest.param(PLANNING, SIMULATION | DATABASE | SERVER, 770, id="planning process"),
         pytest.param(WORLD, DATABASE | SERVER | {"planner", "unified_planning"}, 550, id="world's process"),
     ],
 )

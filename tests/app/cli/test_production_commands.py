@@ -3,22 +3,28 @@
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
 
-from app.cli.alive import worker_alive
+from app.cli.alive import fleet_alive, worker_alive
 from app.cli.main import app
 from app.domain.errors import Invalid, Unavailable
 from app.settings import Settings
 from app.store import Database
 from app.workflows import PLANNING
 from app.workflows.leases import ExecutorRegistry
+from robots.link.mqtt import Broker, FleetLink
+from robots.world import digest_of, load_world
 from tests.app.undone import Noted
 from tests.databases import ON_POSTGRESQL, postgresql
+from tests.mosquitto import mosquitto, needs_mosquitto
 from tests.ports import free_port
+from tests.waiting import until
 
 SHARED = "postgresql+psycopg://macta:open-sesame@database.example:5432/macta"
 
@@ -87,9 +93,23 @@ def test_where_the_record_is_printed_without_the_password() -> None:
     assert Settings(database_url=SHARED).database_location == "database macta on database.example"
 
 
-def test_nothing_is_alive_where_nothing_is_shared() -> None:
+@pytest.mark.parametrize(
+    ("url", "why"),
+    [
+        ("", "set the PostgreSQL database"),
+        ("sqlite:////folder/file", "set the PostgreSQL database"),
+        ("mysql://macta:open-sesame@host/macta", "mysql is not supported"),
+        (f"{SHARED}?bogus=1", 'invalid connection option "bogus"'),
+    ],
+)
+def test_nothing_is_alive_where_nothing_is_shared(
+    monkeypatch: pytest.MonkeyPatch, url: str, why: str
+) -> None:
+    monkeypatch.setenv("MACTA_DATABASE_URL", url)
     done = macta("alive", "worker")
-    assert (done.exit_code, "MACTA_DATABASE_URL" in done.stderr) == (2, True)
+    assert done.exit_code == 2
+    assert done.stderr.startswith(f"macta: MACTA_DATABASE_URL: {why}")
+    assert "open-sesame" not in done.stderr
 
 
 @ON_POSTGRESQL
@@ -105,6 +125,39 @@ def test_a_worker_is_alive_while_it_says_so(database_url: str, monkeypatch: pyte
     ExecutorRegistry(database, Noted("worker"), serves=[PLANNING.name], worlds=()).register()
     assert "plans" in worker_alive()
     database.close()
+
+
+@needs_mosquitto
+def test_a_fleet_is_alive_while_it_announces_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    world = load_world("sample_store")
+    with mosquitto(tmp_path / "broker") as broker:
+        monkeypatch.setenv("MACTA_BROKER_URL", broker.url)
+        fleet = FleetLink(world.name, (), Broker.at(broker.url), run="a", digest=digest_of(world))
+        fleet.start()
+        until(lambda: fleet.connected, "the fleet is not connected")
+        with announcing(fleet):
+            assert "is running" in fleet_alive(world)
+        monkeypatch.setattr("app.cli.alive.TIMEOUT_S", 2.0)
+        with pytest.raises(Unavailable, match="does not announce itself"):
+            fleet_alive(world)  # the broker has kept its last announcement, which says `online`
+        fleet.close()
+
+
+@contextmanager
+def announcing(fleet: FleetLink) -> Iterator[None]:
+    ending = threading.Event()
+
+    def announce() -> None:
+        while not ending.wait(0.1):
+            fleet.announce(1.0, 1.0)
+
+    thread = threading.Thread(target=announce)
+    thread.start()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()
 
 
 @pytest.mark.parametrize("command", ["serve", "worker"])

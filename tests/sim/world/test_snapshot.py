@@ -9,8 +9,8 @@ from benchmarks.bodies import embodied
 from benchmarks.relocation import THING, TO, scripts
 from robots.physical.body import Pose
 from robots.wire import PacketState, ScriptState
-from robots.world import WorldFile, load_world
-from sim.snapshot import WorldSnapshot, digest_of
+from robots.world import WorldFile, digest_of, load_world
+from sim.snapshot import WorldSnapshot
 from sim.trials.script_runner import ScriptRunner
 from sim.truth import Truth
 from sim.world.agent import AgentSetup

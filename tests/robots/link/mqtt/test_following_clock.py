@@ -19,6 +19,7 @@ def test_it_goes_on_at_the_worlds_rate() -> None:
     clock = FollowingClock(wall)
     clock.set("r", 10.0, 4.0, running=True)
     wall.now_s += 0.5
+    assert clock.is_running
     assert clock.now_s() == 12.0
     assert clock.rate == 4.0
 
@@ -27,6 +28,7 @@ def test_what_is_remembered_of_a_fleet_does_not_make_it_go() -> None:
     wall = Wall()
     clock = FollowingClock(wall)
     clock.set("r", 10.0, 1.0, running=False)
+    assert not clock.is_running
     wall.now_s += 50
     assert clock.now_s() == 10.0
 
@@ -36,6 +38,7 @@ def test_without_a_message_it_stands_after_a_while() -> None:
     clock = FollowingClock(wall)
     clock.set("r", 10.0, 2.0, running=True)
     wall.now_s += 3600
+    assert not clock.is_running
     assert clock.now_s() == 10.0 + 2 * EXTRAPOLATED_S
 
 
