@@ -40,6 +40,8 @@ from robots.world import LinkSpec
 
 RECEIVE_S = 0.05
 DELIVER_S = 1.0
+IDLE_DELIVER_S = 5.0
+"""Interval at which the database is read for messages to robots, in case the notification of one was lost."""
 """Wall-clock seconds between two deliveries while nothing is unanswered and nothing was written, and between two checks
 whether robots are heard again."""
 
@@ -123,6 +125,7 @@ class AgentModels:
     def _run(self) -> None:
         due_s = 0.0
         readmit_s = 0.0
+        had_lease = False
         while not self._background.ending.is_set():
             try:
                 self._each_turn()
@@ -130,15 +133,17 @@ class AgentModels:
                 self._record([message for message in received if not self._handle(message)])
                 self._ask()
                 now_s = self._wall.monotonic_s()
-                if now_s >= readmit_s and self._has_lease():
+                has_lease = self._has_lease()
+                if now_s >= readmit_s and has_lease:
                     self._readmit()
                     readmit_s = now_s + DELIVER_S
-                if self._due.is_set() or now_s >= due_s:
+                if self._due.is_set() or now_s >= due_s or (has_lease and not had_lease):
                     self._due.clear()
-                    if self._has_lease():
+                    if has_lease:
                         self._deliver()
-                    pause_s = MIN_RESEND_S if self._communications.has_unanswered else DELIVER_S
+                    pause_s = MIN_RESEND_S if self._communications.has_unanswered else IDLE_DELIVER_S
                     due_s = self._wall.monotonic_s() + pause_s
+                had_lease = has_lease
             except LinkClosed:
                 logger.warning("the link to the robots of %s is closed", self._world)
                 self._board.link_closed(self._world)

@@ -7,7 +7,7 @@ function: with a new minor version of DBOS, those tests show which use has to ch
 import threading
 from collections.abc import Callable
 
-from dbos import DBOS, Queue
+from dbos import DBOS, Queue, _workflow_commands
 from dbos._queue import queue_worker_thread
 
 
@@ -19,6 +19,15 @@ def work_queue(dbos: DBOS, queue: Queue, stop_event: threading.Event) -> None:
     could not be left to other executors while this process may count as dead.
     """
     queue_worker_thread(stop_event, dbos, queue)
+
+
+def poll_seldom(dbos: DBOS, interval_s: float) -> None:
+    """Have DBOS look at this interval, not each second, for what this service has none of. Before `DBOS.launch`.
+
+    That is workflows in DBOS's own queue, and those that are delayed or have a time limit. It has no setting for them.
+    """
+    dbos._registry.get_internal_queue()._polling_interval_sec = interval_s
+    _workflow_commands._BACKGROUND_JOBS_INTERVAL_SEC = interval_s
 
 
 def executing_workflows(dbos: DBOS) -> set[str]:

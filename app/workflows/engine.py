@@ -17,6 +17,7 @@ from app.workflows.dbos_internals import (
     executing_workflows,
     leave_message_poller,
     message_waker,
+    poll_seldom,
     reenqueue,
 )
 from app.workflows.queue_listener import QueueListener
@@ -28,6 +29,9 @@ APPLICATION = "macta"
 APPLICATION_VERSION = "2"
 """Increased when the order of a workflow's steps changes, so that no old workflow is replayed by new code."""
 
+UNUSED_POLLING_S = 4.0
+"""Interval at which DBOS looks for kinds of workflows that there are none of. The lock that it holds meanwhile on
+PostgreSQL is taken from it after 5 s."""
 MESSAGE_POLLING_S = 1.0
 """Polling interval, on SQLite, of messages to each waiting workflow; `wake` makes the one concerned check at once."""
 QUEUE_POLLING_S = 0.25
@@ -107,6 +111,7 @@ class Workflows:
 
     def launch(self) -> None:
         """Start executing workflows, first those that an earlier process left pending."""
+        poll_seldom(self._dbos, UNUSED_POLLING_S)
         DBOS.launch()
         for queue in QUEUES:
             registered = DBOS.register_queue(
@@ -167,15 +172,25 @@ class Workflows:
 
         After it, other processes may count this one as dead and run again what it dequeues.
         """
+        was_held_back = not self._may_dequeue()
         self._dequeues_until = monotonic_s
+        if was_held_back:
+            self._poll_all()
 
     def recheck_messages(self) -> None:
         """Have every workflow that waits here check for messages whose notification may have been lost."""
         message_waker(self._dbos)(None)
 
-    def recover_executor(self, executor: str) -> int:
-        """Put back into their queues the workflows that another executor left pending; returns their number."""
-        return self._reenqueue(self._pending(executor), executor)
+    def recover_executor(self, session: Session, executor: str) -> int:
+        """Put back into their queues the workflows that another executor left pending; returns their number.
+
+        The processes that serve the queues are notified when the session's transaction commits.
+        """
+        count = self._reenqueue(self._pending(executor), executor)
+        if count:
+            for queue in QUEUES:
+                announce(session, queue.name)
+        return count
 
     def recover_lost(self) -> int:
         """Put back into their queues this process's pending workflows that it does not execute; returns their number.

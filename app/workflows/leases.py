@@ -70,8 +70,11 @@ class RecoverableWorkflows(Protocol):
         """Dequeue nothing after that instant of the process's monotonic clock."""
         ...
 
-    def recover_executor(self, executor: str) -> int:
-        """Recover the workflows that a dead executor left pending; returns their number."""
+    def recover_executor(self, session: Session, executor: str) -> int:
+        """Recover the workflows that a dead executor left pending; returns their number.
+
+        The processes that can run them are notified when the session's transaction commits.
+        """
         ...
 
     def recover_lost(self) -> int:
@@ -234,7 +237,7 @@ class ExecutorRegistry:
                 ExecutorRow.seen_at < _dead_before(session, self._database, now)
             )
             for dead in session.scalars(query.with_for_update(skip_locked=True)).all():
-                if count := self._workflows.recover_executor(dead.id):
+                if count := self._workflows.recover_executor(session, dead.id):
                     logger.warning(
                         "took over %d workflows of executor %s on %s, which sends no heartbeat",
                         count,

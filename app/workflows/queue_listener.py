@@ -8,18 +8,17 @@ from dbos import DBOS, Queue
 from app.domain.clock import WallClock
 from app.workflows.dbos_internals import work_queue
 
-ACTIVE_S = 0.5
-"""How long after the last notification a queue is polled at its own interval."""
 ROOM_S = 0.02
 """How long after a workflow's function has returned its queue is polled: its place is free once its end is recorded."""
-IDLE_POLLING_S = 1.0
-"""Polling interval after that. Only workflows of dead processes are in a queue without an announcement."""
+IDLE_POLLING_S = 5.0
+"""Longest polling interval, in case a notification is lost: all that is put into a queue is announced."""
 
 
 class QueueListener:
     """A thread that dequeues the workflows of one queue into this process.
 
-    It polls at the queue's interval, at once when notified, and less often while nothing happens.
+    It polls at once when notified, then at intervals that double, from the queue's own to `IDLE_POLLING_S`: workflows
+    that found no free slot wait for the end of others.
     """
 
     def __init__(
@@ -56,7 +55,8 @@ class PollPause(threading.Event):
         self._clock = clock
         self._over = threading.Event()
         self._rest_s = 0.0
-        self._active_until = clock.monotonic_s() + ACTIVE_S
+        self._pauses = 0
+        """Since the last notification."""
 
     def cut_short(self, rest_s: float = 0.0) -> None:
         """End the pause in `rest_s` seconds."""
@@ -71,11 +71,13 @@ class PollPause(threading.Event):
         """Wait until it is set, cut short or over; True if it is set."""
         polling_s = IDLE_POLLING_S if timeout is None else timeout
         while True:
-            is_active = self._clock.monotonic_s() < self._active_until
-            if self._clock.wait(self._over, polling_s if is_active else max(polling_s, IDLE_POLLING_S)):
+            longest_s = max(polling_s, IDLE_POLLING_S)
+            if self._clock.wait(self._over, min(polling_s * 2**self._pauses, longest_s)):
                 self._over.clear()
                 if self._rest_s and not self.is_set():
                     self._clock.wait(self._over, self._rest_s)
-                self._active_until = self._clock.monotonic_s() + ACTIVE_S
+                self._pauses = 0
+            elif polling_s * 2**self._pauses < longest_s:
+                self._pauses += 1
             if self.is_set() or self._may_dequeue():
                 return self.is_set()

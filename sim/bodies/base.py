@@ -31,6 +31,11 @@ class SimulatedBody(ABC):
     def driven(self) -> tuple[float, float]:
         """The drive's velocity: metres a second ahead, radians a second counter-clockwise."""
 
+    @property
+    def is_commanded(self) -> bool:
+        """True while it holds a command to move."""
+        return self._command != (0.0, 0.0)
+
     @abstractmethod
     def drive(self) -> None:
         """Move for the coming tick, or set the velocity in the scene (called before each tick)."""

@@ -3,7 +3,7 @@
 from robots.clock import Clock
 from sim.error import SimulationError
 
-MAX_BACKLOG_S = 0.25
+MAX_BACKLOG_S = 0.5
 """A world this far behind the wall clock drops the backlog instead of catching up (our choice)."""
 
 

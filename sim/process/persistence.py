@@ -6,6 +6,7 @@ nothing is based on it.
 
 import logging
 from dataclasses import dataclass
+from math import inf
 
 from robots.clock import Clock
 from robots.world import WorldFile
@@ -17,6 +18,8 @@ from sim.world.simulation import Simulation
 
 MAX_INTERVAL_S = 1.0
 """Wall-clock time after which a snapshot is taken even if no message waits."""
+RESTING_INTERVAL_S = 5.0
+"""The same while no robot moves: little is lost then."""
 MAX_SHARE = 0.1
 """Share of the wall-clock time that snapshots may take; messages sent meanwhile leave with the next one."""
 
@@ -92,18 +95,24 @@ class OutputCommit:
         self._file = file
         self._wall_clock = wall_clock
         self._earliest_s = wall_clock.now_s()
-        self._latest_s = self._earliest_s
+        self._started_s = -inf
         self._failed = False
 
-    def take_if_due(self) -> None:
-        """Between two ticks: take a snapshot if a message waits for it, or the last one is old."""
+    def take_if_due(self, *, at_rest: bool = False) -> None:
+        """Between two ticks: take a snapshot if a message waits for it, or the last one is old.
+
+        :param at_rest: nothing but telemetry is sent or received, and no robot moves.
+        """
         now_s = self._wall_clock.now_s()
-        if now_s >= self._latest_s or (self._simulation.hub.is_holding and now_s >= self._earliest_s):
+        interval_s = RESTING_INTERVAL_S if at_rest else MAX_INTERVAL_S
+        is_old = now_s >= self._started_s + interval_s
+        if now_s >= self._earliest_s and (is_old or self._simulation.hub.is_holding):
             self.take()
 
     def take(self) -> None:
         """Take a snapshot, then release the messages so far. If it cannot be written, they wait."""
         started_s = self._wall_clock.now_s()
+        self._started_s = started_s
         try:
             self._file.write(self._simulation.snapshot())
         except OSError as error:
@@ -114,11 +123,9 @@ class OutputCommit:
                 )
             self._failed = True
             self._earliest_s = started_s + MAX_INTERVAL_S
-            self._latest_s = self._earliest_s
             return
         self._failed = False
         self._simulation.hub.release()
         self._simulation.hub.flush(self._simulation.clock.now_s())
         done_s = self._wall_clock.now_s()
         self._earliest_s = done_s + (done_s - started_s) * (1 / MAX_SHARE - 1)
-        self._latest_s = max(started_s + MAX_INTERVAL_S, self._earliest_s)

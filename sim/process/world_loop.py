@@ -37,6 +37,10 @@ TELEMETRY_GAP_S = 0.05
 """Least wall time between two messages of one robot's telemetry."""
 MAX_BUSY_S = 0.02
 """Longest wall time between two polls of the control channel."""
+REST_AFTER_S = 3.0
+"""Wall time without a moving robot and without a message other than telemetry, after which a world is at rest."""
+REST_S = 0.25
+"""Wall time that a world at rest sleeps; the control cycles due meanwhile are made together. A message ends it."""
 MIN_WAIT_S = 0.001
 """Shorter waits are rounded up; the control cycles due meanwhile are made together."""
 
@@ -136,6 +140,8 @@ class WorldLoop:
             self._not_resumed_because = started.not_resumed_because
             self._commit = OutputCommit(self._simulation, self._file, wall_clock)
             self._commit.take()
+        self._letters = 0
+        self._rests_from_s = wall_clock.now_s() + REST_AFTER_S
         self._pacer = Pacer(wall_clock, order.speed, self._simulation.clock.now_s())
         self._show_time()
 
@@ -155,13 +161,31 @@ class WorldLoop:
     def cycle(self) -> None:
         """Make the control cycles that are due, take a snapshot if it is due, and answer a command."""
         wait_s = self._advance()
+        at_rest = self._is_at_rest()
         if self._commit is not None:
-            self._commit.take_if_due()
+            self._commit.take_if_due(at_rest=at_rest)
         if wait_s is None:  # a paused world must not let the service's messages fill the pipe
             wait([self._channels.control, self._channels.link])
             self._simulation.hub.receive(self._simulation.clock.now_s())
+        elif at_rest and wait_s > 0.0:
+            self._rest(max(wait_s, REST_S))
+            wait_s = 0.0
         if self._channels.control.poll(wait_s or 0.0):
             self._execute(self._channels.control.recv())
+
+    def _is_at_rest(self) -> bool:
+        """True when for `REST_AFTER_S` no robot has been commanded to move and no message has passed."""
+        now_s = self._wall_clock.now_s()
+        letters = self._simulation.hub.letters
+        if letters != self._letters or not self._simulation.is_still:
+            self._letters = letters
+            self._rests_from_s = now_s + REST_AFTER_S
+        return now_s >= self._rests_from_s
+
+    def _rest(self, sleep_s: float) -> None:
+        """Sleep, until a command or a message arrives."""
+        if self._channels.link in wait([self._channels.control, self._channels.link], sleep_s):
+            self._rests_from_s = self._wall_clock.now_s() + REST_AFTER_S
 
     def _advance(self) -> float | None:
         """Make the control cycles that are due, for `MAX_BUSY_S` at most; returns how long to wait for a command.

@@ -62,6 +62,8 @@ class Hub:
         self._holds = holds
         self._ends = {robot: RobotLink(self._send) for robot in robots}
         self._radios = {robot: (radios or {}).get(robot) or Radio() for robot in self._ends}
+        self.letters = 0
+        """How many messages robots have sent and received, telemetry not counted."""
         self._held: list[Message] = []
         self._outgoing: list[Message] = []
         self._waiting: deque[Message] = deque()
@@ -88,6 +90,7 @@ class Hub:
         :raises LinkClosed: if the other end is gone.
         """
         for message in self._link.receive():
+            self.letters += 1
             if message.receiver in self._radios:
                 self._radios[message.receiver].send(Direction.DOWN, message, now_s)
         for robot, radio in self._radios.items():
@@ -126,7 +129,9 @@ class Hub:
     def _send(self, message: Message) -> None:
         if isinstance(message.body, Telemetry):
             self._telemetry[message.sender] = message
-        elif not self._holds:
+            return
+        self.letters += 1
+        if not self._holds:
             self._outgoing.append(message)
         elif len(self._held) < MAX_WAITING:
             self._held.append(message)

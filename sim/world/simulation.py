@@ -131,6 +131,11 @@ class Simulation:
             body.restore(snapshot.bodies[name])
             snapshot.streams[name].restore(self._rngs[name])
 
+    @property
+    def is_still(self) -> bool:
+        """True while no robot is commanded to move."""
+        return not any(body.is_commanded for body in self.bodies.values())
+
     def step(self) -> None:
         """One tick of 1/60 s; every third begins with the agents' sensing and acting.
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from math import inf
 
+from sqlalchemy.orm import Session
+
 
 @dataclass
 class Noted:
@@ -16,7 +18,7 @@ class Noted:
     def dequeue_until(self, monotonic_s: float) -> None:
         self.dequeues_until = monotonic_s
 
-    def recover_executor(self, executor: str) -> int:
+    def recover_executor(self, session: Session, executor: str) -> int:
         self.recovered.append((self.executor, executor))
         return 1
 

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from dbos import DBOS, DBOSPortableJSONSerializer, EnqueueOptions, Queue
+from dbos import DBOS, DBOSPortableJSONSerializer, EnqueueOptions, Queue, _workflow_commands
+from sqlalchemy import create_engine, event
 
 from app.workflows import dbos_internals
 from tests.waiting import until
@@ -58,6 +59,31 @@ def dbos(tmp_path: Path) -> Iterator[DBOS]:
     DBOS.launch()
     yield dbos
     DBOS.destroy(destroy_registry=True)
+
+
+def test_how_often_dbos_looks_for_what_there_is_none_of_can_be_set(tmp_path: Path) -> None:
+    """Else the idle service polls five times as often, which `poll_seldom` would do nothing about."""
+    engine = create_engine(f"sqlite:///{tmp_path / 'dbos.sqlite'}")
+    own, delayed = [], []
+
+    @event.listens_for(engine, "before_cursor_execute")
+    def count(connection: object, cursor: object, statement: str, parameters: object, *_: object) -> None:
+        if "_dbos_internal_queue" in str(parameters):
+            own.append(statement)
+        if statement.startswith("UPDATE") and "delay_until_epoch_ms" in statement:
+            delayed.append(statement)
+
+    before_s = _workflow_commands._BACKGROUND_JOBS_INTERVAL_SEC
+    dbos = DBOS(
+        config={"name": "contract", "system_database_engine": engine, "console_log_level": "CRITICAL"}
+    )
+    dbos_internals.poll_seldom(dbos, 0.02)
+    try:
+        DBOS.launch()
+        until(lambda: len(own) > 20 and len(delayed) > 20, "polls are a second apart", within_s=10)
+    finally:
+        DBOS.destroy(destroy_registry=True)
+        _workflow_commands._BACKGROUND_JOBS_INTERVAL_SEC = before_s
 
 
 @pytest.fixture

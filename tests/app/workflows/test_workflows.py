@@ -5,13 +5,15 @@ from collections.abc import Iterator
 from functools import partial
 from queue import Empty, Queue
 
+import psycopg
 import pytest
 from dbos import DBOS
 from sqlalchemy import text
 
 from app.domain.clock import SystemClock
 from app.store import Database
-from app.workflows import MISSIONS, PLANNING, Workflows, or_give_up, sleep_until_woken, step
+from app.store.engine import CHANNEL
+from app.workflows import MISSIONS, PLANNING, QUEUES, Workflows, or_give_up, sleep_until_woken, step
 from app.workflows import Queue as WorkflowQueue
 from tests.databases import ON_BOTH
 from tests.waiting import until
@@ -127,7 +129,12 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
 
     second = launched()
     if database.shared:
-        assert second.recover_executor(first.executor) == 1
+        with psycopg.connect(database.url.replace("+psycopg", ""), autocommit=True) as other:
+            other.execute(f"LISTEN {CHANNEL}")
+            with database.write() as session:
+                assert second.recover_executor(session, first.executor) == 1
+            topics = [one.payload.split()[0] for one in other.notifies(timeout=30, stop_after=len(QUEUES))]
+            assert MISSIONS.name in topics
     with database.write() as session:
         second.wake(session, "mine", "a message")
     assert carried_out.get(timeout=30) == "awake"

@@ -8,11 +8,11 @@ import pytest
 
 from robots.clock import ManualClock
 from robots.link import PipeLink
-from robots.wire import Telemetry
+from robots.wire import Message, Performative, StatusQuery, Telemetry
 from sim import SimulationError, Truth
 from sim.clock import CONTROL_S
 from sim.process.control import AskTruth, Done, Pause, Ready, Stop
-from sim.process.world_loop import TELEMETRY_GAP_S, Channels, WorldLoop, WorldOrder
+from sim.process.world_loop import REST_AFTER_S, REST_S, TELEMETRY_GAP_S, Channels, WorldLoop, WorldOrder
 from tests.sim.rig import two_rooms
 
 
@@ -99,6 +99,46 @@ def test_a_world_without_a_speed_runs_on_between_polls_and_telemetry_is_thinned_
         assert fast.now.value > 5 * wall_s
         assert wall_s / TELEMETRY_GAP_S - 2 <= len(told) <= wall_s / TELEMETRY_GAP_S + 1
         assert told[-1].sent_at_s - told[0].sent_at_s > 2
+
+
+@pytest.fixture
+def resting() -> Iterator[LoopUnderTest]:
+    yield from closing(LoopUnderTest(1.0))
+
+
+def test_a_world_at_rest_sleeps_until_a_message_arrives(
+    resting: LoopUnderTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slept_s: list[float] = []
+
+    def sleep(connections: object, timeout_s: float) -> list[object]:
+        if resting.channels.link.poll():
+            return [resting.channels.link]
+        resting.clock.advance(timeout_s)
+        slept_s.append(timeout_s)
+        return []
+
+    monkeypatch.setattr("sim.process.world_loop.wait", sleep)
+    resting.run(REST_AFTER_S - 0.1)
+    assert slept_s == []
+    resting.run(0.2)
+    began_s = resting.now.value
+    slept_s.clear()
+    for _ in range(50):
+        resting.loop.cycle()
+    assert slept_s == [REST_S] * 50
+    assert resting.now.value - began_s == pytest.approx(50 * REST_S, abs=REST_S)
+
+    slept_s.clear()
+    resting.link.receive()
+    query = StatusQuery(script_id="unknown")
+    resting.link.send(
+        Message(performative=Performative.QUERY, sender="service", receiver="fred", sent_at_s=0.0, body=query)
+    )
+    resting.run(2 * CONTROL_S)
+    assert [one for one in resting.link.receive() if not isinstance(one.body, Telemetry)]
+    resting.run(REST_AFTER_S - 0.2)
+    assert slept_s == []
 
 
 def test_a_speed_of_nothing_is_refused() -> None:
