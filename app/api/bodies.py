@@ -1,8 +1,11 @@
 """The bodies of requests and answers; the plan body is in `app.domain.plan_document`."""
 
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import from_json, to_json
 
 from app.api.parameters import Name
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
@@ -12,6 +15,7 @@ from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import Policy
 from app.planning.alternatives import Search
 from app.store import GoalRow, PlanRow
+from app.store.records import values_of
 from planner import Objective
 from robots.wire import SymbolicFact
 
@@ -152,12 +156,30 @@ class GoalBody(BaseModel):
 
     @classmethod
     def of(cls, row: GoalRow) -> Self:
-        terms = GoalTerms.from_json(row.terms)
-        of_terms = {"constraints", "due", "readings"}
-        fields = {name: getattr(row, name) for name in cls.model_fields if name not in of_terms}
-        return cls.model_validate(
-            {**fields, **{name: getattr(terms, name) for name in of_terms}}, from_attributes=True
-        )
+        return cls.model_validate(goal_document(row))
+
+
+GOAL_FIELDS = tuple(GoalBody.model_fields)
+OF_TERMS = ("constraints", "due", "readings")
+"""What a goal's recorded terms hold of its body."""
+_COLUMNS = tuple(name for name in GOAL_FIELDS if name not in OF_TERMS)
+
+
+def goal_document(row: GoalRow) -> dict[str, Any]:
+    """A `GoalBody` as data for JSON. Of what was validated when it was recorded nothing is validated again."""
+    known: dict[str, Any] = dict(zip(_COLUMNS, values_of(row, _COLUMNS), strict=True))
+    known |= _terms_document(to_json(row.terms))
+    if (planning := known["planning"]) is not None:  # earlier versions recorded fewer fields
+        known["planning"] = PlanningProgress.model_validate(planning).model_dump(mode="json")
+    if (search := known["alternatives"]) is not None:
+        known["alternatives"] = AlternativesSearch.model_validate(search).model_dump(mode="json")
+    return {name: known[name] for name in GOAL_FIELDS}
+
+
+@lru_cache(maxsize=1000)
+def _terms_document(terms: bytes) -> Mapping[str, Any]:
+    """What recorded terms, as JSON, hold of the body. Most goals have none."""
+    return GoalTerms.from_json(from_json(terms)).model_dump(mode="json", include=set(OF_TERMS))
 
 
 class CheckedIssue(BaseModel):

@@ -15,10 +15,11 @@ from app.api.bodies import (
     SeekAlternatives,
     StatedFact,
     SubmitGoal,
+    goal_document,
     plan_body,
 )
 from app.api.parameters import After, Id, IdempotencyKey, Limit, NameFilter
-from app.api.plan_json import JSON, PlanJson, json_page
+from app.api.plan_json import JSON, PlanJson, json_of, json_page
 from app.api.problems import declared
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.domain.lifecycles.goal import GoalState
@@ -70,12 +71,12 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
         )
         return CheckedGoal.model_validate(goals.check(request), from_attributes=True)
 
-    @router.get("/goals")
+    @router.get("/goals", response_model=Page[GoalBody])
     def list_goals(
         world: NameFilter = None, state: GoalState | None = None, limit: Limit = 100, after: After = None
-    ) -> Page[GoalBody]:
+    ) -> Response:
         rows, token = goals.newest(world=world, state=state, limit=limit, after=after)
-        return Page(items=[GoalBody.of(row) for row in rows], next=token)
+        return json_page((json_of(goal_document(row)) for row in rows), token)
 
     @router.get("/goals/{goal_id}")
     def get_goal(goal_id: Id) -> GoalBody:

@@ -1,6 +1,6 @@
 """Missions as the API shows them: state and reason, recovery, each robot's progress."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field
@@ -10,6 +10,7 @@ from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import unanswered_order
 from app.domain.recovery_rules import Measure, Policy
 from app.store import MissionRow, ScriptRow
+from app.store.records import values_of
 from robots.wire import BehaviourScript, FailureCategory
 
 
@@ -28,10 +29,6 @@ class PacketProgress(BaseModel):
     )
 
 
-PLANNED = ("id", "tag", "expected_start_s", "expected_duration_s")
-"""What a packet's progress takes from the script."""
-
-
 class ScriptProgress(BaseModel):
     robot: str
     script_id: str
@@ -45,38 +42,51 @@ class ScriptProgress(BaseModel):
     heard_at_s: float | None
     packets: list[PacketProgress]
 
-    @classmethod
-    def of(cls, row: ScriptRow, doers: Mapping[str, Sequence[str]]) -> Self:
-        """:param doers: the robots of each action of the mission."""
-        packets = [
-            PacketProgress(
-                **{name: packet[name] for name in PLANNED},
-                description=packet.get("description", ""),
-                waits_for=[
-                    f"{action} of {' and '.join(doers.get(action, ()))}"
-                    for action in packet.get("after", ())
-                    if action not in row.cleared
-                ],
-                **_reported(row.packets.get(packet["id"], {})),
-            )
-            for packet in row.body["packets"]  # not as a model: it was validated when it was recorded
-        ]
-        return cls(
-            robot=row.robot,
-            script_id=row.id,
-            delivery=row.delivery,  # type: ignore[arg-type]
-            state=row.state,
-            order=order.verb.value if (order := unanswered_order(row)) else None,
-            lost=row.abandoned,
-            detail=row.detail,
-            heard_at_s=row.heard_at_s,
-            packets=packets,
-        )
+
+def _script_document(row: ScriptRow, doers: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """A `ScriptProgress` as data for JSON.
+
+    :param doers: the robots of each action of the mission.
+    """
+    return {
+        "robot": row.robot,
+        "script_id": row.id,
+        "delivery": row.delivery,
+        "state": row.state,
+        "order": order.verb.value if (order := unanswered_order(row)) else None,
+        "lost": row.abandoned,
+        "detail": row.detail,
+        "heard_at_s": row.heard_at_s,
+        "packets": [
+            _packet_document(packet, row.packets.get(packet["id"], {}), row.cleared, doers)
+            for packet in row.body["packets"]
+        ],
+    }
 
 
-def _reported(known: dict[str, Any]) -> dict[str, Any]:
-    wanted = ("started_at_s", "finished_at_s", "detail")
-    return {"state": known.get("state", "waiting"), **{k: known[k] for k in wanted if k in known}}
+def _packet_document(
+    planned: Mapping[str, Any],
+    reported: Mapping[str, Any],
+    cleared: Collection[str],
+    doers: Mapping[str, Sequence[str]],
+) -> dict[str, Any]:
+    """A `PacketProgress` as data for JSON."""
+    return {
+        "id": planned["id"],
+        "tag": planned["tag"],
+        "description": planned.get("description", ""),
+        "state": reported.get("state", "waiting"),
+        "expected_start_s": planned["expected_start_s"],
+        "expected_duration_s": planned["expected_duration_s"],
+        "started_at_s": reported.get("started_at_s"),
+        "finished_at_s": reported.get("finished_at_s"),
+        "detail": reported.get("detail", ""),
+        "waits_for": [
+            f"{action} of {' and '.join(doers.get(action, ()))}"
+            for action in planned.get("after", ())
+            if action not in cleared
+        ],
+    }
 
 
 class TroubleBody(BaseModel):
@@ -158,34 +168,40 @@ class MissionBody(BaseModel):
 
     @classmethod
     def of(cls, row: MissionRow, scripts: list[ScriptRow]) -> Self:
-        made = {"reason", "recovery", "progress", "earlier"}
-        plain = {name: getattr(row, name) for name in cls.model_fields if name not in made}
-        recovery = {
-            "policy": row.recovery,
-            "step": row.recovery_step,
-            "tries_left": row.tries_left,
-            "attempts": row.attempts,
-        }
-        now = [script for script in scripts if script.plan_id == row.plan_id]
-        before = [script for script in scripts if script.plan_id != row.plan_id]
-        return cls.model_validate(
-            {
-                **plain,
-                "reason": full_reason(row),
-                "recovery": recovery,
-                "progress": _progress(now),
-                "earlier": _progress(before),
-            }
-        )
+        return cls.model_validate(mission_document(row, scripts))
 
 
-def _progress(scripts: Sequence[ScriptRow]) -> list[ScriptProgress]:
+MISSION_FIELDS = tuple(MissionBody.model_fields)
+_PLAIN = tuple(name for name in MISSION_FIELDS if name not in ("reason", "recovery", "progress", "earlier"))
+
+
+def mission_document(row: MissionRow, scripts: Sequence[ScriptRow]) -> dict[str, Any]:
+    """A `MissionBody` as data for JSON. Of what was validated when it was recorded nothing is validated again."""
+    recovery: dict[str, Any] = {
+        "policy": row.recovery,
+        "step": row.recovery_step,
+        "tries_left": row.tries_left,
+        "attempts": row.attempts,
+    }
+    if row.attempts:  # earlier versions recorded fewer fields
+        recovery = RecoveryBody.model_validate(recovery).model_dump(mode="json")
+    known = {
+        **dict(zip(_PLAIN, values_of(row, _PLAIN), strict=True)),
+        "reason": full_reason(row),
+        "recovery": recovery,
+        "progress": _progress([script for script in scripts if script.plan_id == row.plan_id]),
+        "earlier": _progress([script for script in scripts if script.plan_id != row.plan_id]),
+    }
+    return {name: known[name] for name in MISSION_FIELDS}
+
+
+def _progress(scripts: Sequence[ScriptRow]) -> list[dict[str, Any]]:
     doers: dict[tuple[str, str], list[str]] = {}
     for script in scripts:
         for packet in script.body["packets"]:
             doers.setdefault((script.plan_id, packet["id"]), []).append(script.robot)
     return [
-        ScriptProgress.of(
+        _script_document(
             script, {action: robots for (of, action), robots in doers.items() if of == script.plan_id}
         )
         for script in scripts

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 
 from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR
-from app.api.mission_bodies import MissionBody, ScriptBody
+from app.api.mission_bodies import MissionBody, ScriptBody, mission_document
 from app.api.parameters import After, Id, Limit, NameFilter
+from app.api.plan_json import json_of, json_page
 from app.api.problems import declared
 from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
@@ -18,15 +19,15 @@ from robots.wire import BehaviourScript
 def missions_router(missions: MissionService) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["missions"])
 
-    @router.get("/missions")
+    @router.get("/missions", response_model=Page[MissionBody])
     def list_missions(
         world: NameFilter = None,
         state: MissionState | None = None,
         limit: Limit = 100,
         after: After = None,
-    ) -> Page[MissionBody]:
+    ) -> Response:
         found, token = missions.newest(world=world, state=state, limit=limit, after=after)
-        return Page(items=[MissionBody.of(*mission) for mission in found], next=token)
+        return json_page((json_of(mission_document(*mission)) for mission in found), token)
 
     @router.get("/missions/{mission_id}")
     def get_mission(mission_id: Id) -> MissionBody:

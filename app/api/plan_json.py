@@ -6,6 +6,7 @@ A stored plan never changes except for the decision on it. Its large part is rea
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping
 from threading import Lock
+from typing import Any
 
 from fastapi import Response
 from pydantic_core import to_json
@@ -50,6 +51,11 @@ class PlanJson:
 
     def _fixed(self, row: PlanRow) -> bytes:
         return plan_body(row).model_dump_json(exclude={*decision_on(row), OVERTAKEN}).encode()
+
+
+def json_of(document: Mapping[str, Any]) -> bytes:
+    """The document as pydantic's models are serialised."""
+    return to_json(document, inf_nan_mode="null")
 
 
 def json_page(items: Iterable[bytes], token: str | None) -> Response:
