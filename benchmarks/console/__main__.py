@@ -39,7 +39,7 @@ USABLE = """
 TRANSFERRED = """
   [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")]
     .filter((one) => !/\\/(v1|viewer)\\//.test(one.name))
-    .reduce((sum, one) => sum + one.transferSize, 0)
+    .reduce((sum, one) => [sum[0] + one.transferSize, sum[1] + one.decodedBodySize], [0, 0])
 """
 WATCH = """
   window.frames_ = [];
@@ -61,8 +61,10 @@ WATCH = """
 """
 
 
-def load(browser: Browser, served: Served) -> tuple[float, float, float]:
-    """Seconds from the page's request to its first paint, and until the goals are shown; kB of its files."""
+def load(browser: Browser, served: Served) -> tuple[float, float, float, float]:
+    """Seconds from the page's request to its first paint, and until the goals are shown; kB of its files, as they came
+    and uncompressed.
+    """
     context = browser.new_context(viewport={"width": 1440, "height": 810})
     page = context.new_page()
     page.add_init_script(USABLE)
@@ -70,9 +72,9 @@ def load(browser: Browser, served: Served) -> tuple[float, float, float]:
     page.locator("html[data-usable]").wait_for(state="attached")
     painted = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN"
     first, usable = page.evaluate(f"[{painted}, Number(document.documentElement.dataset.usable)]")
-    came = page.evaluate(TRANSFERRED)
+    came, uncompressed = page.evaluate(TRANSFERRED)
     context.close()
-    return first / 1000, usable / 1000, came / 1000
+    return first / 1000, usable / 1000, came / 1000, uncompressed / 1000
 
 
 def show_all(page: Page) -> None:
@@ -140,11 +142,12 @@ def opened(browser: Browser, served: Served, world_as: str) -> Iterator[Page]:
 
 def measure(browser: Browser, served: Served, api: httpx2.Client) -> None:
     before = tree_cpu_s(served.process.pid), tree_cpu_s(os.getpid())
-    painted, usable, came = zip(*(load(browser, served) for _ in range(LOADS)), strict=True)
+    painted, usable, came, uncompressed = zip(*(load(browser, served) for _ in range(LOADS)), strict=True)
     spent_s = tree_cpu_s(served.process.pid) - before[0], tree_cpu_s(os.getpid()) - before[1]
     service, browsing = (one / LOADS for one in (spent_s[0], spent_s[1] - spent_s[0]))
     took = f"painted {median(painted):.2f} s, usable {median(usable):.2f} s (longest {max(usable):.2f}), "
-    took += f"{median(came):.1f} kB of files came; CPU {service:.2f} s of the service, {browsing:.2f} s of the browser"
+    took += f"{median(came):.1f} kB of files came, {median(uncompressed):.1f} kB uncompressed; "
+    took += f"CPU {service:.2f} s of the service, {browsing:.2f} s of the browser"
     print(f"cold, {LOADS} times: {took}", flush=True)
     with opened(browser, served, "map") as page:
         print(f"idle, map: {idle(page, served)}", flush=True)

@@ -14,9 +14,7 @@ import { createStore } from "./page/store.js";
 import { createTelemetry } from "./page/telemetry.js";
 import { mountTheme } from "./page/theme.js";
 import { mountPlan } from "./plan/plan.js";
-import { mountPlayer } from "./replay/player.js";
 import { mountRobots } from "./robots/list.js";
-import { mountRobotPanel } from "./robots/panel.js";
 import { mountWorkbenchButton } from "./workbench/lazy.js";
 import { mountUnknown, mountWorld } from "./world/world.js";
 
@@ -53,6 +51,8 @@ if (new URLSearchParams(location.search).has("token")) history.replaceState(null
 /** Live: the event stream is open and the last request of each kind was answered. @type {Record<string, boolean>} */
 const health = { stream: false };
 let ticks = 0;
+/** @type {ReturnType<typeof fetchPlayer> | undefined} */
+let player;
 const loading = createLoading(store, track);
 const { refresh, refreshAll } = loading;
 
@@ -121,6 +121,30 @@ function mountWorldChoice() {
   });
 }
 
+/** The panel's module is fetched when a robot is first chosen. */
+function mountRobotPanelWhenChosen() {
+  let isWanted = false;
+  store.subscribe(async ({ robot }) => {
+    if (isWanted || robot === null) return;
+    isWanted = true;
+    const { mountRobotPanel } = await import("./robots/panel.js");
+    mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench });
+    store.update({});
+  });
+}
+
+/** The player's modules and style are fetched when a recording is first opened. @param {Mission} mission */
+async function replay(mission) {
+  player ??= fetchPlayer();
+  await (await player).open(mission);
+}
+
+async function fetchPlayer() {
+  document.head.append(el("link", { rel: "stylesheet", href: "style/replay.css" }));
+  const { mountPlayer } = await import("./replay/player.js");
+  return mountPlayer(store, telemetry, { picture, world });
+}
+
 mountWorldChoice();
 mountTheme();
 mountPanes();
@@ -134,10 +158,9 @@ store.subscribe((state) => telemetry.setWorld(state.world));
 mountRobots(store);
 mountUnknown(store);
 const workbench = mountWorkbenchButton(store, telemetry);
-mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench });
 const world = mountWorld(store, telemetry, goalForm.write);
-const player = mountPlayer(store, telemetry, { picture, world });
-mountMission(store, { refresh: refreshAll, replay: player.open });
+mountRobotPanelWhenChosen();
+mountMission(store, { refresh: refreshAll, replay });
 followEvents("/v1/events?state=false", {
   onEvent(event) {
     workbench.onEvent(event);

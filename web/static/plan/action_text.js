@@ -1,0 +1,36 @@
+// An action in words: when it is, what it needs and brings about, and why it is in the plan.
+
+import { el } from "../page/dom.js";
+import { fact, seconds } from "../page/format.js";
+
+const MAX_REASONS = 2;
+const MAX_ORDERINGS = 3;
+
+/** @param {PlannedAction} action @param {ActionChange} [change] */
+export function description(action, change) {
+  const latest = action.slack_s > 0.05 ? `, at latest ${seconds(action.latest_start_s)}` : "";
+  return [
+    el(
+      "div",
+      { class: "head" },
+      el("b", {}, `${action.id} ${action.tag}`),
+      el("span", {}, action.agents.join(" and ")),
+      el("span", { class: "quiet" }, `starts ${seconds(action.earliest_start_s)}${latest}, takes ${seconds(action.duration_s)}`),
+      action.critical ? el("span", { class: "badge warn" }, "critical") : null,
+      change ? el("span", { class: "badge busy" }, change.words) : null,
+    ),
+    el("p", {}, action.description ?? ""),
+    el("dl", { class: "slots" }, slot("needs", action.preconditions), slot("brings about", action.intended_effects), slot("and also", action.other_effects), slot("ends", action.deletes)),
+  ];
+}
+
+/** @param {ActionExplanation} explanation */
+export function reasonList({ because, robots, order }) {
+  const lines = [...because.slice(0, MAX_REASONS), ...Object.entries(robots).map((pair) => pair.join(": ")), ...order.slice(0, MAX_ORDERINGS)];
+  return el("ul", { class: "links" }, lines.map((line) => el("li", {}, line)));
+}
+
+/** @param {string} name @param {Fact[]} [facts] */
+function slot(name, facts) {
+  return facts?.length ? [el("dt", {}, name), el("dd", {}, facts.map((one) => el("code", {}, fact(one))))] : null;
+}
