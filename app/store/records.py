@@ -76,12 +76,12 @@ def withdrawn_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
 
 
 def read_only(table: type[Shown]) -> Select[Shown]:
-    """A query of the table's columns, for `all_of`."""
-    return select(*inspect(table).columns)
+    """A query of the table's columns, for `all_of`; those that lists leave out are not read."""
+    return select(*(one for one in inspect(table).columns if one.info.get("listed", True)))
 
 
 def all_of(session: Session, query: Select[Shown]) -> Sequence[Shown]:
-    """The rows of a `read_only` query: with the table's attributes, and cheaper than objects of the session."""
+    """The rows of a `read_only` query: with its columns as attributes, and cheaper than objects of the session."""
     return cast(Sequence[Shown], session.connection().execute(query).all())
 
 

@@ -20,6 +20,8 @@ class Base(DeclarativeBase):
     type_annotation_map = {dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012
 
 
+UNLISTED = {"listed": False}
+"""`info` of columns that lists leave out: nobody shows them, and they are JSON to be parsed."""
 ABANDONED = column("abandoned", Boolean) == true()
 
 
@@ -131,11 +133,11 @@ class GoalRow(Base):
     outcome: Mapped[str | None]
     attempts: Mapped[int] = mapped_column(default=0)
     releases_seen: Mapped[int] = mapped_column(default=0)
-    limits: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    limits: Mapped[dict[str, Any]] = mapped_column(default=dict, info=UNLISTED)
     planning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     stop_requested: Mapped[bool] = mapped_column(default=False)
     alternatives: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
-    waits_for: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    waits_for: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), info=UNLISTED)
     terms: Mapped[dict[str, Any]] = mapped_column(default=dict)
     plan_id: Mapped[str | None]
     mission_id: Mapped[str | None]
@@ -234,7 +236,7 @@ class ScriptRow(Base):
     packets: Mapped[dict[str, Any]]
     detail: Mapped[str] = mapped_column(default="")
     category: Mapped[str | None]
-    perceived: Mapped[list[Any]]
+    perceived: Mapped[list[Any]] = mapped_column(info=UNLISTED)
     question: Mapped[str | None]
     cleared: Mapped[list[Any]] = mapped_column(default=list)
     clearance: Mapped[str | None]
