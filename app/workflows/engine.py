@@ -120,7 +120,11 @@ class Workflows:
             registered.database_backed_queue = False  # its settings never change, so no poll reads them again
             if queue in self._serves:
                 self._listeners[queue.name] = QueueListener(
-                    self._dbos, registered, may_dequeue=self._may_dequeue, clock=self._clock
+                    self._dbos,
+                    registered,
+                    may_dequeue=self._may_dequeue,
+                    is_busy=partial(self._is_executing, queue),
+                    clock=self._clock,
                 )
         self._client = DBOSClient(
             system_database_engine=self.engine,
@@ -224,6 +228,10 @@ class Workflows:
     def _poll_all(self) -> None:
         for listener in self._listeners.values():
             listener.poll_now()
+
+    def _is_executing(self, queue: Queue) -> bool:
+        with self._lock:
+            return self._executing[queue] > 0
 
     def _may_dequeue(self) -> bool:
         return self._clock.monotonic_s() < self._dequeues_until

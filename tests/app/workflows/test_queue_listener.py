@@ -2,13 +2,14 @@
 
 import pytest
 
-from app.workflows.queue_listener import IDLE_POLLING_S, PollPause
+from app.workflows.queue_listener import BUSY_POLLING_S, IDLE_POLLING_S, PollPause
 from tests.app.stepped_clock import SteppedClock
 
 
 def test_a_queue_is_polled_less_often_once_nothing_has_happened_for_a_while() -> None:
     clock = SteppedClock()
-    pause = PollPause(lambda: True, clock=clock)
+    busy = False
+    pause = PollPause(lambda: True, is_busy=lambda: busy, clock=clock)
 
     def pause_s() -> float:
         began_s = clock.monotonic_s()
@@ -17,6 +18,8 @@ def test_a_queue_is_polled_less_often_once_nothing_has_happened_for_a_while() ->
 
     pauses_s = [pause_s() for _ in range(8)]
     assert pauses_s == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 3.2, IDLE_POLLING_S, IDLE_POLLING_S])
+    busy = True
+    assert pause_s() == pytest.approx(BUSY_POLLING_S)
     pause.cut_short()
     assert pause_s() == 0.0
     assert pause_s() == pytest.approx(0.1)
