@@ -7,7 +7,7 @@ import { mountLists } from "./goals/list.js";
 import { createLoading } from "./loading.js";
 import { mountMission } from "./mission/mission.js";
 import { followEvents, list, problemOf } from "./page/api.js";
-import { byId, el, show } from "./page/dom.js";
+import { byId, el, fetchStyle, show } from "./page/dom.js";
 import { seconds } from "./page/format.js";
 import { mountPanes } from "./page/panes.js";
 import { createStore } from "./page/store.js";
@@ -140,8 +140,7 @@ async function replay(mission) {
 }
 
 async function fetchPlayer() {
-  document.head.append(el("link", { rel: "stylesheet", href: "style/replay.css" }));
-  const { mountPlayer } = await import("./replay/player.js");
+  const [{ mountPlayer }] = await Promise.all([import("./replay/player.js"), fetchStyle("style/replay.css")]);
   return mountPlayer(store, telemetry, { picture, world });
 }
 

@@ -1,7 +1,7 @@
 // Alternative plans: have them searched for, compare them, view one.
 
 import { id } from "../page/api.js";
-import { el } from "../page/dom.js";
+import { el, fetchStyle } from "../page/dom.js";
 import { commandButton } from "../page/problem.js";
 
 /** @type {typeof import("./comparison.js") | null} */
@@ -32,7 +32,7 @@ export function alternatives(goal, plan, plans, { viewPlan, refresh }) {
 function comparison(viewed, plans, viewPlan) {
   if (fetched) return fetched.comparison(viewed, plans, viewPlan);
   const place = el("div");
-  import("./comparison.js").then((module) => {
+  Promise.all([import("./comparison.js"), fetchStyle("style/comparison.css")]).then(([module]) => {
     fetched = module;
     place.replaceWith(module.comparison(viewed, plans, viewPlan));
   });

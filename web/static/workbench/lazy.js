@@ -1,6 +1,6 @@
 // The button that opens the workbench in place of goal and plan. Its modules and style are fetched when first needed.
 
-import { byId, el } from "../page/dom.js";
+import { byId, fetchStyle } from "../page/dom.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @returns {Workbench} */
 export function mountWorkbenchButton(store, telemetry) {
@@ -11,8 +11,8 @@ export function mountWorkbenchButton(store, telemetry) {
   let workbench = null;
 
   async function load() {
-    document.head.append(el("link", { rel: "stylesheet", href: "style/workbench.css" }));
-    return (await import("./workbench.js")).mountWorkbench(root, store, telemetry);
+    const [{ mountWorkbench }] = await Promise.all([import("./workbench.js"), fetchStyle("style/workbench.css")]);
+    return mountWorkbench(root, store, telemetry);
   }
 
   /** @param {boolean} isOpen @param {string} [part] */

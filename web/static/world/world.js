@@ -1,6 +1,6 @@
 // The right pane: the world in three dimensions or as a map, and what is not known of it.
 
-import { byId, el, replace, show } from "../page/dom.js";
+import { byId, el, fetchStyle, replace, show } from "../page/dom.js";
 import { fact, seconds } from "../page/format.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { isDark, onTheme } from "../page/theme.js";
@@ -22,7 +22,7 @@ export function mountWorld(store, telemetry, writeGoal) {
 
   // The map is fetched when first needed.
   function loadMap() {
-    map ??= import("./map.js").then(({ createMap }) => {
+    map ??= Promise.all([import("./map.js"), fetchStyle("style/map.css")]).then(([{ createMap }]) => {
       const created = createMap(store, telemetry, pick);
       holder.append(created.node);
       return created;
