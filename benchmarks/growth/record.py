@@ -154,8 +154,8 @@ class _Originals:
         return {
             self.goal_row["id"]: f"goal-{number:012x}",
             self.plan_row["id"]: f"plan-{number:012x}",
-            self.mission_row["id"]: f"mission-{number:012x}",
             self.mission_row["workflow"]: f"life-{number:012x}",
+            self.mission_row["id"]: f"mission-{number:012x}",  # a mission's first workflow may have its id
         }
 
     def goal(self, number: int, size: Size) -> Row:
