@@ -44,8 +44,8 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         ),
         pytest.param(
             VALIDATE,
-            SIMULATION | COMPILER | ROBOT | PLANNER | DATABASE | SERVER | {"pydantic_settings"},
-            380,
+            SIMULATION | COMPILER | PLANNER | DATABASE | SERVER | {"pydantic_settings"},
+            540,
             id="world validate",
         ),
         pytest.param(
