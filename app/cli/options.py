@@ -116,8 +116,12 @@ def named_world(
     from planner import KnowledgeBaseError
 
     packs = packs or load_packs([STORE])
-    repertoire = packs.repertoire()
-    world = world_file(name, packs.worlds(), tags=repertoire.tags, check_tuning=repertoire.tuned)
+    world = world_file(
+        name,
+        packs.worlds(),
+        tags=packs.tags(),
+        check_tuning=lambda tuning: packs.repertoire().tuned(tuning),
+    )
     try:
         initial_facts(world, knowledge_base or packs.knowledge_base())
     except (KnowledgeBaseError, Invalid) as error:

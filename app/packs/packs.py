@@ -3,14 +3,20 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from app.domain.goal_language.verbs import Verbs, VerbsError, load_verbs
+from yaml import YAMLError
+
 from app.domain.mission_organiser import Library, LibraryError, load_library
 from app.packs.errors import PackError
 from app.packs.pack import Pack
 from planner import KnowledgeBase, KnowledgeBaseError, merge_knowledge_bases
+from robots.data import read_yaml
 from robots.errors import RepertoireError
-from robots.repertoire import Repertoire, read_repertoire
+
+if TYPE_CHECKING:
+    from app.domain.goal_language.verbs import Verbs
+    from robots.repertoire import Repertoire
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +65,34 @@ class Packs:
         except KnowledgeBaseError as error:
             raise PackError(str(error)) from error
 
-    def repertoire(self) -> Repertoire:
+    def tags(self) -> tuple[str, ...]:
+        """The tags that robots may have; the packets' contents are not checked, and their software is not imported.
+
+        :raises PackError: naming the file that is no YAML.
+        """
+        files = {path: self._mapping(path) for path in self.packets}
+        return tuple(sorted({str(f["tag"]) for f in files.values() if "tag" in f and not f.get("basic")}))
+
+    def _mapping(self, path: Path) -> Mapping[str, Any]:
+        try:
+            content = read_yaml(path.read_text())
+        except (OSError, ValueError, YAMLError) as error:
+            raise PackError(f"{path}: {error}") from error
+        return content if isinstance(content, Mapping) else {}
+
+    def repertoire(self) -> "Repertoire":
         """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
+        from robots.repertoire import read_repertoire  # here: `macta world validate` needs the tags only
+
         try:
             return read_repertoire(self.packets)
         except RepertoireError as error:
             raise PackError(str(error)) from error
 
-    def verbs(self) -> Verbs:
+    def verbs(self) -> "Verbs":
         """:raises PackError: naming the file, and the line or slot of what is wrong with it."""
+        from app.domain.goal_language.verbs import Verbs, VerbsError, load_verbs  # here: as in `repertoire`
+
         verbs = Verbs({}, {})
         try:
             for pack in self.packs:

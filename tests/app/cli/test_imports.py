@@ -44,8 +44,13 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         ),
         pytest.param(
             VALIDATE,
-            SIMULATION | COMPILER | PLANNER | DATABASE | SERVER | {"pydantic_settings"},
-            540,
+            SIMULATION
+            | COMPILER
+            | PLANNER
+            | DATABASE
+            | SERVER
+            | {"numpy", "pydantic_settings", "robots.repertoire"},
+            390,
             id="world validate",
         ),
         pytest.param(

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from app.packs import chosen_packs
+from app.packs import STORE, chosen_packs
 from app.packs.errors import PackError
 from app.packs.find import installed_names, load_packs
 from app.packs.packs import Packs
 from app.settings import Settings
+from robots.world.parts import STORE_TAGS
 from tests.app.packs.pack_folders import bare, change, example
 from tests.packages import installed, write_package
 
@@ -153,3 +154,16 @@ def test_options_come_before_the_environment_and_that_before_the_store(
         assert Settings().packs == chosen
     else:
         assert Settings(packs=tuple(given)).packs == chosen
+
+
+def test_the_tags_are_those_of_the_repertoire(tmp_path: Path) -> None:
+    packs = load_packs([str(example(tmp_path))])
+    assert packs.tags() == packs.repertoire().tags
+    assert load_packs([STORE]).tags() == tuple(sorted(STORE_TAGS))
+
+
+def test_a_packet_that_is_no_yaml_is_refused_naming_its_file(tmp_path: Path) -> None:
+    folder = example(tmp_path)
+    (folder / "repertoire" / "broken.yaml").write_text("tag: [")
+    with pytest.raises(PackError, match=r"broken\.yaml"):
+        load_packs([str(folder)]).tags()
