@@ -1,5 +1,6 @@
 """Packages as an installer leaves them: modules and metadata in a folder of the module path."""
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import invalidate_caches
@@ -26,6 +27,19 @@ def write_package(folder: Path, name: str, entry_points: str, files: Mapping[str
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
     return folder
+
+
+def write_project(folder: Path, project: Path) -> Path:
+    """A project of one package, as if it were installed in the folder; its files are copied, nothing is built."""
+    described = tomllib.loads((project / "pyproject.toml").read_text())["project"]
+    groups = described["entry-points"].items()
+    lines = [
+        line for group, names in groups for line in (f"[{group}]", *(f"{k} = {v}" for k, v in names.items()))
+    ]
+    name: str = described["name"]
+    paths = [path for path in (project / name).rglob("*") if path.suffix in (".py", ".yaml")]
+    files = {str(path.relative_to(project)): path.read_text() for path in paths}
+    return write_package(folder, name, "\n".join(lines) + "\n", files)
 
 
 @contextmanager

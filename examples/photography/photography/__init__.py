@@ -1,0 +1,1 @@
+"""Robots take pictures of places: a domain pack with code of its own."""
