@@ -25,7 +25,7 @@ from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
 from app.domain.world_model import initial_facts
 from app.domain.world_model.vocabulary import symbolic_all
-from app.packs.packs import Packs
+from app.packs.pack_set import Packs
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from app.store import GoalRow

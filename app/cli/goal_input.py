@@ -95,13 +95,7 @@ def _stated(
     now = datetime.fromtimestamp(SYSTEM_CLOCK.epoch_s()).astimezone()
     understood = understand(sentence, world, facts, verbs=verbs, now=now, beside=beside)
     if isinstance(understood, Clarification):
-        raise Invalid(
-            understood.detail,
-            code=understood.code,
-            choices=understood.choices,
-            thing=understood.thing,
-            span=understood.span,
-        )
+        raise understood.refusal()
     return understood
 
 

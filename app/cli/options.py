@@ -14,7 +14,7 @@ import typer
 from app.domain.errors import Invalid, MactaError
 
 if TYPE_CHECKING:
-    from app.packs.packs import Packs
+    from app.packs.pack_set import Packs
     from planner import KnowledgeBase
     from robots.wire import PacketTunings
     from robots.world import WorldFile

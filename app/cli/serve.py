@@ -39,7 +39,7 @@ from sim import SnapshotSettings, SupervisedWorld
 if TYPE_CHECKING:
     from app.agents.running_world import RunningWorld
     from app.composition import Service
-    from app.packs.packs import Packs
+    from app.packs.pack_set import Packs
 
 READY_POLL_S = 0.05
 ALIVE_POLL_S = 1.0

@@ -7,7 +7,7 @@ from app.domain.world_model import initial_facts
 from app.packs.contents import contents_of
 from app.packs.errors import PackError
 from app.packs.pack import Pack
-from app.packs.packs import Packs
+from app.packs.pack_set import Packs
 from planner import KnowledgeBase, KnowledgeBaseError
 from robots.conditions.facts import ALWAYS_SENSED
 from robots.world import WorldFileError, load_world

@@ -11,7 +11,7 @@ from app.packs import STORE
 from app.packs.errors import PackError
 from app.packs.extensions import PACKS
 from app.packs.pack import VERBS, Pack, read_pack
-from app.packs.packs import Packs
+from app.packs.pack_set import Packs
 from planner import shipped_knowledge_base
 from robots.errors import ExtensionError
 from robots.extensions import described, installed

@@ -202,13 +202,7 @@ class GoalService:
         """
         stated = self._understood(request, world, facts, missions)
         if isinstance(stated, Clarification):
-            raise Invalid(
-                stated.detail,
-                code=stated.code,
-                choices=stated.choices,
-                thing=stated.thing,
-                span=stated.span,
-            )
+            raise stated.refusal()
         if stated.due is not None and request.deadline_s is not None:
             raise Invalid(
                 'the sentence states a deadline, and so does "deadline_s"; say one', code="two-deadlines"

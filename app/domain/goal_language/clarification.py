@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from app.domain.errors import Invalid
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clarification:
@@ -20,3 +22,7 @@ class Clarification:
     choices: tuple[str, ...] = ()
     span: tuple[int, int] | None = None
     link: str = ""
+
+    def refusal(self) -> Invalid:
+        """The error of a request that would need the answer."""
+        return Invalid(self.detail, code=self.code, choices=self.choices, thing=self.thing, span=self.span)

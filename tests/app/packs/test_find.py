@@ -7,7 +7,7 @@ import pytest
 from app.packs import STORE, chosen_packs
 from app.packs.errors import PackError
 from app.packs.find import installed_names, load_packs
-from app.packs.packs import Packs
+from app.packs.pack_set import Packs
 from app.settings import Settings
 from robots.world.parts import STORE_TAGS
 from tests.app.packs.pack_folders import bare, change, example
