@@ -8,11 +8,10 @@ import pytest
 from pydantic import ValidationError
 
 from robots.conditions.own_state import Measured
-from robots.world import WorldFile, load_world
+from robots.world import WorldFile, digest_of, load_world
 from robots.world.parts import RobotSpec
 from sim.bodies.velocity import VelocityBody
 from sim.error import SimulationError
-from sim.snapshot import digest_of
 from sim.world.agent import AgentSetup
 from sim.world.simulation import Simulation
 from tests.packages import installed, write_package
