@@ -40,10 +40,10 @@ from robots.world import LinkSpec
 
 RECEIVE_S = 0.05
 DELIVER_S = 1.0
+"""Wall-clock seconds between two checks whether robots are heard again, and after a turn that failed."""
 IDLE_DELIVER_S = 5.0
-"""Interval at which the database is read for messages to robots, in case the notification of one was lost."""
-"""Wall-clock seconds between two deliveries while nothing is unanswered and nothing was written, and between two checks
-whether robots are heard again."""
+"""Wall-clock seconds between two deliveries while nothing is unanswered and nothing was written: the notification of a
+message may be lost."""
 
 logger = logging.getLogger(__name__)
 

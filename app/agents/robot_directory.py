@@ -1,7 +1,8 @@
 """The robots as clients see them: newest telemetry, contact, reservation and loss of each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
@@ -16,6 +17,8 @@ from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.store import Database, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
 from app.store.records import lost_robots, robots_out_of_service
 from robots.world import WorldFile
+
+Withdrawn = TypeVar("Withdrawn", LostRobotRow, OutOfServiceRow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,18 +77,19 @@ class RobotDirectory:
         views = self._board.views(world)
         with self._database.read() as session:
             missions = _missions_by_robot(session)
-            lost = {
-                (row.world, row.robot): row for name in self._worlds for row in lost_robots(session, name)
-            }
-            resting = {
-                (row.world, row.robot): row
-                for name in self._worlds
-                for row in robots_out_of_service(session, name)
-            }
+            lost = self._by_robot(session, lost_robots)
+            resting = self._by_robot(session, robots_out_of_service)
+        keyed = [((view.world, name), view) for name, view in sorted(views.items())]
         return [
             self._robot(view, missions.get(key), lost=lost.get(key), out_of_service=resting.get(key))
-            for key, view in (((view.world, name), view) for name, view in sorted(views.items()))
+            for key, view in keyed
         ]
+
+    def _by_robot(
+        self, session: Session, of_world: Callable[[Session, str], Sequence[Withdrawn]]
+    ) -> Mapping[tuple[str, str], Withdrawn]:
+        """The rows of all worlds, by world and robot."""
+        return {(row.world, row.robot): row for name in self._worlds for row in of_world(session, name)}
 
     def robot(self, name: str) -> RobotReport:
         reports = {report.view.name: report for report in self.robots()}

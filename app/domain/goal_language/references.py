@@ -192,18 +192,7 @@ class References:
                 fitting = tuple(name for name in fitting if is_long(name, self.world))
             where = f" in {origin.name}" if origin else ""
             return self._quantified(phrase, fitting, "sample", where)
-        name = name_in(phrase.words, names)
-        if name in names:
-            return (name,)
-        if name in self.robots:
-            return Clarification(
-                code="unknown-sample",
-                detail=f"{name} is a robot; goals name samples",
-                thing=name,
-                choices=names,
-                span=phrase.span,
-            )
-        return unknown("sample", name, names, phrase)
+        return _named("sample", phrase, names, self.robots, "is a robot; goals name samples")
 
     def _lying(self, origin: Origin | None) -> tuple[str, ...]:
         """The samples that lie there; empty if no place is said."""
@@ -219,18 +208,7 @@ class References:
         if _noun(phrase, "robot", ()) is not None:
             fitting = names if origin is None else self._robots_in(origin)
             return self._quantified(phrase, fitting, "robot", f" in {origin.name}" if origin else "")
-        name = name_in(phrase.words, names)
-        if name in names:
-            return (name,)
-        if name in self.samples:
-            return Clarification(
-                code="unknown-robot",
-                detail=f"{name} is a sample; to {verb} takes robots",
-                thing=name,
-                choices=names,
-                span=phrase.span,
-            )
-        return unknown("robot", name, names, phrase)
+        return _named("robot", phrase, names, self.samples, f"is a sample; to {verb} takes robots")
 
     def _robots_in(self, origin: Origin) -> tuple[str, ...]:
         """The robots of that compartment or aisle, or those that stand at the place."""
@@ -388,6 +366,24 @@ class References:
                 thing=sample,
             )
         return place
+
+
+def _named(
+    what: str, phrase: Phrase, names: tuple[str, ...], others: Sequence[str], instead: str
+) -> tuple[str, ...] | Clarification:
+    """The one thing that the phrase names.
+
+    :param others: names of things of another kind.
+    :param instead: what to say of one of them.
+    """
+    name = name_in(phrase.words, names)
+    if name in names:
+        return (name,)
+    if name in others:
+        return Clarification(
+            code=f"unknown-{what}", detail=f"{name} {instead}", thing=name, choices=names, span=phrase.span
+        )
+    return unknown(what, name, names, phrase)
 
 
 def unknown(what: str, name: str, names: Sequence[str], phrase: Phrase) -> Clarification:
