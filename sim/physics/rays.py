@@ -53,6 +53,8 @@ STEEP_M = 1e-2
 """A ray that goes no farther than this to the east or west is looked for in whole columns."""
 SLACK_M = 1e-6
 """Added to bounds, so that rounding puts no ray beside a body that it grazes."""
+CLEARANCE_M = 0.3
+"""A view with so much room beside it is not tested again before its ends have moved as far."""
 
 
 @kernel
@@ -173,42 +175,92 @@ def _span(least: float, greatest: float, origin: float, side_m: float, count: in
     return max(0, floor((least - origin) / side_m)), min(count, floor((greatest - origin) / side_m) + 1)
 
 
-@kernel
-def in_sight(
-    cut: Cut,
-    observers: Floats,
-    shining: Floats,
-    reach_m: Floats,
-    known: NDArray[np.bool_],
-    blocker: NDArray[np.int64],
-) -> NDArray[np.int64]:
-    """Which observer sees which emitter: pairs of indices, shape (N, 2), by observer and then by emitter.
+class Views(NamedTuple):
+    """What is remembered of the views from R observers to E emitters. It saves time only."""
 
-    :param observers, shining: shape (R, 2) and (E, 2), metres. :param reach_m: shape (E,).
-    :param known: shape (R, E): the pairs that matter.
-    :param blocker: shape (R, E), kept from call to call: the body that blocked the view last, which is tried first.
-        It saves time only: most hidden emitters stay hidden by the same wall.
-    """
+    blocker: NDArray[np.int64]
+    """Shape (R, E): the body that blocked the view last; most stay hidden by the same wall."""
+    clear_m: Floats
+    """Shape (R, E): the view is clear until the travels of its ends together are as long."""
+    observers_m: Floats
+    """Shape (R,): how far each observer has moved; `emitters_m`, shape (E,), likewise."""
+    emitters_m: Floats
+
+
+class LinesOfSight:
+    """Which of R observers see which of E emitters, from tick to tick."""
+
+    def __init__(self, observers: int, emitters: int) -> None:
+        self._views = Views(
+            np.zeros((observers, emitters), np.int64),
+            np.zeros((observers, emitters)),
+            np.zeros(observers),
+            np.zeros(emitters),
+        )
+        self._cut = Cut(np.empty((0, 6)), np.empty((0, 3)))
+        self._at = (np.zeros((observers, 2)), np.zeros((emitters, 2)))
+
+    def read(
+        self, cut: Cut, observers: Floats, emitters: Floats, reach_m: Floats, known: NDArray[np.bool_]
+    ) -> NDArray[np.int64]:
+        """Pairs of indices, shape (N, 2), by observer and then by emitter.
+
+        :param observers, emitters: shape (R, 2) and (E, 2), metres. :param reach_m: shape (E,).
+        :param known: shape (R, E): the pairs that matter.
+        """
+        if not all(map(np.array_equal, cut, self._cut)):
+            self._views.clear_m.fill(0.0)
+        at = (observers, emitters)
+        for travel_m, now, before in zip(self._views[2:], at, self._at, strict=True):
+            np.add(travel_m, np.hypot(*(now - before).T), out=travel_m)
+        self._cut = cut
+        self._at = at
+        return _in_sight(cut, observers, emitters, reach_m, known, self._views)
+
+
+@kernel
+def _in_sight(
+    cut: Cut, observers: Floats, emitters: Floats, reach_m: Floats, known: NDArray[np.bool_], views: Views
+) -> NDArray[np.int64]:
     cells = cells_of(cut)
+    wide = _widened(cut)
+    wide_cells = cells_of(wide)
     bodies = len(cut.boxes) + len(cut.discs)
+    blocker = views.blocker
+    clear_m = views.clear_m
     seen = np.empty((known.sum(), 2), np.int64)
     found = 0
     for r in range(len(observers)):
-        for e in range(len(shining)):
+        for e in range(len(emitters)):
             if not known[r, e]:
                 continue
-            ray = _ray(observers, r, shining, e)
+            ray = _ray(observers, r, emitters, e)
             if ray[2] * ray[2] + ray[3] * ray[3] > reach_m[e] * reach_m[e]:
                 continue
-            if blocker[r, e] < bodies and _to_body(cut, blocker[r, e], ray) < FREE:
-                continue
-            n = _blocking(cut, cells, ray)
-            if n >= 0:
-                blocker[r, e] = n
-                continue
+            travel_m = views.observers_m[r] + views.emitters_m[e]
+            if travel_m >= clear_m[r, e]:
+                if blocker[r, e] < bodies and _to_body(cut, blocker[r, e], ray) < FREE:
+                    continue
+                if _blocking(wide, wide_cells, ray) < 0:
+                    clear_m[r, e] = travel_m + CLEARANCE_M
+                else:
+                    n = _blocking(cut, cells, ray)
+                    if n >= 0:
+                        blocker[r, e] = n
+                        continue
             seen[found] = r, e
             found += 1
     return seen[:found]
+
+
+@part
+def _widened(cut: Cut) -> Cut:
+    """The cross-section with bodies wider by the clearance on each side."""
+    boxes = cut.boxes.copy()
+    boxes[:, 4:] += CLEARANCE_M + SLACK_M
+    discs = cut.discs.copy()
+    discs[:, 2] += CLEARANCE_M + SLACK_M
+    return Cut(boxes, discs)
 
 
 @part

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from robots.physical.body import RADIUS_M, Pose
 from robots.physical.sightings import Sightings
 from robots.world import Location, RobotSpec, Sample
-from sim.physics.rays import FREE, free_shares, in_sight
+from sim.physics.rays import FREE, LinesOfSight, free_shares
 from sim.physics.scene import SONAR_GROUPS, WALLS, Scene
 
 BEACON_HEIGHT_M = 0.5
@@ -117,7 +117,7 @@ class InfraRed:
         for row, known in enumerate(reach.values()):
             self._known[row, : len(beacons)] = [beacon.name in known for beacon in beacons]
             self._known[row, len(beacons) + row] = False
-        self._blocker = np.zeros(self._known.shape, np.int64)
+        self._lines = LinesOfSight(*self._known.shape)
         self._has_read = False
 
     def read(
@@ -144,7 +144,7 @@ class InfraRed:
             along_rad = scene.sample_heading(sample)
             self._axes_rad[self._tags[sample], :2] = (along_rad + pi / 2, along_rad - pi / 2)
         walls = scene.cut(height_m=BEACON_HEIGHT_M, groups=WALLS)
-        pairs = in_sight(walls, at[:, :2], emitters_at, self._reach_m, known, self._blocker)
+        pairs = self._lines.read(walls, at[:, :2], emitters_at, self._reach_m, known)
         rovers = pairs[:, 0]
         emitters = pairs[:, 1]
         counts = np.bincount(rovers, minlength=len(self._rovers))

@@ -7,7 +7,7 @@ import pytest
 from robots.physical.body import ALL_SENSORS, Sensor
 from robots.physical.energy import load_powers
 from sim.bodies.battery import CHARGE_BELOW, CHARGED, Battery
-from sim.physics.rays import Cut, Floats, free_shares, in_sight
+from sim.physics.rays import Cut, Floats, LinesOfSight, free_shares
 from sim.world.simulation import Simulation
 from tests.sim.rig import run_s, simulate, two_rooms
 
@@ -33,17 +33,18 @@ def test_no_ray_is_cast_for_a_robot_whose_sensors_are_off(monkeypatch: pytest.Mo
     simulation = with_sensors(second=(1.4, 0.6, 0))
     simulation.bodies["ginger"].run_sensors(frozenset({Sensor.ULTRASONIC}))
     cast: list[int] = []
+    read = LinesOfSight.read
 
     def whisker_rays(cut: Cut, starts: Floats, ends: Floats, fans: Any) -> Floats:
         cast.append(len(starts))
         return free_shares(cut, starts, ends, fans)
 
-    def lines_of_sight(*given: Any) -> Any:
+    def lines_of_sight(lines: LinesOfSight, *given: Any) -> Any:
         cast.append(given[4].sum())
-        return in_sight(*given)
+        return read(lines, *given)
 
     monkeypatch.setattr("sim.physics.sensors.free_shares", whisker_rays)
-    monkeypatch.setattr("sim.physics.sensors.in_sight", lines_of_sight)
+    monkeypatch.setattr(LinesOfSight, "read", lines_of_sight)
     run_s(simulation, 1 / 20)
     assert sum(cast) == 16
 
