@@ -1,9 +1,26 @@
 """The tables. JSON columns hold bodies of the wire and the API; times ending in `_s` are the world's clock."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import JSON, Boolean, ForeignKey, Index, Integer, String, column, true
+from pydantic_core import from_json
+from sqlalchemy import (
+    JSON,
+    Boolean,
+    ColumnElement,
+    Dialect,
+    ForeignKey,
+    Index,
+    Integer,
+    String,
+    Text,
+    TypeDecorator,
+    cast,
+    column,
+    true,
+    type_coerce,
+)
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from app.domain.clock import SYSTEM_CLOCK, iso_utc
@@ -14,6 +31,26 @@ ID = String(120)
 def utc_now() -> str:
     """The default of columns that hold an instant."""
     return iso_utc(SYSTEM_CLOCK.epoch_s())
+
+
+class WrittenOnce(TypeDecorator[dict[str, Any]]):
+    """JSON that never changes: read again, it is shared and not parsed again. Readers leave it as it is."""
+
+    impl = JSON
+    cache_ok = True
+    KEPT = 512
+    """The most values that are remembered."""
+
+    def column_expression(self, column: ColumnElement[Any]) -> ColumnElement[Any]:
+        return type_coerce(cast(column, Text), self)
+
+    def result_processor(self, dialect: Dialect, coltype: object) -> Callable[[Any], Any]:
+        return _parsed_once
+
+
+@lru_cache(WrittenOnce.KEPT)
+def _parsed_once(text: str | None) -> Any:
+    return None if text is None else from_json(text)
 
 
 class Base(DeclarativeBase):
@@ -226,7 +263,7 @@ class ScriptRow(Base):
     mission_id: Mapped[str] = mapped_column(ForeignKey("missions.id"), index=True)
     plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), index=True)
     robot: Mapped[str]
-    body: Mapped[dict[str, Any]]
+    body: Mapped[dict[str, Any]] = mapped_column(WrittenOnce)
     delivery: Mapped[str]
     control: Mapped[str | None]
     control_number: Mapped[int | None]
