@@ -19,3 +19,7 @@ class SensorFault(RobotError):
 
 class SensorOff(RobotError):
     """Raised when a percept is read whose sensor is off: a condition or stimulus does not declare that it needs it."""
+
+
+class ResultError(RobotError):
+    """Raised when a packet cannot bring a result; names the camera or quantity."""

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from robots.executive.memory import RobotMemory
-from robots.physical.body import Pose, Sensor
+from robots.physical.body import Pose
 
 FORMAT: Final = 1
 """Increased when earlier snapshots can no longer be resumed."""
@@ -111,7 +111,7 @@ class BodyState(State):
     """A rover's body: its command (`wanted`), the sensors that run, its battery and its drive."""
 
     wanted: Pair
-    running: frozenset[Sensor]
+    running: frozenset[str]
     left_j: float
     charging: bool
     drive: Annotated[RampedState | WheeledState, Field(discriminator="kind")]

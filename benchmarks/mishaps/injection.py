@@ -106,7 +106,7 @@ class FaultyBody:
         self._shifted = at - turned * complex(after.x_m, after.y_m)
         self._turned = turned
 
-    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+    def run_sensors(self, sensors: frozenset[str]) -> None:
         self._body.run_sensors(sensors)
 
     def sense(self) -> Readings:

@@ -269,7 +269,9 @@ class Executive:
         at_s = percepts.time_s if percepts else now_s
         script = self._active_script
         self._reports.extend(
-            packet_report(script, run, change.state, percepts, at_s, change.detail, change.events)
+            packet_report(
+                script, run, change.state, percepts, at_s, change.detail, change.events, change.results
+            )
         )
         if change.state is PacketState.FAILED:
             self._end(ScriptState.FAILED, percepts, at_s, change.category, change.detail)

@@ -160,9 +160,10 @@ class Mailbox:
         remember(self._answers, request_id, answer, KEPT_ANSWERS)
 
     def _drop_one(self) -> None:
-        """Drop the oldest packet report; without any, the oldest report."""
-        reports = [key for key, kept in self._kept.items() if isinstance(kept.message.body, PacketReport)]
-        del self._kept[reports[0] if reports else next(iter(self._kept))]
+        """Drop the oldest packet report without results; without any, the oldest report."""
+        bodies = ((key, kept.message.body) for key, kept in self._kept.items())
+        spare = (key for key, body in bodies if isinstance(body, PacketReport) and not body.results)
+        del self._kept[next(spare, next(iter(self._kept)))]
 
     def _compose(
         self, performative: Performative, body: Body, now_s: float, reply: str | None = None

@@ -16,7 +16,7 @@ from robots.wire.operator import PacketTunings
 
 class PacketMemory(Memory):
     """The progress of one packet. `told`: the sensors whose defects were reported; `held_s`: when each event's
-    conditions last held, in the packet's time.
+    conditions last held, in the packet's time; `captures`: it has only its images left to take.
     """
 
     state: PacketState
@@ -29,6 +29,7 @@ class PacketMemory(Memory):
     way: WayMemory = Field(default_factory=WayMemory)
     raised: frozenset[str] = frozenset()
     held_s: dict[str, float] = Field(default_factory=dict)
+    captures: bool = False
 
 
 class ScriptMemory(Checked):

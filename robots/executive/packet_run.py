@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 
 from robots.conditions.composition import in_words, unmet
 from robots.conditions.verdict import Verdict
+from robots.errors import ResultError
 from robots.executive.events import EventWatch
 from robots.executive.memory import PacketMemory
+from robots.executive.results import taken
 from robots.executive.sensing_plan import Phase
 from robots.executive.situation import describe_situation
 from robots.perception.percepts import Percepts
@@ -20,7 +22,7 @@ from robots.reactive.stall import StallGuard
 from robots.reactive.synthesis import DegreeOfFreedom, Motion, motion
 from robots.repertoire import BoundPacket
 from robots.repertoire.schema import TIMEOUT, TOO_FAR
-from robots.wire import BehaviourPacket, FailureCategory, PacketState, TracedCondition
+from robots.wire import BehaviourPacket, FailureCategory, PacketResult, PacketState, TracedCondition
 
 LOST_S = 1.0
 """A maintained condition may be unmet for this long before the packet is given up."""
@@ -35,6 +37,7 @@ class Change:
     state: PacketState
     detail: str = ""
     events: tuple[str, ...] = ()
+    results: tuple[PacketResult, ...] = ()
     category: FailureCategory | None = None
 
 
@@ -77,6 +80,8 @@ class PacketRun:
         """The current actuator action."""
         if self.state in (PacketState.WAITING, PacketState.INITIALIZING):
             return Phase.WAIT
+        if self._memory.captures:
+            return Phase.CAPTURE
         return Phase.RETRY if self._guard.manoeuvring else Phase.ACT
 
     @property
@@ -181,10 +186,9 @@ class PacketRun:
         return [defect.words for defect in new]
 
     def _run(self, percepts: Percepts, step_s: float) -> Outcome:
-        missing = unmet(self.content.after, percepts)
+        missing = [] if self._memory.captures else unmet(self.content.after, percepts)
         if not missing:
-            self._memory.state = PacketState.FINISHED
-            return Outcome(change=Change(state=self.state))
+            return self._finish(percepts)
         lost = unmet(self.content.maintain, percepts)
         self._memory.lost_s = self._memory.lost_s + step_s if lost else 0.0
         if self._memory.lost_s > (UNSEEN_S if any(one.unseen for one in lost) else LOST_S):
@@ -194,6 +198,18 @@ class PacketRun:
             if limit in percepts.progress.raised:
                 return self._overrun(limit, percepts, missing)
         return self._move(percepts, step_s, missing)
+
+    def _finish(self, percepts: Percepts) -> Outcome:
+        """End with its results. Images are taken last: it is stepped again once the cameras have read."""
+        if self.content.cameras and not self._memory.captures:
+            self._memory.captures = True
+            return Outcome()
+        try:
+            results = tuple(taken(wanted, percepts) for wanted in self.content.results)
+        except ResultError as error:
+            return self.fail(FailureCategory.ROBOT, f"brings no result: {error}", percepts)
+        self._memory.state = PacketState.FINISHED
+        return Outcome(change=Change(state=self.state, results=results))
 
     def _overrun(self, limit: str, percepts: Percepts, missing: list[Verdict]) -> Outcome:
         if limit == TIMEOUT:

@@ -7,6 +7,7 @@ from robots.wire import (
     BehaviourScript,
     FailureCategory,
     PacketReport,
+    PacketResult,
     PacketState,
     ScriptReport,
     ScriptState,
@@ -26,6 +27,7 @@ def packet_report(
     at_s: float,
     detail: str = "",
     events: tuple[str, ...] = (),
+    results: tuple[PacketResult, ...] = (),
 ) -> list[Report]:
     """One report on a packet, or none."""
     if script.is_own:
@@ -39,6 +41,7 @@ def packet_report(
             perceived=perceived(percepts),
             events=events,
             detail=detail,
+            results=results,
         )
     ]
 

@@ -1,7 +1,7 @@
 """Which sensor actions run beside each actuator action of a script (P-SMPA §5.1, algorithm 2).
 
-A packet is up to three actuator actions: it waits for its pre-conditions, acts, and retries after a stall. The sensor
-actions run whose percepts the current actuator action needs, and end with it.
+A packet is up to four actuator actions: it waits for its pre-conditions, acts, retries after a stall, and stands while
+it takes images. The sensor actions run whose percepts the current actuator action needs, and end with it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,7 +12,7 @@ from robots.conditions.facts import REPORTED
 from robots.conditions.verdict import Condition
 from robots.errors import RepertoireError
 from robots.perception.percepts import NOTHING, Needs
-from robots.perception.sensing import SensorAction
+from robots.perception.sensing import Mode, SensorAction
 from robots.reactive.patterns import BehaviourPattern
 from robots.reactive.stall import BACKS_OFF, WATCHED
 from robots.repertoire import BoundPacket
@@ -28,20 +28,29 @@ class Phase(StrEnum):
     """Until its post-conditions hold."""
     RETRY = "retry"
     """The retry manoeuvre after a stall."""
+    CAPTURE = "capture"
+    """Its post-conditions have held: it stands until its cameras have taken their images."""
 
     __hash__ = str.__hash__  # as of sensors, to be looked up quickly
 
 
 @dataclass(frozen=True, slots=True)
 class BehaviourState:
-    """A state of the script's state machine: one phase of one packet, and the sensors whose percepts it needs."""
+    """A state of the script's state machine: one phase of one packet, and the sensors whose percepts it needs.
+
+    `cameras`: those of them that read once.
+    """
 
     needs: Needs
+    cameras: Needs = NOTHING
     beside: tuple[SensorAction, ...] = field(init=False)
     """The sensor actions that run beside the actuator action: those with per(s) in pre(a)."""
 
     def __post_init__(self) -> None:
-        beside = tuple(SensorAction(sensor=sensor) for sensor in sorted(self.needs))
+        beside = tuple(
+            SensorAction(sensor=sensor, mode=Mode.ONE_SHOT if sensor in self.cameras else Mode.CYCLIC)
+            for sensor in sorted(self.needs)
+        )
         object.__setattr__(self, "beside", beside)
 
 
@@ -63,6 +72,7 @@ def schedule(script: BehaviourScript, contents: Sequence[BoundPacket]) -> StateM
         states[packet.id, Phase.WAIT] = BehaviourState(waiting)
         states[packet.id, Phase.ACT] = BehaviourState(acting)
         states[packet.id, Phase.RETRY] = BehaviourState(acting | BACKS_OFF)
+        states[packet.id, Phase.CAPTURE] = BehaviourState(acting | content.cameras, content.cameras)
     return states
 
 

@@ -29,7 +29,7 @@ def telemetry(
     percepts: Percepts,
     executive: Executive,
     meter: SensingMeter,
-    running: Iterable[Sensor],
+    running: Iterable[str],
     *,
     driven_by: str | None,
 ) -> Telemetry:

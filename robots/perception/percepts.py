@@ -47,7 +47,7 @@ STANDS_AT_M = 0.5
 
 T = TypeVar("T")
 
-Needs = frozenset[Sensor]
+Needs = frozenset[str]
 """The sensors that a condition or stimulus reads: they must run while it is in use."""
 NOTHING: Needs = frozenset()
 GRIP: Needs = frozenset({Sensor.GRIPPER})

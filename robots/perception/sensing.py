@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from robots.errors import SensorFault, SensorOff
-from robots.physical.body import Body, Readings, Sensor
+from robots.physical.body import Body, Readings
 
 
 class Mode(StrEnum):
@@ -25,7 +25,7 @@ class Mode(StrEnum):
 class SensorAction:
     """s = ⟨pre(s), per(s)⟩. Our choice: pre(s) and per(s) are one sensor."""
 
-    sensor: Sensor
+    sensor: str
     mode: Mode = Mode.CYCLIC
 
 
@@ -57,7 +57,7 @@ class SensoryController:
         self._actions: tuple[SensorAction, ...] = ()
         self._has_one_shots = False
         self._stores: dict[SensorAction, Any] = {}
-        self.running: frozenset[Sensor] = frozenset()
+        self.running: frozenset[str] = frozenset()
 
     def run(self, actions: tuple[SensorAction, ...]) -> None:
         """Run these actions and end all others, with their stores. A one-shot action ends when it has read."""

@@ -67,7 +67,16 @@ READS = {
 """Sensor to its field of `Readings`."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Image:
+    """An encoded picture that a camera has taken; `media_type` is image/png or image/jpeg."""
+
+    media_type: str
+    data: bytes
+
+
 NOTHING_MEASURED: Mapping[str, float] = MappingProxyType({})
+NO_IMAGES: Mapping[str, Image] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +86,8 @@ class Readings:
     `ranges_m`: shape (N,), metres, beam 0 straight ahead, counter-clockwise, inf where nothing is in range.
     `bumper`: touched since the last reading. `capture_head_m`: (x, y) deflection of the compliant capture head,
     metres, (0, 0) when nothing is on it. `battery`: what is left of its charge, 0 to 1. `measured`: by quantity, with
-    its unit in the name, what sensors of installed packages read; they always run.
+    its unit in the name, what sensors of installed packages read; they always run. `images`: by camera, of the cameras
+    that run.
     """
 
     time_s: float
@@ -89,10 +99,12 @@ class Readings:
     battery: float = 1.0
     charging: bool = False
     measured: Mapping[str, float] = field(default_factory=lambda: NOTHING_MEASURED)
+    images: Mapping[str, Image] = field(default_factory=lambda: NO_IMAGES)
 
-    def by_sensor(self) -> dict[Sensor, object]:
-        """What the sensors that run have read."""
-        read = {sensor: getattr(self, name) for sensor, name in READS.items()}
+    def by_sensor(self) -> dict[str, object]:
+        """What the sensors and cameras that run have read."""
+        read: dict[str, object] = {sensor: getattr(self, name) for sensor, name in READS.items()}
+        read |= self.images
         return {sensor: value for sensor, value in read.items() if value is not None}
 
 
@@ -111,8 +123,10 @@ class Body(Protocol):
         """Odometry: dead-reckoned from the start pose the robot was told; it drifts."""
         ...
 
-    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
-        """Run these sensors and no others; held until the next command. All run at the start."""
+    def run_sensors(self, sensors: frozenset[str]) -> None:
+        """Run these sensors and cameras and no others; held until the next command. At the start all sensors run, and
+        no camera.
+        """
         ...
 
     def sense(self) -> Readings:

@@ -32,11 +32,11 @@ class Powers(Checked):
         return self
 
     @cached_property
-    def _sensing_w(self) -> dict[frozenset[Sensor], float]:
+    def _sensing_w(self) -> dict[frozenset[str], float]:
         """By sensors that run, as far as they were asked for."""
         return {}
 
-    def sensing_w(self, running: frozenset[Sensor]) -> float:
+    def sensing_w(self, running: frozenset[str]) -> float:
         """What these sensors draw; added up once for each set of sensors."""
         known = self._sensing_w
         if running not in known:
@@ -64,7 +64,7 @@ class SensingMeter:
         self.used_j = used_j
         self.saved_j = saved_j
 
-    def count(self, running: frozenset[Sensor], step_s: float) -> None:
+    def count(self, running: frozenset[str], step_s: float) -> None:
         used_j = self._powers.sensing_w(running) * step_s
         self.used_j += used_j
         self.saved_j += self._all_w * step_s - used_j

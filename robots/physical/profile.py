@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from math import pi
 
-from robots.physical.body import ALL_SENSORS, Pose, Sensor
+from robots.physical.body import ALL_SENSORS, Pose
 
 STAND_OFF_M = 0.8
 """`near` a location: on its beacon's emitting axis, this far from the beacon's floor point, facing it."""
@@ -36,8 +36,8 @@ class Architecture(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """A robot's configuration. `sensors`: those that its body has; `whisker_least_m`: the shortest range that its
-    whiskers read.
+    """A robot's configuration. `sensors`: those that its body has, and its cameras; `whisker_least_m`: the shortest
+    range that its whiskers read.
 
     `beacons` must name every fixed beacon in sight: a sighting that is neither a beacon nor one of `others` counts as
     the tag of a sample. `lengths_m`: of the objects that take two robots. `home`: the beacon of its charger, None
@@ -53,7 +53,7 @@ class RobotProfile:
     others: tuple[str, ...] = ()
     home: str | None = None
     architecture: Architecture = Architecture.PARALLEL
-    sensors: frozenset[Sensor] = ALL_SENSORS
+    sensors: frozenset[str] = ALL_SENSORS
     whisker_least_m: float = 0.0
     lengths_m: Mapping[str, float] = field(default_factory=dict)
     round_trip_s: float = 0.0

@@ -14,6 +14,7 @@ from robots.repertoire.schema import (
     filled,
     named_method,
     names_in,
+    packet_results,
     sensor_conditions,
 )
 
@@ -50,6 +51,7 @@ def _templates(spec: PacketSpec) -> Iterator[tuple[Place, list[Mapping[str, Any]
     conditions = sensor_conditions()
     for slot in ("before", "maintain", "after"):
         yield from ((place, one, conditions) for place, one in _each(slot, getattr(spec, slot)))
+    yield from ((place, one, packet_results()) for place, one in _each("results", spec.results))
     for name, event in spec.events.items():
         yield from ((("events", *place), one, conditions) for place, one in _each(name, event))
     for slot in ("waiting", "patterns"):

@@ -15,6 +15,7 @@ from robots.reactive.avoidance import AnyAvoidance
 from robots.reactive.patterns import BehaviourPattern, Level
 from robots.reactive.stall import RETRIES, STALLED_S
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Parameter, Value
+from robots.repertoire.results import WantedResult
 
 TOO_FAST = "toofast"
 TOO_FAR = "toofar"
@@ -36,7 +37,7 @@ class PacketSpec(Checked):
     failure; `goal`, the place or thing that measures progress; `stalled_s`, how long without progress before a retry;
     `retries`, how often (None: no progress is asked for). `long`: the content of the tag when `object` is a long one,
     whose handles are "$object@left", "@right" and "@free". In place of a pattern may stand `patterns_of`, all patterns
-    of another packet, with this packet's arguments.
+    of another packet, with this packet's arguments. `results`: images and readings that it takes as it ends.
 
     SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a
     way-point `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
@@ -58,6 +59,7 @@ class PacketSpec(Checked):
     patterns: tuple[dict[str, Any], ...] = Field(min_length=1)
     maintain: tuple[dict[str, Any], ...] = ()
     after: tuple[dict[str, Any], ...] = Field(min_length=1)
+    results: tuple[dict[str, Any], ...] = Field(default=(), max_length=8)
     events: dict[str, tuple[dict[str, Any], ...]] = Field(default_factory=dict)
     avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None
@@ -127,6 +129,7 @@ class PacketSpec(Checked):
             patterns=tuple(one for one in acting if avoid is None or one.level is not Level.ENVIRONMENT),
             maintain=conditions.validate_python(fill(self.maintain)),
             after=conditions.validate_python(fill(self.after)),
+            results=packet_results().validate_python(fill(self.results)),
             events=events | _limits(max_velocity_m_s, max_distance_m, timeout_s),
             avoid=avoid,
             max_velocity_m_s=max_velocity_m_s,
@@ -185,6 +188,11 @@ def behaviour_patterns() -> TypeAdapter[tuple[BehaviourPattern, ...]]:
 
 
 @cache
+def packet_results() -> TypeAdapter[tuple[WantedResult, ...]]:
+    return TypeAdapter(tuple[WantedResult, ...])
+
+
+@cache
 def avoidance_methods() -> TypeAdapter[AnyAvoidance | None]:
     return TypeAdapter(AnyAvoidance | None)
 
@@ -206,6 +214,7 @@ class BoundPacket:
     patterns: tuple[BehaviourPattern, ...]
     maintain: tuple[Condition, ...] = ()
     after: tuple[Condition, ...]
+    results: tuple[WantedResult, ...] = ()
     events: Mapping[str, tuple[Condition, ...]] = field(default_factory=dict)
     avoid: AnyAvoidance | None = None
     max_velocity_m_s: float = LIMITS[MAX_VELOCITY].most
@@ -213,3 +222,8 @@ class BoundPacket:
     goal: str | None = None
     retries: int | None = RETRIES
     stalled_s: float = STALLED_S
+
+    @property
+    def cameras(self) -> frozenset[str]:
+        """Those that its results are images of."""
+        return frozenset(one.image for one in self.results if one.image is not None)

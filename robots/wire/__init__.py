@@ -34,6 +34,7 @@ from robots.wire.operator import (
     TraceReport,
     TuningReport,
 )
+from robots.wire.results import MAX_IMAGE_BYTES, ImageResult, PacketResult, ReadingResult
 from robots.wire.script import (
     OWN,
     BehaviourPacket,
@@ -45,6 +46,7 @@ from robots.wire.script import (
 )
 
 __all__ = [
+    "MAX_IMAGE_BYTES",
     "OWN",
     "TRACED_S",
     "VALID_AT_MOST_S",
@@ -56,11 +58,14 @@ __all__ = [
     "Control",
     "ControlVerb",
     "FailureCategory",
+    "ImageResult",
     "Message",
     "PacketReport",
+    "PacketResult",
     "PacketState",
     "PacketTunings",
     "Performative",
+    "ReadingResult",
     "Receipt",
     "Refusal",
     "Retune",

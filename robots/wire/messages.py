@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
+from robots.wire.results import PacketResult
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
 
 
@@ -88,7 +89,10 @@ class Refusal(Wire):
 
 
 class PacketReport(Wire):
-    """Robot to service: a packet has changed its state or raised `events` (inform)."""
+    """Robot to service: a packet has changed its state or raised `events` (inform).
+
+    `results`: what a packet that has finished brings beside its effects.
+    """
 
     kind: Literal["packet_report"] = "packet_report"
     script_id: str
@@ -98,6 +102,7 @@ class PacketReport(Wire):
     perceived: tuple[SymbolicFact, ...] = ()
     events: tuple[str, ...] = ()
     detail: str = ""
+    results: tuple[PacketResult, ...] = Field(default=(), max_length=8)
 
 
 class ScriptReport(Wire):

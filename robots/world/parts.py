@@ -98,7 +98,7 @@ class RobotSpec(Checked):
     `battery`: the share of its charge that it starts with.
     `architecture`: sensing in parallel with acting, or in turn. `whisker_least_m`: the shortest range read.
     `sonar`: the range sensors, in order: its whiskers, and a virtual sonar that detects avatars.
-    `sensors`: further ones, of installed packages.
+    `sensors`: further ones: cameras, and those of installed packages.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `link`: its radio, with the world's `link` as default for each value.
     """

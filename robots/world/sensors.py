@@ -1,7 +1,10 @@
 """A robot's further sensors in a world file: kinds that installed packages register, alone or with parameters."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar, Literal
 
+from pydantic import Field
+
+from robots.data import Checked
 from robots.extensions import SENSORS
 from robots.world.package_parts import PackagePartSpec, PartOfPackage
 
@@ -10,11 +13,30 @@ class PackageSensorSpec(PackagePartSpec):
     """A sensor of an installed package: a subclass, registered as `macta.sensors` under its kind, adds its parameters.
 
     The simulation makes the sensor with the subclass's `make_sensor` (`sim.bodies.factory.MakesSensor`); it is an
-    activity that puts what it measures into `Readings.measured`.
+    activity that puts what it measures into `Readings.measured`, or, if it `takes_images`, a camera.
     """
+
+    takes_images: ClassVar[bool] = False
+
+
+class CameraSpec(Checked):
+    """A camera that looks straight ahead: the size of its image in pixels, its angle of view from top to bottom."""
+
+    takes_images: ClassVar[bool] = True
+
+    kind: Literal["camera"]
+    width: int = Field(default=240, ge=16, le=1280)
+    height: int = Field(default=180, ge=16, le=960)
+    view_deg: float = Field(default=50, ge=5, le=120)
 
 
 SensorSpec = Annotated[
-    PackageSensorSpec,
-    PartOfPackage(group=SENSORS, base=PackageSensorSpec, stated_as=str | PackageSensorSpec),
+    CameraSpec | PackageSensorSpec,
+    PartOfPackage(
+        group=SENSORS,
+        base=PackageSensorSpec,
+        shipped=CameraSpec,
+        kinds=("camera",),
+        stated_as=CameraSpec | str | PackageSensorSpec,
+    ),
 ]

@@ -1,9 +1,11 @@
 """The base class of simulated bodies: held command, gripper, sensors, battery."""
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from math import inf
+from typing import Protocol
 
-from robots.physical.body import ALL_SENSORS, Pose, Readings, Sensor
+from robots.physical.body import ALL_SENSORS, Image, Pose, Readings
 from robots.physical.energy import load_powers
 from robots.physical.sonar import Activity, cascade
 from robots.world import RobotSpec
@@ -13,18 +15,25 @@ from sim.physics.scene import Scene
 from sim.snapshot import BodyState, RampedState, WheeledState
 
 
+class Camera(Protocol):
+    """A simulated camera."""
+
+    def take(self) -> Image: ...
+
+
 class SimulatedBody(ABC):
     """Implements `robots.physical.body.Body`; knows no more than a real one. Subclasses decide how it moves."""
 
     def __init__(self, spec: RobotSpec, jaws: Jaws, scene: Scene) -> None:
         self.spec = spec
-        self.running = ALL_SENSORS
+        self.running: frozenset[str] = ALL_SENSORS
         self.battery = Battery(load_powers(), level=spec.battery)
         self._jaws = jaws
         self._scene = scene
         self._command = (0.0, 0.0)
         self._readings: Readings | None = None
         self._activities: list[Activity] = []
+        self._cameras: dict[str, Camera] = {}
 
     @property
     @abstractmethod
@@ -87,7 +96,7 @@ class SimulatedBody(ABC):
     def set_gripper(self, *, closed: bool) -> None:
         self._jaws.move(self.spec.name, closed=closed)
 
-    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+    def run_sensors(self, sensors: frozenset[str]) -> None:
         self.running = sensors
 
     def sense(self) -> Readings:
@@ -99,9 +108,15 @@ class SimulatedBody(ABC):
         """Add a module that senses after those already installed; the sensors' drivers come first."""
         self._activities.append(activity)
 
+    def install_camera(self, name: str, camera: Camera) -> None:
+        """Add a camera, which takes an image in each tick in which it runs."""
+        self._cameras[name] = camera
+
     def refresh(self, readings: Readings) -> None:
         """Take the sensors' readings of this tick (called by the world)."""
         self._readings = cascade(readings, self._activities)
+        if taken := {name: self._cameras[name].take() for name in self._cameras.keys() & self.running}:
+            self._readings = replace(self._readings, images=taken)
 
     def drain_battery(self, step_s: float, *, at_home: bool) -> None:
         """Account for the energy of a step."""

@@ -1,6 +1,5 @@
 """A rover's battery: drained by what its parts draw, and charged at the rover's home (our choice)."""
 
-from robots.physical.body import Sensor
 from robots.physical.energy import Powers
 
 CHARGE_BELOW = 0.25
@@ -28,7 +27,7 @@ class Battery:
         return self.left_j / self._full_j
 
     def advance(
-        self, step_s: float, *, running: frozenset[Sensor], driven: tuple[float, float], at_home: bool
+        self, step_s: float, *, running: frozenset[str], driven: tuple[float, float], at_home: bool
     ) -> None:
         """Account for a step.
 

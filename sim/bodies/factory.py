@@ -2,22 +2,23 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from robots.physical.body import Pose
+from robots.physical.body import Image, Pose
 from robots.physical.geometry import to_robot
 from robots.physical.sonar import Activity, VirtualSonar
 from robots.world import RobotSpec
 from robots.world.bodies import AvatarBodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
-from robots.world.sensors import PackageSensorSpec
+from robots.world.sensors import CameraSpec, PackageSensorSpec
 from sim.bodies.avatar import AvatarBody, FloorMap
-from sim.bodies.base import SimulatedBody
+from sim.bodies.base import Camera, SimulatedBody
 from sim.bodies.odometry import Odometry
 from sim.bodies.velocity import VelocityBody
 from sim.bodies.wheeled import WheeledBody
 from sim.error import SimulationError
+from sim.physics.camera import png
 from sim.physics.jaws import Jaws
 from sim.physics.scene import Scene
 
@@ -48,12 +49,20 @@ class SensorSite:
         """The robot's true pose."""
         return self.scene.pose(self.spec.name)
 
+    def image(self, *, width: int = 240, height: int = 180, view_deg: float = 50) -> Image:
+        """What a camera on the robot sees straight ahead, as PNG.
+
+        :param width, height: pixels. :param view_deg: the angle of view, from top to bottom.
+        """
+        pixels = self.scene.picture(self.spec.name, width=width, height=height, view_deg=view_deg)
+        return Image(media_type="image/png", data=png(pixels))
+
 
 @runtime_checkable
 class MakesSensor(Protocol):
     """What a package's `PackageSensorSpec` has so that its sensor can be simulated."""
 
-    def make_sensor(self, site: SensorSite) -> Activity: ...
+    def make_sensor(self, site: SensorSite) -> Activity | Camera: ...
 
 
 @runtime_checkable
@@ -109,16 +118,35 @@ def make_bodies(
                 )
             )
         for sensor in spec.sensors:
-            body.install(_sensor(sensor, SensorSite(spec=spec, scene=scene, rng=rngs[spec.name])))
+            _install(body, sensor, SensorSite(spec=spec, scene=scene, rng=rngs[spec.name]))
     return bodies
 
 
-def _sensor(sensor: PackageSensorSpec, site: SensorSite) -> Activity:
+@dataclass(frozen=True, slots=True)
+class SceneCamera:
+    """The camera that ships with Macta. Implements `Camera`."""
+
+    spec: CameraSpec
+    site: SensorSite
+
+    def take(self) -> Image:
+        spec = self.spec
+        return self.site.image(width=spec.width, height=spec.height, view_deg=spec.view_deg)
+
+
+def _install(body: SimulatedBody, sensor: CameraSpec | PackageSensorSpec, site: SensorSite) -> None:
+    if isinstance(sensor, CameraSpec):
+        body.install_camera(sensor.kind, SceneCamera(sensor, site))
+        return
     if not isinstance(sensor, MakesSensor):
         raise SimulationError(
             f"{site.spec.name}: a sensor of kind {sensor.kind} cannot be simulated: no make_sensor"
         )
-    return sensor.make_sensor(site)
+    made = sensor.make_sensor(site)
+    if sensor.takes_images:
+        body.install_camera(sensor.kind, cast(Camera, made))
+    else:
+        body.install(cast(Activity, made))
 
 
 def _made(

@@ -1,7 +1,7 @@
 """The horizontal cross-section of the scene's bodies at a height, for rays in that plane."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +10,25 @@ from sim.physics.bullet import UprightPose, pybullet
 from sim.physics.rays import Cut
 
 
+class Shape(NamedTuple):
+    """An upright shape of a body: its kind, offset and lowest and highest z relative to the body's middle, half its
+    length or its radius, half its width.
+    """
+
+    kind: int
+    x_m: float
+    y_m: float
+    low_m: float
+    high_m: float
+    half_length_m: float
+    half_width_m: float
+
+
 class CollisionShapes:
     """The shapes of all bodies, upright boxes and cylinders, by body. A ball counts as its greatest disc."""
 
     def __init__(self) -> None:
-        self._shapes: dict[int, list[tuple[float, ...]]] = {}
+        self._shapes: dict[int, list[Shape]] = {}
         self._groups: dict[int, int] = {}
         self._tables: dict[int, tuple[NDArray[np.float64], tuple[int, ...]]] = {}
         """By groups: as `_table` returns it."""
@@ -27,6 +41,10 @@ class CollisionShapes:
         """
         self._shapes[body] = [_row(shape) for shape in described]
         self.regroup(body, 0)
+
+    def of(self, body: int) -> Sequence[Shape]:
+        """A body's shapes."""
+        return self._shapes[body]
 
     def regroup(self, body: int, group: int) -> None:
         """Set the body's collision group."""
@@ -56,7 +74,7 @@ class CollisionShapes:
         return Cut(np.ascontiguousarray(boxes), np.ascontiguousarray(discs))
 
     def _table(self, groups: int) -> tuple[NDArray[np.float64], tuple[int, ...]]:
-        """Shape (S, 7), a `_row` for each shape of a body of these groups, and the shapes' bodies."""
+        """Shape (S, 7), a row for each shape of a body of these groups, and the shapes' bodies."""
         if groups not in self._tables:
             owners = [body for body, group in self._groups.items() if group & groups]
             rows = [shape for body in owners for shape in self._shapes[body]]
@@ -67,18 +85,17 @@ class CollisionShapes:
         return self._tables[groups]
 
 
-def _row(shape: Sequence[Any]) -> tuple[float, ...]:
-    """Kind, offset x and y, lowest and highest z relative to the body's middle, half length or radius, half width."""
+def _row(shape: Sequence[Any]) -> Shape:
     kind = shape[2]
     size = shape[3]
     x, y, z = shape[5]
     if kind == pybullet.GEOM_BOX:
         length_m, width_m, height_m = size
-        return (kind, x, y, z - height_m / 2, z + height_m / 2, length_m / 2, width_m / 2)
+        return Shape(kind, x, y, z - height_m / 2, z + height_m / 2, length_m / 2, width_m / 2)
     if kind == pybullet.GEOM_CYLINDER:
         height_m, radius_m, _ = size
-        return (kind, x, y, z - height_m / 2, z + height_m / 2, radius_m, radius_m)
+        return Shape(kind, x, y, z - height_m / 2, z + height_m / 2, radius_m, radius_m)
     if kind == pybullet.GEOM_SPHERE:
         radius_m = size[0]
-        return (kind, x, y, z - radius_m, z + radius_m, radius_m, radius_m)
+        return Shape(kind, x, y, z - radius_m, z + radius_m, radius_m, radius_m)
     raise ValueError(f"rays support boxes, cylinders and spheres, not PyBullet's shape type {kind}")

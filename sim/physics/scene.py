@@ -20,7 +20,8 @@ from robots.world.walls import WALL_THICKNESS_M, Panel
 from sim.clock import TICK_S
 from sim.physics import bullet
 from sim.physics.bullet import BodyPoses, pybullet
-from sim.physics.cross_section import CollisionShapes
+from sim.physics.camera import Colour, Pixels, Seen, picture
+from sim.physics.cross_section import CollisionShapes, Shape
 from sim.physics.rays import Cut, near
 from sim.snapshot import Rock
 
@@ -36,10 +37,20 @@ ROVER_INERTIA_KG_M2 = 0.5
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15
 BEAM_WIDTH_M = 0.06
+CAMERA_HEIGHT_M = 0.35
+"""A rover's cameras look over its body."""
+BEACON_HEIGHT_M = 0.5
 PRESSES_M = 1e-3
 """Bodies nearer than this press against each other."""
 LIFTED_M = 0.245
 """Height of a held sample's middle: its foot passes above standing samples and above the whiskers' plane."""
+
+WALL_COLOUR: Colour = (146, 158, 166)
+ROCK_COLOUR: Colour = (120, 104, 88)
+ROVER_COLOUR: Colour = (44, 92, 168)
+SAMPLE_COLOUR: Colour = (228, 186, 40)
+BEACON_COLOUR: Colour = (200, 60, 50)
+PLACE_COLOUR: Colour = (86, 145, 140)
 
 # Collision groups; the engine's own rays are of group 1, LOW is below the whiskers' plane.
 RAYS = 1
@@ -54,6 +65,15 @@ MOVABLE = RAYS | ROVERS | SAMPLES | LOW
 EVERYTHING = MOVABLE | WALLS
 
 Point3 = tuple[float, float, float]
+
+BEACON = (
+    (Shape(pybullet.GEOM_CYLINDER, 0.0, 0.0, 0.0, 0.01, 0.25, 0.25), PLACE_COLOUR),
+    (
+        Shape(pybullet.GEOM_SPHERE, 0.0, 0.0, BEACON_HEIGHT_M, BEACON_HEIGHT_M + 0.1, 0.05, 0.05),
+        BEACON_COLOUR,
+    ),
+)
+"""A place's mark on the floor, and its beacon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +120,7 @@ class Scene:
         )
         self._held: set[str] = set()
         self._balls: dict[int, float] = {}
+        self._beacons: list[tuple[float, float]] = []
 
     def pose(self, rover: str) -> Pose:
         """A rover's true pose."""
@@ -227,6 +248,27 @@ class Scene:
         self._balls[body] = radius_m
         return body
 
+    def put_beacon(self, point: tuple[float, float]) -> None:
+        """Mark a place. Nothing meets the mark, nor the beacon above it: only pictures show them."""
+        self._beacons.append(point)
+
+    def picture(self, rover: str, *, width: int, height: int, view_deg: float) -> Pixels:
+        """What a rover's camera sees straight ahead, without the rover itself."""
+        colours = dict.fromkeys(self._rovers.values(), ROVER_COLOUR)
+        colours |= dict.fromkeys(self._samples.values(), SAMPLE_COLOUR)
+        del colours[self._rovers[rover]]
+        bodies = [*colours, *self._solid]
+        shapes = [
+            Seen(shape, self._poses.of(body), colours.get(body, _colour_of(shape)))
+            for body in bodies
+            for shape in self._shapes.of(body)
+        ]
+        for x, y in self._beacons:
+            shapes += (Seen(shape, (x, y, 0.0, 0.0), colour) for shape, colour in BEACON)
+        return picture(
+            shapes, self.pose(rover), height_m=CAMERA_HEIGHT_M, width=width, height=height, view_deg=view_deg
+        )
+
     def remove(self, body: int) -> None:
         """Remove a box or ball."""
         self._balls.pop(body, None)
@@ -310,3 +352,8 @@ class Scene:
             x, y, _, heading = self._poses.of(body)
             self._place(body, (x, y, height_m), heading if body in self._long_bodies else 0.0)
             pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
+
+
+def _colour_of(shape: Shape) -> Colour:
+    """The colour of what does not move: walls are boxes, rocks are round."""
+    return WALL_COLOUR if shape.kind == pybullet.GEOM_BOX else ROCK_COLOUR

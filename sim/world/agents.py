@@ -6,6 +6,7 @@ from math import radians
 from pathlib import Path
 
 from robots.executive.agent import BehaviouralAgent
+from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, read_repertoire
 from sim.world.agent import AgentFactory, AgentSetup
@@ -49,6 +50,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         others=setup.others,
         home=spec.home,
         architecture=Architecture(spec.architecture),
+        sensors=ALL_SENSORS | {sensor.kind for sensor in spec.sensors if sensor.takes_images},
         whisker_least_m=spec.whisker_least_m,
         lengths_m=setup.lengths_m,
         round_trip_s=setup.round_trip_s,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.physical.body import Gripper, Pose, Readings, Sensor
+from robots.physical.body import Gripper, Pose, Readings
 from robots.physical.sightings import Sightings
 from robots.wire import Message
 
@@ -37,6 +37,7 @@ class ReadingsSender:
             readings.battery,
             readings.charging,
             dict(readings.measured),
+            dict(readings.images),
             arrived,
         )
 
@@ -53,7 +54,7 @@ class Commands:
 
     velocity: tuple[float, float] | None = None
     grips: list[bool] = field(default_factory=list)
-    sensors: frozenset[Sensor] | None = None
+    sensors: frozenset[str] | None = None
     """None: as before."""
     sent: list[Message] = field(default_factory=list)
 
@@ -71,7 +72,7 @@ class RemoteRobot:
         self._readings: Readings | None = None
         self._arrived: Sequence[Message] = ()
         self._names: tuple[str, ...] = ()
-        self._sensors: frozenset[Sensor] | None = None
+        self._sensors: frozenset[str] | None = None
         self._commands = Commands()
 
     def feel(self, row: tuple[Any, ...], numbers: NDArray[np.float64]) -> int:
@@ -92,6 +93,7 @@ class RemoteRobot:
             battery,
             charging,
             measured,
+            images,
             self._arrived,
         ) = row
         self._odometry = Pose(x_m=pose[0], y_m=pose[1], heading_rad=pose[2])
@@ -109,6 +111,7 @@ class RemoteRobot:
             battery=battery,
             charging=charging,
             measured=measured,
+            images=images,
         )
         self._commands = Commands()
         return end
@@ -124,7 +127,7 @@ class RemoteRobot:
     def set_gripper(self, *, closed: bool) -> None:
         self._commands.grips.append(closed)
 
-    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+    def run_sensors(self, sensors: frozenset[str]) -> None:
         if sensors != self._sensors:
             self._sensors = self._commands.sensors = sensors
 

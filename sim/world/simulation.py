@@ -71,6 +71,8 @@ class Simulation:
         self.scene = Scene(panels, self._placement.rovers, self._placement.samples)
         for rock in self._placement.rocks:
             self.scene.put_rock(rock)
+        for place in world.places:
+            self.scene.put_beacon(place.at)
         self._jaws = Jaws(self.scene, names, self._placement.samples)
         self._whiskers = Whiskers(world.robots)
         reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.robots}

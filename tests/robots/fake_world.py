@@ -13,10 +13,20 @@ import numpy as np
 from robots.clock import ManualClock
 from robots.executive.agent import BehaviouralAgent
 from robots.link import InMemoryLink, Link
-from robots.physical.body import ALL_SENSORS, GRIPPER_REACH_M, RADIUS_M, Gripper, Pose, Readings, Sensor
+from robots.physical.body import (
+    ALL_SENSORS,
+    GRIPPER_REACH_M,
+    RADIUS_M,
+    Gripper,
+    Image,
+    Pose,
+    Readings,
+    Sensor,
+)
 from robots.physical.geometry import wrap
 from robots.physical.profile import BeaconSpec, RobotProfile
 from robots.physical.sightings import Sighting, Sightings
+from robots.repertoire import Repertoire
 
 STEP_S = 0.05
 WHISKERS = 16
@@ -51,17 +61,22 @@ class FakeWorld:
         pose: Pose,
         others: Sequence[str] = (),
         link: Link | None = None,
+        packets: Repertoire | None = None,
         **told: Any,
     ) -> InMemoryLink:
         """A rover with its agent; returns the service's end of its link.
 
-        :param told: more of its `RobotProfile`.
+        :param packets: its repertoire's; None: those that ship. :param told: more of its `RobotProfile`.
         """
         ours, theirs = InMemoryLink.pair()
         self.bodies[name] = FakeBody(self, name, pose)
         profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), **told)
         self.agents[name] = BehaviouralAgent(
-            profile=profile, body=self.bodies[name], link=link or theirs, clock=self.clock
+            profile=profile,
+            body=self.bodies[name],
+            link=link or theirs,
+            clock=self.clock,
+            repertoire=packets,
         )
         return ours
 
@@ -92,7 +107,10 @@ class FakeBody:
         self.stuck = False
         self.battery = 1.0
         self.charging = False
-        self.running = ALL_SENSORS
+        self.running: frozenset[str] = ALL_SENSORS
+        self.measured: dict[str, float] = {}
+        self.cameras: dict[str, Image] = {}
+        self.images_taken = 0
 
     @property
     def at(self) -> complex:
@@ -121,6 +139,8 @@ class FakeBody:
         between = self.held if self.closed else self._between()
         beams = [2 * pi * beam / WHISKERS for beam in range(WHISKERS)]
         runs = self.running.__contains__
+        images = {name: image for name, image in self.cameras.items() if runs(name)}
+        self.images_taken += len(images)
         return Readings(
             time_s=self.world.clock.now_s(),
             ranges_m=np.array([self._range(beam) for beam in beams]) if runs(Sensor.ULTRASONIC) else None,
@@ -130,9 +150,11 @@ class FakeBody:
             capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,
             battery=self.battery,
             charging=self.charging,
+            measured=self.measured,
+            images=images,
         )
 
-    def run_sensors(self, sensors: frozenset[Sensor]) -> None:
+    def run_sensors(self, sensors: frozenset[str]) -> None:
         self.running = sensors
 
     def move(self) -> None:

@@ -11,6 +11,7 @@ from robots.conditions.own_state import Measured
 from robots.world import WorldFile, digest_of, load_world
 from robots.world.parts import RobotSpec
 from sim.bodies.velocity import VelocityBody
+from sim.clock import TICKS_PER_CONTROL
 from sim.error import SimulationError
 from sim.world.agent import AgentSetup
 from sim.world.simulation import Simulation
@@ -23,11 +24,13 @@ hover = {module}:HoverSpec
 brick = {module}:BrickSpec
 [macta.sensors]
 thermometer = {module}:ThermometerSpec
+endoscope = {module}:EndoscopeSpec
 """
 PYTHON = """\
 from dataclasses import replace
 from typing import Literal
 
+from robots.physical.body import Image
 from robots.world.bodies import PackageBodySpec, Ramps
 from robots.world.sensors import PackageSensorSpec
 from sim.bodies.velocity import VelocityBody
@@ -70,6 +73,19 @@ class Thermometer:
     def process(self, readings):
         measured = {**readings.measured, "temperature_c": 20 + self.per_m * self.site.pose().x_m}
         return replace(readings, measured=measured)
+
+
+class EndoscopeSpec(PackageSensorSpec):
+    takes_images = True
+    kind: Literal["endoscope"] = "endoscope"
+
+    def make_sensor(self, site):
+        return Endoscope()
+
+
+class Endoscope:
+    def take(self):
+        return Image(media_type="image/jpeg", data=bytes([0xFF, 0xD8, 0xFF]))
 """
 
 
@@ -147,6 +163,23 @@ def test_what_a_packages_sensor_measures_reaches_the_robots_conditions(site: Pat
         with_it.close()
 
 
+def test_cameras_take_images_only_while_they_run(site: Path) -> None:
+    with installed(site):
+        file = world(sensors=["camera", "endoscope", "thermometer"])
+        assert WorldFile.model_validate(file.model_dump(mode="json", exclude_defaults=True)) == file
+        with_it = simulation(file)
+        body = with_it.bodies["fred"]
+        with_it.step()
+        assert body.sense().images == {}
+        body.run_sensors(frozenset({"camera", "endoscope"}))
+        for _ in range(TICKS_PER_CONTROL):
+            with_it.step()
+        images = body.sense().images
+        assert images["endoscope"].data == b"\xff\xd8\xff"
+        assert images["camera"].data.startswith(b"\x89PNG")
+        with_it.close()
+
+
 @pytest.mark.parametrize(
     ("slots", "words"),
     [
@@ -156,8 +189,9 @@ def test_what_a_packages_sensor_measures_reaches_the_robots_conditions(site: Pat
         ({"body": "hover", "speed_m_s": 1.5}, "fred.speed_m_s is 1.5, a hovering body reaches 1"),
         ({"body": {}}, "kind"),
         ({"body": 3}, "body"),
-        ({"sensors": ["nose"]}, "unknown kind 'nose'; choices: thermometer"),
-        ({"sensors": [{"per_m": 1}]}, "unknown kind None; choices: thermometer"),
+        ({"sensors": ["nose"]}, "unknown kind 'nose'; choices: camera, endoscope, thermometer"),
+        ({"sensors": [{"per_m": 1}]}, "kind"),
+        ({"sensors": [{"kind": "camera", "width": 1}]}, "width"),
         ({"sensors": [{"kind": "thermometer", "per_m": []}]}, "per_m"),
     ],
 )
@@ -175,7 +209,7 @@ def test_a_body_that_cannot_be_simulated_is_named(site: Path) -> None:
 
 
 def test_a_sensor_of_no_package_is_refused() -> None:
-    assert "unknown kind 'nose'; choices: none is installed" in refusal(sensors=["nose"])
+    assert "unknown kind 'nose'; choices: camera" in refusal(sensors=["nose"])
 
 
 def test_a_quantity_that_is_not_measured_is_within_no_limits() -> None:

@@ -1,19 +1,22 @@
 """Agents in several processes act as they do in one."""
 
+import pickle
 from itertools import pairwise
 
 import pytest
 
 from benchmarks.errands import tour
 from robots.compilation import uncompiled
+from robots.physical.body import Image, Pose, Readings
 from robots.wire import Message, Performative, ScriptRequest
 from robots.world import load_world
 from sim.error import SimulationError
 from sim.snapshot import WorldSnapshot
 from sim.truth import Truth
 from sim.world.agent import AgentSetup
-from sim.world.agent_group import ROBOTS_A_PROCESS, processes_for
+from sim.world.agent_group import NOTHING, ROBOTS_A_PROCESS, processes_for
 from sim.world.agents import behavioural_agent
+from sim.world.remote_robot import ReadingsSender, RemoteRobot
 from sim.world.simulation import Simulation
 from tests.sim.rig import run_s, two_rooms
 
@@ -111,3 +114,14 @@ def test_agents_in_other_processes_are_compiled_when_their_world_is() -> None:
     assert outcome(later, 1.0) == outcome(at_once, 1.0)
     later.close()
     at_once.close()
+
+
+def test_an_image_reaches_an_agent_in_another_process_as_it_was_taken() -> None:
+    image = Image(media_type="image/png", data=b"taken")
+    readings = Readings(
+        time_s=1.0, ranges_m=None, bumper=None, sightings=None, gripper=None, images={"camera": image}
+    )
+    robot = RemoteRobot()
+    row = ReadingsSender().packed(Pose(x_m=0, y_m=0, heading_rad=0), readings, ())
+    robot.feel(pickle.loads(pickle.dumps(row)), NOTHING)
+    assert robot.sense().images == {"camera": image}
