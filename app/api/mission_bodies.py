@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.lifecycles.mission import full_reason
 from app.domain.lifecycles.recovery import RecoveryStep
@@ -135,6 +135,26 @@ class RecoveryBody(BaseModel):
     )
     tries_left: int
     attempts: list[AttemptBody]
+
+
+class ResultBody(BaseModel):
+    """An image or a reading that a packet of a mission has brought."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: str
+    mission_id: str
+    robot: str
+    packet_id: str
+    kind: Literal["image", "reading"]
+    name: str = Field(description="the camera or the quantity")
+    of: str = Field(description="the place, sample or robot that it tells of")
+    at_s: float = Field(description="world's clock")
+    created_at: str = Field(description="when it was received")
+    media_type: Literal["image/png", "image/jpeg"] | None = Field(description="of an image")
+    size_bytes: int | None = Field(description="of an image")
+    value: float | None = Field(description="of a reading")
+    unit: str
 
 
 class MissionBody(BaseModel):

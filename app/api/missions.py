@@ -1,19 +1,27 @@
 """Routes of missions and their scripts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from fastapi import APIRouter, Response
 
 from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR
-from app.api.mission_bodies import MissionBody, ScriptBody, mission_document
+from app.api.mission_bodies import MissionBody, ResultBody, ScriptBody, mission_document
 from app.api.parameters import After, Id, Limit, NameFilter
-from app.api.plan_json import json_of, json_page
+from app.api.plan_json import JSON, json_of, json_page
 from app.api.problems import declared
 from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
 from app.store import ScriptRow
 from robots.wire import BehaviourScript
+
+IMAGE = {"schema": {"type": "string", "format": "binary"}}
+CONTENT: Mapping[str, Any] = {
+    "image/png": IMAGE,
+    "image/jpeg": IMAGE,
+    JSON: {"schema": {"$ref": "#/components/schemas/ResultBody"}},
+}
 
 
 def missions_router(missions: MissionService) -> APIRouter:
@@ -38,6 +46,28 @@ def missions_router(missions: MissionService) -> APIRouter:
         """The script of each robot."""
         _, scripts = missions.get(mission_id)
         return Page(items=[_script(row) for row in scripts])
+
+    @router.get("/missions/{mission_id}/results")
+    def get_results(mission_id: Id) -> Page[ResultBody]:
+        """The images and readings that its packets have brought, oldest first."""
+        return Page(items=[ResultBody.model_validate(row) for row in missions.results(mission_id)])
+
+    @router.get(
+        "/missions/{mission_id}/results/{result_id}",
+        response_class=Response,
+        responses={200: {"description": "An image as it was taken, or a reading", "content": CONTENT}},
+    )
+    def get_result(mission_id: Id, result_id: Id) -> Response:
+        """The content of a result: an image, or a reading as JSON."""
+        row = missions.result(mission_id, result_id)
+        if row.content is None or row.media_type is None:
+            return Response(ResultBody.model_validate(row).model_dump_json(), media_type=JSON)
+        extension = row.media_type.partition("/")[2]
+        headers = {
+            "content-disposition": f'inline; filename="{row.id}.{extension}"',
+            "cache-control": "private, max-age=86400, immutable",
+        }
+        return Response(row.content, media_type=row.media_type, headers=headers)
 
     @router.put("/missions/{mission_id}/recovery", responses=declared(409))
     def set_recovery(mission_id: Id, body: SetRecovery) -> MissionBody:

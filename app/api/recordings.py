@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents.world_service import WorldService
 from app.api.bodies import GoalBody, Page, plan_body
-from app.api.mission_bodies import MissionBody
+from app.api.mission_bodies import MissionBody, ResultBody
 from app.api.parameters import Id
 from app.planning.approval import PlanApproval
 from app.recordings import RecordingStore, replay_of
@@ -56,6 +56,9 @@ class ReplayBody(BaseModel):
     plans: dict[str, Any] = Field(description="all plans that were made for its goal, by id")
     scripts: dict[str, Any] = Field(description="its robots' scripts, by id")
     samples: list[dict[str, Any]] = Field(description="the samples' believed places, each from `at_s` on")
+    results: list[dict[str, Any]] = Field(
+        description="as `GET /v1/missions/{id}/results` has them; an `image` is a `data:` address"
+    )
     events: list[dict[str, Any]] = Field(description="from the submission of its goal on")
 
 
@@ -123,6 +126,7 @@ def recorded_bodies(worlds: WorldService, plans: PlanApproval) -> RecordedBodies
         goal=lambda row: GoalBody.of(row).model_dump(mode="json"),
         mission=lambda row, scripts: MissionBody.of(row, list(scripts)).model_dump(mode="json"),
         plan=lambda plan_id: plan_body(plans.get(plan_id)).model_dump(mode="json"),
+        result=lambda row: ResultBody.model_validate(row).model_dump(mode="json"),
         world=world,
         samples=lambda name: {
             one["args"][0]: one["args"][1] for one in facts(name) if one["predicate"] == "in"

@@ -408,6 +408,22 @@ class PacketReported(Event, type="packet.{0.state}", states=tuple(PacketState)):
     detail: str
 
 
+class ResultReceived(Event, type="packet.result"):
+    """A packet of the mission has brought a `result` (world's clock) `of` a place, sample or robot: an image of the
+    camera `name`, or the `value` of the quantity `name`.
+    """
+
+    result: str
+    robot: str
+    packet: str
+    at_s: float
+    kind: str
+    name: str
+    of: str
+    value: float | None
+    unit: str
+
+
 # Worlds and robots
 
 

@@ -6,7 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.errors import Conflict, unrecorded
+from app.domain.errors import Conflict, NotFound, unrecorded
 from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
 from app.domain.ids import new_id
 from app.domain.lifecycles import mission as mission_lifecycle
@@ -14,7 +14,7 @@ from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
 from app.domain.lifecycles.recovery import RecoveryStep, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
 from app.domain.recovery_rules import Policy
-from app.store import MissionRow, ScriptRow
+from app.store import MissionRow, ResultRow, ScriptRow
 from app.store.records import all_of, page, read_only
 from robots.wire import ControlVerb
 
@@ -45,6 +45,22 @@ class MissionService:
             rows, token = page(session, MissionRow, limit=limit, after=after, world=world, state=state)
             scripts = _scripts_by_mission(session, [row.id for row in rows])
             return [(row, scripts.get(row.id, [])) for row in rows], token
+
+    def results(self, mission_id: str) -> Sequence[ResultRow]:
+        """What its packets have brought, oldest first, without the images' content."""
+        with self._database.read() as session:
+            _mission(session, mission_id)
+            query = read_only(ResultRow).where(ResultRow.mission_id == mission_id)
+            return all_of(session, query.order_by(ResultRow.created_at, ResultRow.id))
+
+    def result(self, mission_id: str, result_id: str) -> ResultRow:
+        """One result with its content."""
+        with self._database.read() as session:
+            _mission(session, mission_id)
+            row = session.get(ResultRow, result_id)
+            if row is None or row.mission_id != mission_id:
+                raise NotFound(f"mission {mission_id} has no result {result_id!r}", code="unknown-result")
+            return row
 
     def cancel(self, mission_id: str, actor: str, comment: str) -> Mission:
         """Have every robot stop its script. The mission is cancelled once they have answered."""

@@ -47,6 +47,7 @@ from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import action_has_ended, packets_of, renew_clearances
 from app.missions.plausibility import Plausibility
+from app.missions.results import keep_results
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
@@ -247,6 +248,7 @@ class MissionReports:
     def _packet(self, session: Session, report: PacketReport, subject: _Subject) -> None:
         script = subject.script
         mission = subject.mission
+        keep_results(session, self._events, report, script)
         known = dict(script.packets.get(report.packet_id, {}))
         if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
             return  # a later report has arrived before it
@@ -421,5 +423,6 @@ def _note_waiting(script: ScriptRow, report: StatusReport) -> None:
 
 
 def _row(message: Message) -> MessageRow:
-    body = message.model_dump(mode="json")
+    """The message without its images, which are kept as results."""
+    body = message.model_dump(mode="json", exclude={"body": {"results": {"__all__": {"data"}}}})
     return MessageRow(id=message.id, robot=message.sender, kind=message.body.kind, body=body)

@@ -1,10 +1,11 @@
 """Writes a mission's recording: an MCAP file (https://mcap.dev) on the world's clock.
 
 Topics: `/tf` (foxglove.FrameTransforms: each robot in the frame `world`, each sample there or in the frame of the robot
-that holds it) and `/poses/ROBOT` (foxglove.PoseInFrame, of the mission's own robots), for any viewer of the Foxglove
-schemas; `/robots/ROBOT` (telemetry; of robots outside the mission only `BRIEF_FIELDS`), `/events`, `/goal`, `/mission`,
-`/plan`, `/script` and `/world` as JSON in the API's form, and `/samples`, the samples' believed places. Log times are
-the world's clock, publish times the wall clock; both in nanoseconds.
+that holds it), `/poses/ROBOT` (foxglove.PoseInFrame, of the mission's own robots) and `/images/ROBOT/CAMERA`
+(foxglove.CompressedImage), for any viewer of the Foxglove schemas; `/robots/ROBOT` (telemetry; of robots outside the
+mission only `BRIEF_FIELDS`), `/events`, `/goal`, `/mission`, `/plan`, `/results`, `/script` and `/world` as JSON in the
+API's form, and `/samples`, the samples' believed places. Log times are the world's clock, publish times the wall clock;
+both in nanoseconds.
 """
 
 import json
@@ -14,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Self, cast
 
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -35,6 +37,8 @@ EVENTS = "/events"
 GOAL = "/goal"
 MISSION = "/mission"
 PLAN = "/plan"
+RESULTS = "/results"
+IMAGES = "/images/"
 SCRIPT = "/script"
 WORLD = "/world"
 SAMPLES = "/samples"
@@ -121,6 +125,21 @@ class McapWriter:
             transforms.append(_placed(name, frame, x_m, y_m, 0.0, at_s))
         self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), at_s)
 
+    def write_result(self, body: Mapping[str, Any], content: bytes | None, at_s: float) -> None:
+        """Write a result as the API has it.
+
+        :param content: an image's; None of a reading.
+        """
+        self.write_json(RESULTS, body, at_s)
+        if content is not None:
+            image = CompressedImage(
+                timestamp=_stamp(at_s),
+                frame_id=body["robot"],
+                data=content,
+                format=body["media_type"].partition("/")[2],
+            )
+            self._protobuf(image_topic(body), image, at_s)
+
     def write_json(self, topic: str, body: Any, at_s: float) -> None:
         """Write a body of the API."""
         self._json(topic, json.dumps(body, separators=(",", ":")), at_s)
@@ -150,6 +169,11 @@ class McapWriter:
         self._writer.add_message(
             channel, log_time=int(at_s * NANO), data=data, publish_time=int(self._wall.epoch_s() * NANO)
         )
+
+
+def image_topic(body: Mapping[str, Any]) -> str:
+    """The topic of a result's image."""
+    return f"{IMAGES}{body['robot']}/{body['name']}"
 
 
 def _placed(name: str, frame: str, x_m: float, y_m: float, heading_rad: float, at_s: float) -> FrameTransform:

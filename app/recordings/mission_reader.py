@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 
 from app.domain.lifecycles.mission import OPEN
-from app.store import Database, EventRow, GoalRow, MissionRow, PlanRow, ScriptRow
+from app.store import Database, EventRow, GoalRow, MissionRow, PlanRow, ResultRow, ScriptRow
 
 MISSION_ID = re.compile(r"mission-[0-9a-f]+")
 
@@ -58,6 +58,11 @@ class MissionReader:
             )
             for one in missions
         ]
+
+    def result(self, result_id: str) -> ResultRow | None:
+        """A result with its content; None if it was deleted."""
+        with self._database.read() as session:
+            return session.get(ResultRow, result_id)
 
     def events(self, record: MissionRecord, *, after: int, before: int) -> Sequence[EventRow]:
         """The events of the goal, its plans and the mission with `after` < seq < `before`."""

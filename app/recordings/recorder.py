@@ -8,7 +8,7 @@ from typing import Any
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.events import FactsChanged
+from app.domain.events import FactsChanged, ResultReceived
 from app.domain.lifecycles.mission import ENDED
 from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
@@ -16,7 +16,7 @@ from app.recordings.mission_reader import MissionReader, MissionRecord, names_in
 from app.recordings.mission_recording import MissionRecording
 from app.recordings.recording_store import RecordingStore
 from app.recordings.replay import last_event
-from app.store import EventRow, GoalRow, MissionRow, ScriptRow, is_unavailable
+from app.store import EventRow, GoalRow, MissionRow, ResultRow, ScriptRow, is_unavailable
 from app.store.event_log import envelope
 from app.workflows.background import Background
 from app.workflows.leases import ExecutorRegistry
@@ -45,6 +45,7 @@ class RecordedBodies:
     goal: Callable[[GoalRow], dict[str, Any]]
     mission: Callable[[MissionRow, Sequence[ScriptRow]], dict[str, Any]]
     plan: Callable[[str], dict[str, Any]]
+    result: Callable[[ResultRow], dict[str, Any]]
     world: Callable[[str], dict[str, Any]]
     samples: Callable[[str], dict[str, str]]
     places: Callable[[str], dict[str, tuple[float, float]]]
@@ -148,7 +149,7 @@ class Recorder:
         moved = set()
         for row, names in about:
             for recording in (self._open[one] for one in self._recorded(names)):
-                recording.write_event(envelope(row), self._clock_map.at_s(recording.world, row.time))
+                self._write_event(recording, row)
             if row.type == FactsChanged.TYPE:
                 moved.add(row.subject)
         for world in moved & {recording.world for recording in self._open.values()}:
@@ -156,6 +157,13 @@ class Recorder:
             for recording in self._open.values():
                 if recording.world == world:
                     recording.write_samples(samples, self._clock_map.now_s(world))
+
+    def _write_event(self, recording: MissionRecording, row: EventRow) -> None:
+        """Write an event, and the result that it tells of."""
+        recording.write_event(envelope(row), self._clock_map.at_s(recording.world, row.time))
+        result = self._missions.result(row.data["result"]) if row.type == ResultReceived.TYPE else None
+        if result is not None:
+            recording.writer.write_result(self._bodies.result(result), result.content, result.at_s)
 
     def _records(self, ids: Collection[str]) -> list[MissionRecord]:
         """The records of those missions that this process has to record."""
@@ -202,7 +210,7 @@ class Recorder:
         )
         self._open[mission.id] = recording
         for row in self._missions.events(record, after=earlier, before=before):
-            recording.write_event(envelope(row), self._clock_map.at_s(world, row.time))
+            self._write_event(recording, row)
         now_s = self._clock_map.now_s(world)
         recording.writer.write_json(WORLD, self._bodies.world(world), now_s)
         recording.write_samples(self._bodies.samples(world), now_s)

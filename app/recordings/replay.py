@@ -1,21 +1,27 @@
 """A recording in the form that a page replays: rows of poses, other telemetry, states and events."""
 
 import json
+from base64 import b64encode
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
+
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from app.recordings.mcap_writer import (
     BRIEF_FIELDS,
     EVENTS,
     GOAL,
+    IMAGES,
     MISSION,
     NANO,
     PLAN,
+    RESULTS,
     ROBOTS,
     SAMPLES,
     SCRIPT,
     WORLD,
+    image_topic,
 )
 from app.recordings.recording_store import Entry
 
@@ -32,7 +38,8 @@ class Replay:
     `robots`: by name, rows of `[at_s, x_m, y_m, heading_rad, holding, packet_tag]`; `telemetry`: by name, the other
     telemetry of the mission's own robots. `missions`: the mission's states, each from `at_s` on; `goal`: its last
     state; `plans`: all plans made for it, and `scripts`: the robots' scripts, by id; `samples`: the samples' believed
-    places, each from `at_s` on; `events`: all events, in order.
+    places, each from `at_s` on; `results`: what packets brought, images with their content as a `data:` address in
+    `image`; `events`: all events, in order.
     """
 
     world: dict[str, Any] = field(default_factory=dict)
@@ -43,13 +50,15 @@ class Replay:
     plans: dict[str, Any] = field(default_factory=dict)
     scripts: dict[str, Any] = field(default_factory=dict)
     samples: list[dict[str, Any]] = field(default_factory=list)
+    results: list[dict[str, Any]] = field(default_factory=list)
     events: list[dict[str, Any]] = field(default_factory=list)
 
 
 def replay_of(entries: Iterable[Entry]) -> Replay:
     replay = Replay()
     by_id = {PLAN: replay.plans, SCRIPT: replay.scripts}
-    for topic, body, at_s in _json_entries(entries):
+    images: dict[tuple[str, float], bytes] = {}
+    for topic, body, at_s in _entries(entries, images):
         if topic.startswith(ROBOTS):
             _add_robot(replay, topic.removeprefix(ROBOTS), body, at_s)
         elif topic == EVENTS:
@@ -58,24 +67,36 @@ def replay_of(entries: Iterable[Entry]) -> Replay:
             replay.missions.append({"at_s": at_s, "mission": body})
         elif topic == SAMPLES:
             replay.samples.append({"at_s": at_s, "lying": body})
+        elif topic == RESULTS:
+            replay.results.append({**body, "at_s": at_s})
         elif topic in by_id:
             by_id[topic][body["id"]] = body
         elif topic == GOAL:
             replay.goal = body
         elif topic == WORLD:
             replay.world = body
+    for result in replay.results:
+        content = images.get((image_topic(result), result["at_s"]))
+        if content is not None:
+            result["image"] = f"data:{result['media_type']};base64,{b64encode(content).decode()}"
     return replay
 
 
 def last_event(entries: Iterable[Entry]) -> int:
     """The number of the newest event in a recording; 0 without one."""
-    return max((body["seq"] for topic, body, _ in _json_entries(entries) if topic == EVENTS), default=0)
+    return max((body["seq"] for topic, body, _ in _entries(entries, {}) if topic == EVENTS), default=0)
 
 
-def _json_entries(entries: Iterable[Entry]) -> Iterable[tuple[str, Any, float]]:
+def _entries(
+    entries: Iterable[Entry], images: dict[tuple[str, float], bytes]
+) -> Iterable[tuple[str, Any, float]]:
+    """Topic, body and time of what is recorded as JSON; images go to `images`, by topic and time."""
     for _, channel, message in entries:
+        at_s = message.log_time / NANO
         if channel.message_encoding == "json":
-            yield channel.topic, json.loads(message.data), message.log_time / NANO
+            yield channel.topic, json.loads(message.data), at_s
+        elif channel.topic.startswith(IMAGES):
+            images[channel.topic, at_s] = CompressedImage.FromString(message.data).data
 
 
 def _add_robot(replay: Replay, name: str, said: dict[str, Any], at_s: float) -> None:

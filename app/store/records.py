@@ -13,10 +13,18 @@ from sqlalchemy.orm.interfaces import ORMOption
 from app.domain.errors import Invalid, unrecorded
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
-from app.store.tables import GoalRow, LostRobotRow, MissionRow, OutOfServiceRow, PlanRow, ScriptRow
+from app.store.tables import (
+    GoalRow,
+    LostRobotRow,
+    MissionRow,
+    OutOfServiceRow,
+    PlanRow,
+    ResultRow,
+    ScriptRow,
+)
 
 Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
-Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow)
+Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow, ResultRow)
 
 UNENDED_SCRIPT = (
     ScriptRow.delivery.in_(DELIVERABLE),

@@ -13,6 +13,7 @@ from sqlalchemy import (
     ForeignKey,
     Index,
     Integer,
+    LargeBinary,
     String,
     Text,
     TypeDecorator,
@@ -281,6 +282,29 @@ class ScriptRow(Base):
     heard_at_s: Mapped[float | None]
     given_at_s: Mapped[float | None]
     doubt: Mapped[str] = mapped_column(default="")
+
+
+class ResultRow(Base):
+    """What a packet of a mission has brought, `of` a place, sample or robot: the image of the camera `name`, with its
+    `content`, or the `value` of the quantity `name`.
+    """
+
+    __tablename__ = "results"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    mission_id: Mapped[str] = mapped_column(ForeignKey("missions.id"), index=True)
+    script_id: Mapped[str] = mapped_column(ForeignKey("scripts.id"), index=True)
+    packet_id: Mapped[str]
+    robot: Mapped[str]
+    kind: Mapped[str]
+    name: Mapped[str]
+    of: Mapped[str]
+    at_s: Mapped[float]
+    media_type: Mapped[str | None]
+    size_bytes: Mapped[int | None]
+    content: Mapped[bytes | None] = mapped_column(LargeBinary, info=UNLISTED)
+    value: Mapped[float | None]
+    unit: Mapped[str] = mapped_column(default="")
+    created_at: Mapped[str] = mapped_column(default=utc_now)
 
 
 class DurationRow(Base):

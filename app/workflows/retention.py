@@ -13,7 +13,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import OPEN
 from app.settings import Settings
-from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ScriptRow
+from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ResultRow, ScriptRow
 from app.store.records import UNENDED_SCRIPT
 from app.workflows import Workflows
 from app.workflows.background import Background
@@ -44,8 +44,8 @@ class Retention:
 
     Events are deleted oldest first and the newest is kept: the remaining ones have no gaps, and numbers never start
     again. All messages of a running mission are kept: their ids prevent them from being recorded twice. A goal is
-    deleted together with its plans, missions and scripts, but not while an order to stop is to be delivered to a lost
-    robot. Learned durations and facts are kept.
+    deleted together with its plans, missions, scripts and results, but not while an order to stop is to be delivered to
+    a lost robot. Learned durations and facts are kept.
     """
 
     def __init__(
@@ -168,6 +168,7 @@ class Retention:
             goals = session.scalars(old).all()
             if goals:
                 gone = select(MissionRow.id).where(MissionRow.goal_id.in_(goals))
+                session.execute(delete(ResultRow).where(ResultRow.mission_id.in_(gone)))
                 session.execute(delete(ScriptRow).where(ScriptRow.mission_id.in_(gone)))
                 session.execute(delete(MissionRow).where(MissionRow.goal_id.in_(goals)))
                 session.execute(delete(PlanRow).where(PlanRow.goal_id.in_(goals)))

@@ -20,6 +20,7 @@ from robots.wire import (
     FailureCategory,
     Message,
     PacketReport,
+    PacketResult,
     PacketState,
     PacketTunings,
     Performative,
@@ -114,6 +115,8 @@ class FakeTeam:
         """Reports are said again until there is a receipt, as real robots do."""
         self._unconfirmed: dict[str, tuple[float, Message]] = {}
         self._held_back: list[tuple[float, Message]] = []
+        self.brings: dict[str, tuple[PacketResult, ...]] = {}
+        """What packets bring that finish, by tag."""
         self.traced = TraceReport(at_s=0.0)
         """What robots tell of their traces."""
         self._stop = threading.Event()
@@ -355,6 +358,7 @@ class FakeTeam:
             state=state,
             at_s=self.clock.now_s(),
             events=("goal",) if state is PacketState.FINISHED else (),
+            results=self.brings.get(packet.tag, ()) if state is PacketState.FINISHED else (),
         )
         message = self._message(name, Performative.INFORM, report)
         late_s = self.faults.late_s.get((name, packet.tag), 0.0) if state is PacketState.FINISHED else 0.0

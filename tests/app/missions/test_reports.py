@@ -9,17 +9,20 @@ import pytest
 from sqlalchemy import event
 
 from app.agents.agent_models import Reception
+from app.domain.errors import NotFound
 from app.domain.lifecycles.script import ask
-from app.store import GoalRow, ScriptRow
+from app.store import GoalRow, MessageRow, ScriptRow
 from app.store.migrate import migrate
 from robots.clock import ManualClock
 from robots.wire import (
     Acknowledgement,
     Body,
+    ImageResult,
     Message,
     PacketReport,
     PacketState,
     Performative,
+    ReadingResult,
     Refusal,
     StatusReport,
 )
@@ -27,6 +30,7 @@ from tests.app.missions.mission_services import WORLD, MissionServices, services
 from tests.app.sample_store import Store
 
 STORE = Store()
+PNG = b"\x89PNG\r\n\x1a\n and what follows"
 
 
 class Mission:
@@ -179,6 +183,32 @@ def test_a_report_among_others_that_is_implausible_is_held_back_alone(mission: M
     assert receptions == [Reception.HELD_BACK, Reception.RECORDED]
     assert mission.known("yard_1", 0) == {}
     assert mission.known("store_2", 0)["state"] == "running"
+
+
+def test_results_are_kept_once_and_not_with_the_message(mission: Mission) -> None:
+    taken = ImageResult(name="camera", of="bay_7", media_type="image/png", data=PNG)
+    read = ReadingResult(name="light_lx", of="bay_7", value=412.0, unit="lx")
+    script = mission.script("yard_1")
+    packet_id = script.body["packets"][0]["id"]
+    report = PacketReport(
+        script_id=script.id, packet_id=packet_id, state=PacketState.FINISHED, at_s=9.0, results=(taken, read)
+    )
+    said = mission.message(script, report)
+    mission.report("yard_1", 0, PacketState.FINISHED, 9.0)  # of the same end, without what it brought
+    assert mission.services.record(said)
+    assert not mission.services.record(said)
+    rows = mission.services.missions.results(mission.id)
+    assert {(row.kind, row.of, row.robot, row.packet_id, row.value) for row in rows} == {
+        ("image", "bay_7", "yard_1", packet_id, None),
+        ("reading", "bay_7", "yard_1", packet_id, 412.0),
+    }
+    image = next(row for row in rows if row.kind == "image")
+    assert mission.services.missions.result(mission.id, image.id).content == PNG
+    with pytest.raises(NotFound):
+        mission.services.missions.result(mission.id, "result-unknown")
+    stored = mission.services.read(lambda session: session.get_one(MessageRow, said.id))
+    assert [one["kind"] for one in stored.body["body"]["results"]] == ["image", "reading"]
+    assert "data" not in stored.body["body"]["results"][0]
 
 
 def test_the_goal_is_committed_while_its_mission_runs(mission: Mission) -> None:

@@ -18,6 +18,7 @@ from app.store import (
     MessageRow,
     MissionRow,
     PlanRow,
+    ResultRow,
     ScriptRow,
     WorldRow,
 )
@@ -29,7 +30,7 @@ from tests.databases import ON_BOTH
 from tests.waiting import until
 
 pytestmark = ON_BOTH
-WITH_A_GOAL = (GoalRow, PlanRow, MissionRow, ScriptRow)
+WITH_A_GOAL = (GoalRow, PlanRow, MissionRow, ScriptRow, ResultRow)
 LONG_AGO = "2020-01-01T00:00:00.000Z"
 
 
@@ -151,6 +152,21 @@ def add_mission(
         session.add(
             ScriptRow(id=f"{name}-fred", mission_id=name, plan_id=f"plan-{name}", robot="fred", **given)
         )
+        session.flush()
+        session.add(
+            ResultRow(
+                id=f"{name}-image",
+                mission_id=name,
+                script_id=f"{name}-fred",
+                packet_id="LOOK",
+                robot="fred",
+                kind="image",
+                name="camera",
+                of="bay_4",
+                at_s=1.0,
+                content=b"taken",
+            )
+        )
         body = {"body": {"kind": "packet_report", "script_id": f"{name}-fred"}}
         for age, recorded in (("old", {"recorded_at": LONG_AGO}), ("new", {})):
             row = MessageRow(id=f"{name}-{age}", robot="fred", kind="packet_report", body=body, **recorded)
@@ -185,6 +201,7 @@ def everything_of(*missions: str) -> dict[str, set[str]]:
         "plans": {f"plan-{name}" for name in missions},
         "missions": set(missions),
         "scripts": {f"{name}-fred" for name in missions},
+        "results": {f"{name}-image" for name in missions},
     }
 
 

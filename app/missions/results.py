@@ -1,0 +1,48 @@
+"""What packets bring beside their effects, kept with the mission: images and readings."""
+
+from sqlalchemy.orm import Session
+
+from app.domain.events import ResultReceived
+from app.domain.ids import new_id
+from app.store import ResultRow, ScriptRow
+from app.store.event_log import EventLog
+from robots.wire import ImageResult, PacketReport
+
+
+def keep_results(session: Session, events: EventLog, report: PacketReport, script: ScriptRow) -> None:
+    """Record the results of a packet's report, each with its event."""
+    for result in report.results:
+        row = ResultRow(
+            id=new_id("result"),
+            mission_id=script.mission_id,
+            script_id=script.id,
+            packet_id=report.packet_id,
+            robot=script.robot,
+            kind=result.kind,
+            name=result.name,
+            of=result.of,
+            at_s=report.at_s,
+        )
+        if isinstance(result, ImageResult):
+            row.media_type = result.media_type
+            row.content = result.data
+            row.size_bytes = len(result.data)
+        else:
+            row.value = result.value
+            row.unit = result.unit
+        session.add(row)
+        events.append(
+            session,
+            ResultReceived(
+                subject=script.mission_id,
+                result=row.id,
+                robot=script.robot,
+                packet=report.packet_id,
+                at_s=report.at_s,
+                kind=result.kind,
+                name=result.name,
+                of=result.of,
+                value=row.value,
+                unit=row.unit or "",
+            ),
+        )
