@@ -216,9 +216,31 @@ interface Mission {
   ended_at_s?: number | null;
   deadline_s?: number | null;
   enquire_at_s?: number | null;
+  /** How many its packets have brought. */
+  results?: number;
   progress?: ScriptProgress[];
   recovery?: { policy: string; step: string | null; attempts: RecoveryAttempt[] };
   created_at: string;
+}
+
+/** What a packet has brought, `of` a place, sample or robot: the image of the camera `name`, or what was read of the quantity `name`. */
+interface Result {
+  id: string;
+  mission_id: string;
+  robot: string;
+  packet_id: string;
+  kind: "image" | "reading";
+  name: string;
+  of: string;
+  at_s: number;
+  created_at: string;
+  value: number | null;
+  unit: string;
+}
+
+/** A result of a recording, an image with its `data:` address. */
+interface RecordedResult extends Result {
+  image?: string;
 }
 
 interface Robot {
@@ -329,6 +351,7 @@ interface Replay {
   telemetry?: Record<string, { at_s: number }[]>;
   missions: { at_s: number; mission: Mission }[];
   samples: { at_s: number; lying: Record<string, string> }[];
+  results?: RecordedResult[];
   events: RecordedEvent[];
   goal?: Goal | null;
   plans: Record<string, Plan>;

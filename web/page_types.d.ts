@@ -133,6 +133,7 @@ interface Recording {
   to: number;
   layout: WorldLayout;
   events: RecordedEvent[];
+  results: RecordedResult[];
   robots(time: number): Record<string, RobotTelemetry>;
   samples(time: number): Map<string, string>;
   mission(time: number): Mission | null;

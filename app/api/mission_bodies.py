@@ -180,6 +180,7 @@ class MissionBody(BaseModel):
     enquire_at_s: float | None
     ended_at_s: float | None
     created_at: str
+    results: int = Field(default=0, description="how many its packets have brought")
     recovery: RecoveryBody
     progress: list[ScriptProgress] = Field(description="of the plan that it carries out now")
     earlier: list[ScriptProgress] = Field(

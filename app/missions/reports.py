@@ -248,7 +248,7 @@ class MissionReports:
     def _packet(self, session: Session, report: PacketReport, subject: _Subject) -> None:
         script = subject.script
         mission = subject.mission
-        keep_results(session, self._events, report, script)
+        keep_results(session, self._events, report, script, mission)
         known = dict(script.packets.get(report.packet_id, {}))
         if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
             return  # a later report has arrived before it

@@ -4,17 +4,20 @@ from sqlalchemy.orm import Session
 
 from app.domain.events import ResultReceived
 from app.domain.ids import new_id
-from app.store import ResultRow, ScriptRow
+from app.store import MissionRow, ResultRow, ScriptRow
 from app.store.event_log import EventLog
 from robots.wire import ImageResult, PacketReport
 
 
-def keep_results(session: Session, events: EventLog, report: PacketReport, script: ScriptRow) -> None:
+def keep_results(
+    session: Session, events: EventLog, report: PacketReport, script: ScriptRow, mission: MissionRow
+) -> None:
     """Record the results of a packet's report, each with its event."""
+    mission.results += len(report.results)
     for result in report.results:
         row = ResultRow(
             id=new_id("result"),
-            mission_id=script.mission_id,
+            mission_id=mission.id,
             script_id=script.id,
             packet_id=report.packet_id,
             robot=script.robot,
@@ -34,7 +37,7 @@ def keep_results(session: Session, events: EventLog, report: PacketReport, scrip
         events.append(
             session,
             ResultReceived(
-                subject=script.mission_id,
+                subject=mission.id,
                 result=row.id,
                 robot=script.robot,
                 packet=report.packet_id,

@@ -4,6 +4,7 @@ import asyncio
 import json
 import threading
 import time
+from base64 import b64decode
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,15 +15,16 @@ from fastapi import Body, Depends, FastAPI, HTTPException, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 
+from app.api.auth import SECURITY_HEADERS
 from app.api.page_views import views_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.domain.world_model.layout import layout_of
 from tests.ports import free_port
-from tests.web.fake_service import WORLD, FakeService
+from tests.web.fake_service import IMAGE, WORLD, FakeService
 
 TOKEN = "secret"
 STATIC = Path(__file__).parents[2] / "web" / "static"
-CONTENT_POLICY = "default-src 'self'; frame-ancestors 'self'"
+CONTENT_POLICY = SECURITY_HEADERS["content-security-policy"]
 
 
 def require_token(request: Request) -> None:
@@ -122,6 +124,14 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
     @app.get("/v1/missions/{mission_id}", dependencies=v1)
     def mission(mission_id: str) -> Any:
         return service.missions[mission_id]
+
+    @app.get("/v1/missions/{mission_id}/results", dependencies=v1)
+    def results(mission_id: str) -> Any:
+        return {"items": [one for one in service.results if one["mission_id"] == mission_id], "next": None}
+
+    @app.get("/v1/missions/{mission_id}/results/{result_id}", dependencies=v1)
+    def result(mission_id: str, result_id: str) -> Response:
+        return Response(b64decode(IMAGE.partition(",")[2]), media_type="image/png")
 
     @app.get("/v1/missions/{mission_id}/replay", dependencies=v1)
     def replay(mission_id: str) -> Any:

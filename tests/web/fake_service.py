@@ -76,6 +76,13 @@ LINKS = [
 ]
 
 
+IMAGE = (
+    "data:image/png;base64,"
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR4nGNgYPhfDwAChAGA60e6kgAAAABJRU5ErkJggg=="
+)
+"""One pixel."""
+
+
 class FakeService:
     """Goals, plans and missions with canned answers."""
 
@@ -88,6 +95,7 @@ class FakeService:
         self.goals: dict[str, dict[str, Any]] = {}
         self.plans: dict[str, dict[str, Any]] = {}
         self.missions: dict[str, dict[str, Any]] = {}
+        self.results: list[dict[str, Any]] = []
         self.facts = [{"predicate": "in", "args": [s.name, s.at]} for s in self.world.samples]
         self.telemetry = {
             robot.name: {
@@ -266,6 +274,26 @@ class FakeService:
         self.goals[mission["goal_id"]] |= {"state": "finished", "outcome": "completed"}
         self.publish("mission.completed", mission_id)
 
+    def bring(self, mission_id: str, kind: str, name: str, **more: Any) -> None:
+        """A packet of yard_1 has brought a result of bay_1."""
+        result = {
+            "id": f"result-{len(self.results) + 1}",
+            "mission_id": mission_id,
+            "robot": "yard_1",
+            "packet_id": "a1",
+            "kind": kind,
+            "name": name,
+            "of": "bay_1",
+            "at_s": self.missions[mission_id]["started_at_s"] + 15,
+            "created_at": "2026-07-01T12:03:00.000Z",
+            "value": None,
+            "unit": "",
+            **more,
+        }
+        self.results.append(result)
+        self.missions[mission_id]["results"] = len(self.results)
+        self.publish("packet.result", mission_id, result=result["id"])
+
     def replay(self, mission_id: str) -> dict[str, Any]:
         """The recording of 40 s in which yard_1 drives 4 m to the east and delivers sample_1 at half time."""
         mission = self.missions[mission_id]
@@ -285,6 +313,7 @@ class FakeService:
             "goal": self.goals[mission["goal_id"]],
             "plans": {},
             "scripts": {},
+            "results": [{**one, "image": IMAGE} if one["kind"] == "image" else one for one in self.results],
             "telemetry": {
                 "yard_1": [{"at_s": start_s, "battery": 0.8}, {"at_s": start_s + 20, "battery": 0.6}]
             },

@@ -36,6 +36,24 @@ def test_a_goal_is_planned_approved_and_seen_complete(page: Page, service: FakeS
     expect(page.get_by_test_id("mission").locator("[data-state=finished]")).to_have_count(8)
 
 
+def test_what_packets_bring_is_shown_with_the_mission_as_it_comes(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    expect(page.get_by_test_id("mission-state")).to_have_text("running")
+    expect(page.get_by_test_id("results")).to_have_count(0)
+    service.bring("mission-1", "image", "camera")
+    image = page.get_by_alt_text("bay_1 as the camera of yard_1 sees it")
+    expect(image).to_have_js_property("naturalWidth", 1)
+    expect(image).to_have_attribute("src", "/v1/missions/mission-1/results/result-1")
+    expect(page.locator("figcaption")).to_have_text(re.compile(r"^bay_1, by yard_1, \d+:03( [AP]M)?$"))
+    service.bring("mission-1", "reading", HOSTILE, value=412.345, unit="lx")
+    expect(page.locator(".results .reading")).to_contain_text(f"{HOSTILE} 412.3 lx")
+    page.get_by_title("Show it large").click()
+    expect(page.get_by_test_id("result-dialog").get_by_role("img")).to_have_js_property("naturalWidth", 1)
+    page.get_by_role("button", name="Close").click()
+    expect(page.get_by_test_id("result-dialog")).to_have_count(0)
+
+
 def test_alternatives_are_compared_and_the_one_looked_at_is_approved(
     page: Page, service: FakeService
 ) -> None:

@@ -129,3 +129,22 @@ def test_a_recording_that_was_kept_as_a_file_plays_without_the_service(
     expect(page.locator("[data-action]")).to_have_count(8)
     assert set(asked) <= {"file", "data"}
     page.close()
+
+
+def test_a_recordings_results_appear_when_they_came(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    service.bring("mission-1", "image", "camera")
+    service.complete("mission-1")
+    page.get_by_test_id("mission-replay").click()
+    image = page.locator("#player").get_by_alt_text("bay_1 as the camera of yard_1 sees it")
+    scrub(page, 10)
+    expect(image).to_have_count(0)
+    scrub(page, 20)
+    expect(image).to_have_js_property("naturalWidth", 1)
+    expect(page.locator("#player figcaption")).to_have_text("bay_1, by yard_1, 15.0 s")
+    page.locator("#player figure button").click()
+    large = page.get_by_test_id("result-dialog")
+    expect(large.get_by_role("img")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(large).to_have_count(0)

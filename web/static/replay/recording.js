@@ -10,6 +10,7 @@ export function createRecording(replay) {
     to: Math.max(...times),
     layout: replay.world.layout,
     events: replay.events,
+    results: replay.results ?? [],
     robots(time) {
       const started = Object.entries(replay.robots).filter(([, rows]) => rows.length && rows[0][0] <= time + EARLY_S);
       return Object.fromEntries(started.map(([name, rows]) => [name, { ...lastRow(replay.telemetry?.[name] ?? [], time), ...pose(rows, time), at_s: time }]));

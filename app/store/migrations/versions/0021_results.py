@@ -28,9 +28,11 @@ def upgrade() -> None:
         sa.Column("unit", sa.String(), nullable=False),
         sa.Column("created_at", sa.String(), nullable=False),
     )
+    op.add_column("missions", sa.Column("results", sa.Integer(), nullable=False, server_default="0"))
     op.create_index("ix_results_mission_id", "results", ["mission_id"])
     op.create_index("ix_results_script_id", "results", ["script_id"])
 
 
 def downgrade() -> None:
+    op.drop_column("missions", "results")
     op.drop_table("results")
