@@ -28,7 +28,7 @@ from app.domain.world_model.vocabulary import symbolic_all
 from app.packs.pack_set import Packs
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
-from app.store import GoalRow
+from app.store import GoalRow, ResultRow
 from robots.background_compilation import BackgroundCompilation
 from robots.compilation import uncompiled
 from robots.wire import SymbolicFact
@@ -109,7 +109,10 @@ def _run(
             wanted = [SymbolicFact.model_validate(fact) for fact in goal.goal]
             truth = simulation.truth()
             held = {fact: holds(fact, world, truth) for fact in wanted}
-            return _show_result(console, mission, held, _believed(service, world))
+            code = _show_result(console, mission, held, _believed(service, world))
+            for result in service.missions.results(mission_id):
+                console.print(escape(_in_words(result)))
+            return code
 
 
 def _wait_until_planned(service: Service, goal: GoalRow, progress: StartProgress) -> GoalRow:
@@ -181,6 +184,15 @@ def _update(
     if MissionState(mission.state) is MissionState.COMPLETED:
         done_s = mission.original_estimate_s
     progress.update(overall, total=mission.original_estimate_s, completed=done_s, description=told)
+
+
+def _in_words(result: ResultRow) -> str:
+    """What a packet has brought."""
+    if result.kind == "image":
+        brought = f"{result.media_type} of {result.size_bytes:,} bytes from {result.name}"
+    else:
+        brought = f"{result.name} {result.value:.4g} {result.unit}".rstrip()
+    return f"{result.of}, by {result.robot}: {brought}."
 
 
 def _believed(service: Service, world: WorldFile) -> Collection[SymbolicFact]:

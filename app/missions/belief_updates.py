@@ -62,8 +62,9 @@ class BeliefUpdates:
         # The percepts of a stopped robot are newer; later actions of the other robots are applied again below.
         going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
         for action_id in actions:
-            before = world.facts
-            after = apply_action(before, net.action(action_id))
+            action = net.action(action_id)
+            before = world.facts - self._knowledge_base.achieved_anew(action.effects)
+            after = apply_action(before, action)
             touched = after ^ before
             for later in _done_since(net, action_id, scripts):
                 after = apply_action(after, later)

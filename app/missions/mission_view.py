@@ -121,7 +121,7 @@ class MissionViews:
         if before == key:
             return known
         net = self._core.plan_nets.of(session, mission.plan_id)
-        facts = self._core.facts.facts(session, mission.world)
+        facts = self._core.facts.counting_for(session, mission.world, net.goals, since_s=mission.started_at_s)
         links = broken_links(net, facts, begun=begun_, done=done_)
         missed = tuple(self._words(goal) for goal in net.goals if goal not in facts)
         known = (missed, tuple(dict.fromkeys(self._words(link.fact) for link in links)))

@@ -28,7 +28,7 @@ from app.domain.world_model import (
 )
 from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
-from app.store import GoalRow, PlanRow, WorldRow
+from app.store import GoalRow, MissionRow, PlanRow, WorldRow
 from app.store.durations import learned_durations
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
@@ -128,6 +128,7 @@ class ProblemBuilder:
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
+        facts = self._facts.counting_for(session, goal.world, goals, since_s=_begun_s(session, goal))
         stages = constraints.stages_of(goals)
         unavailable = {**self._unavailable(goal.world), **withdrawn_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
@@ -178,6 +179,12 @@ class ProblemBuilder:
             return replace(problem, priorities=priorities)
         left_s = goal.deadline_at_s - self._clocks[goal.world].now_s()
         return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(problem.goals, left_s))
+
+
+def _begun_s(session: Session, goal: GoalRow) -> float | None:
+    """When the goal's mission began work; None if it has none or has not begun."""
+    mission = None if goal.mission_id is None else session.get_one(MissionRow, goal.mission_id)
+    return None if mission is None else mission.started_at_s
 
 
 def factors_of(learned: Durations) -> Mapping[Kind, float]:

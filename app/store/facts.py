@@ -12,6 +12,7 @@ from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
+from app.store.tables import utc_now
 from app.store.unknowns import INSTEAD_OF, PLACED, unknown_rows
 from planner import Fact, KnowledgeBase
 
@@ -52,6 +53,24 @@ class FactStore:
         if rows and world not in session.info.get(_CHANGED, ()):
             self._read[world] = rows[0].version, facts
         return facts
+
+    def counting_for(
+        self, session: Session, world: str, goals: Iterable[Fact], *, since_s: float | None
+    ) -> frozenset[Fact]:
+        """The world's facts without those goals that are still to be achieved anew.
+
+        :param since_s: such a goal counts as achieved if it has become true since then; None: it does not count.
+        """
+        facts = self.facts(session, world)
+        before = self._knowledge_base.achieved_anew(goals) & facts
+        if before and since_s is not None:
+            columns = (FactRow.predicate, FactRow.args)
+            atoms = [str(fact) for fact in before]
+            query = select(*columns).where(
+                FactRow.world == world, FactRow.atom.in_(atoms), FactRow.at_s < since_s
+            )
+            before = frozenset(Fact(row.predicate, tuple(row.args)) for row in session.execute(query))
+        return facts - before
 
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
@@ -152,6 +171,7 @@ class WorldFacts:
     ) -> bool:
         """Add and remove facts; a fact in both is added. True if anything has changed.
 
+        A fact that tells of something done gets the new source and time if it is added again.
         :param corrects: the removed facts were wrong, rather than true until now. New facts about the same objects keep
             them, and the beliefs that they had replaced, as `instead_of`.
         """
@@ -159,6 +179,11 @@ class WorldFacts:
         added = set(add)
         gone = [self._rows[str(fact)] for fact in sorted(set(remove) - added) if str(fact) in self._rows]
         new = [fact for fact in sorted(added) if str(fact) not in self._rows]
+        again = [
+            fact
+            for fact in sorted(self._knowledge_base.achieved_anew(added) - set(new))
+            if self._rows[str(fact)].at_s < at_s
+        ]
         wrong = [old for old in gone if corrects and not _ends_as_expected(old, source)]
         before = [_belief(old) for old in wrong]
         history = [one for old in wrong for one in (_belief(old), *old.instead_of)]
@@ -171,8 +196,14 @@ class WorldFacts:
         for fact in new:
             self._rows[str(fact)] = _row(world, fact, source, at_s, history)
             self._session.add(self._rows[str(fact)])
+        for fact in again:
+            row = self._rows[str(fact)]
+            row.source = source
+            row.at_s = at_s
+            row.recorded_at = utc_now()
         self._note_unknown(gone, source=source, at_s=at_s)
-        if gone or new:
+        has_changed = bool(gone or new or again)
+        if has_changed:
             self._world.version += 1
             self._session.info.setdefault(_CHANGED, set()).add(world)
             self._events.append(
@@ -181,7 +212,7 @@ class WorldFacts:
                     subject=world,
                     version=self._world.version,
                     source=source,
-                    added=self._relations(new),
+                    added=self._relations([*new, *again]),
                     removed=self._relations(Fact(old.predicate, tuple(old.args)) for old in gone),
                 ),
             )
@@ -189,7 +220,7 @@ class WorldFacts:
             believed = tuple(map(self._belief, before))
             contradicted = FactsContradicted(subject=world, source=source, at_s=at_s, believed=believed)
             self._events.append(self._session, contradicted)
-        return bool(gone or new)
+        return has_changed
 
     def _delete(self, row: FactRow | UnknownRow) -> None:
         """Delete a row, which an earlier change of the same transaction may have added."""

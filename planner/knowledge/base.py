@@ -77,6 +77,11 @@ class KnowledgeBase:
             )
         )
 
+    def achieved_anew(self, facts: Iterable[Fact]) -> frozenset[Fact]:
+        """Those that, as goals, are to be achieved although they are true."""
+        known = self.predicates
+        return frozenset(fact for fact in facts if fact.predicate in known and known[fact.predicate].anew)
+
     def to_relation(self, fact: Fact) -> tuple[str, tuple[str, ...]]:
         """The fact in rel/ref form: object_position(s, in, b) → ("in", ("s", "b")); others as they are."""
         predicate = self.predicates.get(fact.predicate)

@@ -1,10 +1,12 @@
 """The example package on an unpatched `macta serve`: a sentence with its verb is planned, approved and carried out."""
 
 import os
+import zlib
 from pathlib import Path
 from typing import Any
 
 import httpx2
+import numpy as np
 import pytest
 
 from tests.packages import write_project
@@ -40,12 +42,35 @@ def test_a_place_is_photographed_by_what_a_package_adds(
         approved = api.post(f"/v1/plans/{plan['id']}:approve", json={}).raise_for_status().json()
         mission = in_state(api, f"/v1/missions/{approved['mission_id']}", "completed", "failed", "cancelled")
         assert mission["state"] == "completed", mission["reason"]
-        facts = api.get("/v1/worlds/studio/facts").json()["items"]
-        pictures = [fact for fact in facts if fact["predicate"] == "photographed"]
+        path = f"/v1/missions/{mission['id']}/results"
+        results = {one["kind"]: one for one in api.get(path).json()["items"]}
+        assert {(one["of"], one["robot"]) for one in results.values()} == {("bay_4", "camera")}
+        image = api.get(f"{path}/{results['image']['id']}")
+        assert image.headers["content-type"] == "image/png"
+        assert results["image"]["size_bytes"] == len(image.content)
+        assert beacon_red(image.content) > 20, "the robot looks at the beacon of bay_4"
+        assert results["reading"]["value"] > 50
+        restated = api.post("/v1/goals", json=stated).raise_for_status().json()
+        again = [action["tag"] for action in plan_of(api, restated)["actions"]]
+        assert again == ["PHOTOGRAPH"], "it was photographed, and is to be once more"
+        plan_id = in_state(api, f"/v1/goals/{restated['id']}", "planned")["plan_id"]
+        approved = api.post(f"/v1/plans/{plan_id}:approve", json={}).raise_for_status().json()
+        second = in_state(api, f"/v1/missions/{approved['mission_id']}", "completed", "failed", "cancelled")
+        assert second["state"] == "completed", second["reason"]
+        assert second["results"] == 2
+        pictures = [
+            fact
+            for fact in api.get("/v1/worlds/studio/facts").json()["items"]
+            if fact["predicate"] == "photographed"
+        ]
         assert [fact["args"] for fact in pictures] == [["bay_4"]]
-        restated = api.post("/v1/goals", json=stated).raise_for_status().json()
-        assert plan_of(api, restated)["actions"] == [], "it is true already"
-        retracted = {"predicate": "photographed", "args": ["bay_4"], "value": False}
-        api.put("/v1/worlds/studio/facts", json={"facts": [retracted]}).raise_for_status()
-        restated = api.post("/v1/goals", json=stated).raise_for_status().json()
-        assert [action["tag"] for action in plan_of(api, restated)["actions"]] == ["PHOTOGRAPH"]
+        assert pictures[0]["at_s"] > second["started_at_s"]
+
+
+def beacon_red(png: bytes) -> int:
+    """How many pixels of an image are red."""
+    width = int.from_bytes(png[16:20], "big")
+    size = int.from_bytes(png[33:37], "big")
+    rows = np.frombuffer(zlib.decompress(png[41 : 41 + size]), np.uint8).reshape(-1, 1 + 3 * width)
+    pixels = rows[:, 1:].reshape(-1, 3).astype(int)
+    return int(((pixels[:, 0] > 2 * pixels[:, 1]) & (pixels[:, 0] > 2 * pixels[:, 2])).sum())

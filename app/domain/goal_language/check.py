@@ -158,7 +158,8 @@ def _against_facts(
     facts: Facts,
     knowledge_base: KnowledgeBase,
 ) -> Iterator[GoalIssue]:
-    if planner_fact(goal, knowledge_base, objects_of(world)) in facts:
+    wanted = planner_fact(goal, knowledge_base, objects_of(world))
+    if wanted in facts and not knowledge_base.achieved_anew([wanted]):
         yield GoalIssue(
             code="already-true", kind="note", detail=f"{goal} is true already", thing=goal.args[0]
         )

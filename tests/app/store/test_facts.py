@@ -7,7 +7,7 @@ import pytest
 from app.store import Database, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
-from planner import Fact
+from planner import Fact, KnowledgeBase
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -58,3 +58,35 @@ def test_a_transaction_sees_its_own_changes_and_nobody_does_once_they_are_rolled
 
 def test_unchanged_facts_are_not_read_again(database: Database, facts: FactStore) -> None:
     assert _known(database, facts) is _known(database, facts)
+
+
+def test_a_goal_that_is_achieved_anew_counts_only_from_when_it_was_done_again(database: Database) -> None:
+    file = STORE.base.file
+    predicates = dict(file.predicates)
+    predicates[HERE.predicate] = predicates[HERE.predicate].model_copy(update={"anew": True})
+    base = KnowledgeBase(file.model_copy(update={"predicates": predicates}))
+    facts = FactStore(EventLog(database), base)
+    with database.write() as session:
+        session.add(WorldRow(id=WORLD, title="Store", layout={}))
+        session.flush()
+        facts.change(session, WORLD, add=[HERE, THERE], source="yard_1", at_s=5.0)
+    with database.write() as session:
+        version = facts.version(session, WORLD)
+        assert facts.counting_for(session, WORLD, [HERE], since_s=None) == {THERE}
+        assert facts.counting_for(session, WORLD, [HERE], since_s=6.0) == {THERE}
+        assert facts.counting_for(session, WORLD, [HERE], since_s=5.0) == {HERE, THERE}
+        assert facts.change(session, WORLD, add=[HERE], source="yard_2", at_s=4.0) == version, "a late report"
+        assert facts.change(session, WORLD, add=[HERE], source="yard_2", at_s=7.0) == version + 1
+    with database.write() as session:
+        assert facts.counting_for(session, WORLD, [HERE], since_s=6.0) == {HERE, THERE}
+        assert [(one.source, one.at_s) for one in facts.believed(session, WORLD)] == [
+            ("yard_2", 7.0),
+            ("yard_1", 5.0),
+        ]
+
+
+def test_other_goals_count_as_soon_as_they_are_true(database: Database, facts: FactStore) -> None:
+    with database.write() as session:
+        assert facts.counting_for(session, WORLD, [HERE], since_s=None) == {HERE}
+        version = facts.version(session, WORLD)
+        assert facts.change(session, WORLD, add=[HERE], source="yard_1", at_s=9.0) == version
