@@ -21,10 +21,15 @@ def holds(fact: SymbolicFact, world: WorldFile, truth: Truth) -> bool | None:
     if fact.predicate in ("in", "at") and thing in truth.samples:
         return truth.samples[thing].ref in refs
     if fact.predicate in ("near", "at") and thing in truth.robots:
-        pose = truth.robots[thing]
-        points = [place.at for place in world.places if place.name in refs]
-        return any(dist(point, (pose.x_m, pose.y_m)) <= NEAR_M for point in points)
+        return any(is_near(truth, thing, place, world) for place in refs)
     return None
+
+
+def is_near(truth: Truth, robot: str, place: str, world: WorldFile) -> bool:
+    """Whether a robot stands at a place's approach point."""
+    pose = truth.robots[robot]
+    points = [one.at for one in world.places if one.name == place]
+    return any(dist(point, (pose.x_m, pose.y_m)) <= NEAR_M for point in points)
 
 
 def snapshot_truth(data: Path, world: WorldFile) -> Truth:

@@ -83,7 +83,7 @@ def serve(
 
 @app.command()
 def demo(
-    world: World = "sample_store",
+    world: World = None,
     goal: Annotated[str, typer.Option(help="Goal, as a sentence or fact.")] = "move sample_1 to bay_7",
     pack: PackNames = None,
     speed: Annotated[float | None, typer.Option(min=0.01, help="World seconds per wall-clock second.")] = 4.0,
@@ -101,7 +101,7 @@ def demo(
 @app.command()
 def plan(
     goal: Annotated[list[str] | None, typer.Option(help="Goal, as a sentence or fact; repeatable.")] = None,
-    world: World = "sample_store",
+    world: World = None,
     pack: PackNames = None,
     time_limit: Annotated[float, typer.Option(min=0.1, help="Planning time limit, in seconds.")] = 30.0,
     effort: Annotated[
@@ -172,7 +172,7 @@ def soak(
         float, typer.Option(min=0.1, help="Duration in minutes, without the last check.")
     ] = 10.0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of goals and faults.")] = 0,
-    world: World = "sample_store",
+    world: World = None,
     speed: Speed = 6.0,
     database_url: Annotated[
         str | None,
@@ -215,13 +215,14 @@ def interference(
 
 @experiments.command()
 def sweep(
-    world: World = "sample_store",
+    world: World = None,
     seeds: Annotated[int, typer.Option(min=1, help="Count of missions, one per seed.")] = 20,
     goals: Annotated[int, typer.Option(min=1, help="Goals per mission, drawn by the seed.")] = 1,
     goal: Annotated[
         list[str] | None, typer.Option(help="Goal of every mission, instead of drawn ones; repeatable.")
     ] = None,
     first: Annotated[int, typer.Option(min=0, help="First seed.")] = 0,
+    pack: PackNames = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes (default: one per core).")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print only one JSON document.")] = False,
 ) -> None:
@@ -234,5 +235,8 @@ def sweep(
     from app.cli.sweep import sweep as run
 
     with reported_errors():
-        request = SweepRequest(world=named_world(world), sentences=tuple(goal or ()), goals=goals)
+        packs = packs_of(pack)
+        request = SweepRequest(
+            world=named_world(world, packs), packs=packs, sentences=tuple(goal or ()), goals=goals
+        )
         run(request, range(first, first + seeds), jobs=jobs or os.cpu_count() or 1, as_json=json)

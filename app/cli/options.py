@@ -19,16 +19,20 @@ if TYPE_CHECKING:
     from robots.wire import PacketTunings
     from robots.world import WorldFile
 
+DEFAULT_WORLD = "of the pack: sample_store, survey_site"
 World = Annotated[
-    str, typer.Option(help="Name of a world that ships with Macta, or a world file.", metavar="NAME|FILE")
+    str | None,
+    typer.Option(
+        help="Name of a world of the packs, or a world file.", metavar="NAME|FILE", show_default=DEFAULT_WORLD
+    ),
 ]
 Worlds = Annotated[
     list[str] | None,
     typer.Option(
         "--world",
-        help="Name of a world that ships with Macta, or a world file; repeatable.",
+        help="Name of a world of the packs, or a world file; repeatable.",
         metavar="NAME|FILE",
-        show_default="sample_store",
+        show_default=DEFAULT_WORLD,
     ),
 ]
 PackNames = Annotated[
@@ -103,11 +107,12 @@ def packs_of(given: Sequence[str] | None) -> "Packs":
 
 
 def named_world(
-    name: str, packs: "Packs | None" = None, knowledge_base: "KnowledgeBase | None" = None
+    name: str | None, packs: "Packs | None" = None, knowledge_base: "KnowledgeBase | None" = None
 ) -> "WorldFile":
     """The world; exits if its file is invalid, or its facts or tags are not in the packs.
 
-    :param packs: None: the one that ships.
+    :param name: None: the first world of the packs.
+    :param packs: None: `store`.
     :param knowledge_base: None: that of the packs.
     """
     from app.domain.world_model import initial_facts
@@ -116,6 +121,7 @@ def named_world(
     from planner import KnowledgeBaseError
 
     packs = packs or load_packs([STORE])
+    name = name or packs.default_world
     world = world_file(
         name,
         packs.worlds(),
@@ -150,7 +156,7 @@ def world_file(
 
 def named_worlds(names: Sequence[str] | None, packs: "Packs") -> "Sequence[WorldFile]":
     """The worlds of one service; exits if one is invalid, or two worlds or robots have the same name."""
-    worlds = [named_world(name, packs) for name in names or ("sample_store",)]
+    worlds = [named_world(name, packs) for name in names or (None,)]
     known: dict[str, str] = {}
     for world in worlds:
         for thing in (f"world {world.name}", *(f"robot {robot.name}" for robot in world.robots)):

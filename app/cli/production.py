@@ -21,7 +21,7 @@ from app.cli.options import (
 
 
 def fleet(
-    world: World = "sample_store",
+    world: World = None,
     pack: PackNames = None,
     broker: Broker = None,
     speed: Speed = 1.0,
@@ -67,15 +67,16 @@ def worker_is_alive() -> None:
 
 
 @alive.command("fleet")
-def fleet_is_alive(world: World = "sample_store", pack: PackNames = None) -> None:
+def fleet_is_alive(world: World = None, pack: PackNames = None) -> None:
     """Check the world's fleet at the broker."""
     from app.cli.alive import fleet_alive
-    from app.packs import STORE, chosen_packs
+    from app.packs import MAIN_WORLD, STORE, chosen_packs
 
     with reported_errors():
-        is_shipped = list(chosen_packs(pack)) == [STORE]
-        worlds = (
-            None if is_shipped else packs_of(pack).worlds()
-        )  # packs take longer to load than all else here
-        typer.echo(fleet_alive(world_file(world, worlds)))
+        if list(chosen_packs(pack)) == [STORE]:  # packs take longer to load than all else here
+            file = world_file(world or MAIN_WORLD, None)
+        else:
+            packs = packs_of(pack)
+            file = world_file(world or packs.default_world, packs.worlds())
+        typer.echo(fleet_alive(file))
     leave(0)

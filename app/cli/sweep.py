@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -17,11 +18,12 @@ from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
+from app.packs.pack_set import Packs
 from app.planning.pool.work import PLANNER
 from app.trials.offline_mission import NoMission, goal_problem, plan_mission
 from app.trials.random_goals import drawn_goals
 from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
-from planner import KnowledgeBase, PlanningEngine, PlanningRequest, load_knowledge_base
+from planner import KnowledgeBase, PlanningEngine, PlanningRequest, merge_knowledge_bases
 from planner.engines.registry import portfolio
 from robots.compilation import compile_once
 from robots.wire import SymbolicFact
@@ -38,6 +40,7 @@ class SweepRequest:
     """The goals of a sweep: the given `sentences`, or `goals` drawn for each seed."""
 
     world: WorldFile
+    packs: Packs
     sentences: tuple[str, ...]
     goals: int
 
@@ -47,7 +50,7 @@ def sweep(request: SweepRequest, seeds: range, *, jobs: int, as_json: bool) -> N
 
     :raises Invalid: if the goals are not understood, or the world has no room for them; before anything is started.
     """
-    _wanted(request, seeds[0], load_knowledge_base())
+    _wanted(request, seeds[0], request.packs.knowledge_base())
     rows = run_parallel(partial(row_of, request), seeds, workers=jobs)
     if as_json:
         errors = Console(stderr=True)
@@ -62,7 +65,7 @@ def sweep(request: SweepRequest, seeds: range, *, jobs: int, as_json: bool) -> N
 
 def row_of(request: SweepRequest, seed: int) -> SeedResult:
     """Plan and simulate one seed."""
-    base, engine = _planning()
+    base, engine = _planning(request.packs.knowledge_bases)
     goal = "none"
     try:
         wanted = _wanted(request, seed, base)
@@ -70,11 +73,16 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
         facts = initial_facts(request.world, base)
         problem = goal_problem(request.world, facts, wanted.goals, base, wanted.constraints)
         mission = plan_mission(
-            request.world, problem, engine, base, PlanningRequest(time_limit_s=TIME_LIMIT_S)
+            request.world,
+            problem,
+            engine,
+            base,
+            PlanningRequest(time_limit_s=TIME_LIMIT_S),
+            library=request.packs.library(),
         )
     except (Invalid, NoMission) as refusal:
         return SeedResult(seed=seed, goal=goal, outcome=Outcome.UNPLANNED, reason=str(refusal))
-    ended = simulate_mission(mission, seed=seed)
+    ended = simulate_mission(mission, seed=seed, packet_files=request.packs.packets)
     return SeedResult(
         seed=seed,
         goal=goal,
@@ -87,12 +95,12 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
 
 
 @cache
-def _planning() -> tuple[KnowledgeBase, PlanningEngine]:
+def _planning(knowledge_bases: tuple[Path, ...]) -> tuple[KnowledgeBase, PlanningEngine]:
     """Made once per process."""
     with StartProgress(Console(stderr=True)) as start:
         for group in (PLANNER, SIMULATION):
             compile_once(group, start.tell)
-    base = load_knowledge_base()
+    base = merge_knowledge_bases(knowledge_bases)
     return base, portfolio(base)
 
 
@@ -100,7 +108,7 @@ def _wanted(request: SweepRequest, seed: int, base: KnowledgeBase) -> StatedGoal
     """The seed's goals, each with a free berth."""
     facts = initial_facts(request.world, base)
     if request.sentences:
-        return read_goals(request.world, facts, request.sentences, base)
+        return read_goals(request.world, facts, request.sentences, base, request.packs.verbs())
     drawn = drawn_goals(request.world, facts, request.goals, seed, base)
     return StatedGoals(goals=assign_berths(drawn, request.world, facts))
 

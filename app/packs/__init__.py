@@ -7,7 +7,13 @@ import os
 from collections.abc import Sequence
 
 STORE = "store"
-"""The pack that ships with Macta, chosen if no other is."""
+"""The pack that is chosen if no other is."""
+SURVEY = "survey"
+"""Outdoor sites and the behavioural suite."""
+MAIN_WORLD = "sample_store"
+"""The world of `store` that is meant if none is named."""
+SHIPPED = (STORE, SURVEY)
+"""The packs that ship with Macta."""
 VARIABLE = "MACTA_PACKS"
 SEPARATOR = ","
 

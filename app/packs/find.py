@@ -1,4 +1,4 @@
-"""Finds domain packs: the one that ships, those of installed packages, and folders."""
+"""Finds domain packs: those that ship, those of installed packages, and folders."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from app.domain.mission_organiser import shipped_library
-from app.packs import STORE
+from app.packs import MAIN_WORLD, SHIPPED, STORE, SURVEY
 from app.packs.errors import PackError
 from app.packs.extensions import PACKS
 from app.packs.pack import VERBS, Pack, read_pack
@@ -19,22 +19,30 @@ from robots.world import shipped_worlds
 
 STORE_VERSION = "1.0"
 """Counts the changes of its vocabulary that packs resting on it could notice."""
+SHIPS = "ships with Macta"
 
 
 def store_pack() -> Pack:
-    """What ships with Macta. Its files lie where the parts that read them lie, not in one folder."""
+    """The pack whose files lie where the parts that read them lie, not in one folder."""
+    worlds = shipped_worlds()
     return Pack(
         name=STORE,
         version=STORE_VERSION,
         place=STORE,
-        source="ships with Macta",
+        source=SHIPS,
         about="The sample store and the object relocation task.",
         knowledge_bases=(shipped_knowledge_base(),),
         libraries=(shipped_library(),),
         packets=_shipped_packets(),
         verbs=(_shipped_verbs(),),
-        worlds=shipped_worlds(),
+        worlds={MAIN_WORLD: worlds[MAIN_WORLD], **worlds},
     )
+
+
+def survey_pack() -> Pack:
+    """The pack that is a folder beside this module."""
+    with resources.as_file(resources.files("app.packs") / SURVEY) as folder:
+        return read_pack(folder, shipped_as=SHIPS)
 
 
 def _shipped_packets() -> tuple[Path, ...]:
@@ -65,8 +73,8 @@ def load_packs(names: Sequence[str]) -> Packs:
 
 
 def installed_names() -> tuple[str, ...]:
-    """The names of the pack that ships and of those of installed packages."""
-    return (STORE, *sorted(_entries()))
+    """The names of the packs that ship and of those of installed packages."""
+    return (*SHIPPED, *sorted(_entries()))
 
 
 def _entries() -> Mapping[str, EntryPoint]:
@@ -83,8 +91,10 @@ def find_pack(name: str) -> Pack:
     """
     if name == STORE:
         return store_pack()
+    if name == SURVEY:
+        return survey_pack()
     if (entry := _entries().get(name)) is not None:
-        pack = read_pack(_folder_of(entry), package=described(entry))
+        pack = read_pack(_folder_of(entry), shipped_as=f"package {described(entry)}")
         if pack.name != name:
             raise PackError(f"{pack.source} registers the pack {pack.name} as {name}")
         return pack

@@ -64,10 +64,10 @@ def _numbers(version: str) -> tuple[int, ...]:
     return tuple(numbers)
 
 
-def read_pack(folder: Path, package: str = "") -> Pack:
+def read_pack(folder: Path, shipped_as: str = "") -> Pack:
     """The pack in a folder; its files are found, not yet read.
 
-    :param package: the one that brings it; empty: none does.
+    :param shipped_as: how it was installed, and so is named without its folder; empty: it was not.
     :raises PackError: if there is no valid manifest, or a YAML file that no part of a pack has the name of.
     """
     manifest = _manifest(folder / MANIFEST)
@@ -76,8 +76,8 @@ def read_pack(folder: Path, package: str = "") -> Pack:
         return Pack(
             name=manifest.name,
             version=manifest.version,
-            place=manifest.name if package else str(folder),
-            source=f"package {package}" if package else str(folder),
+            place=manifest.name if shipped_as else str(folder),
+            source=shipped_as or str(folder),
             about=manifest.about,
             needs=manifest.needs,
             knowledge_bases=_present(folder / KNOWLEDGE_BASE),

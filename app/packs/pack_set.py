@@ -56,6 +56,17 @@ class Packs:
                     raise PackError(f"world {name} is in two packs: {worlds[name]}, and {path}")
         return worlds
 
+    @property
+    def default_world(self) -> str:
+        """The world that is meant if none is named: the first of the last pack that has some.
+
+        :raises PackError: if none has.
+        """
+        names = next((list(pack.worlds) for pack in reversed(self.packs) if pack.worlds), None)
+        if names is None:
+            raise PackError(f"no world is in the packs {self.names}; give --world")
+        return names[0]
+
     def knowledge_base(self) -> KnowledgeBase:
         """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
         if not self.knowledge_bases:

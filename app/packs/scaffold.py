@@ -4,7 +4,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from app.packs import STORE
+from app.packs import SHIPPED
 from app.packs.errors import PackError
 
 EXAMPLE = "example"
@@ -16,10 +16,10 @@ def write_example(name: str, folder: Path) -> list[Path]:
 
     :raises PackError: if the name is none, or the folder cannot be written or has something in it.
     """
-    if not NAME.fullmatch(name) or name == STORE:
+    if not NAME.fullmatch(name) or name in SHIPPED:
         raise PackError(
             f"{name!r} cannot be a pack's name: it needs small letters, digits and _, a letter first, and no pack "
-            f"but that of Macta is named {STORE}"
+            f"but those of Macta is named {' or '.join(SHIPPED)}"
         )
     try:
         if folder.exists() and any(folder.iterdir()):

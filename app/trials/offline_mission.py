@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
-from app.domain.mission_organiser import Organised, load_library, organise
+from app.domain.mission_organiser import Library, Organised, load_library, organise
 from app.domain.world_model import Facts, initial_spots, objects_of, planning_problem
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import KnowledgeBase, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
@@ -47,24 +47,32 @@ def plan_mission(
     engine: PlanningEngine,
     knowledge_base: KnowledgeBase,
     request: PlanningRequest,
+    *,
+    library: Library | None = None,
 ) -> Mission:
     """Plan and organise.
 
+    :param library: default: the one of `store`.
     :raises NoMission: if one of the two fails.
     """
     result = engine.plan(problem, request)
     if result.plan_net is None:
         raise NoMission(f"{result.status}: {result.reason}")
-    return organised_mission(world, result.plan_net, knowledge_base)
+    return organised_mission(world, result.plan_net, knowledge_base, library)
 
 
-def organised_mission(world: WorldFile, plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Mission:
+def organised_mission(
+    world: WorldFile, plan_net: PlanNet, knowledge_base: KnowledgeBase, library: Library | None = None
+) -> Mission:
     """Organise a plan-net.
 
+    :param library: default: the one of `store`.
     :raises NoMission: if that fails.
     """
     repertoires = {robot.name: robot.repertoire for robot in world.robots}
-    organised = organise(plan_net, load_library(knowledge_base), repertoires, "mission", knowledge_base)
+    organised = organise(
+        plan_net, library or load_library(knowledge_base), repertoires, "mission", knowledge_base
+    )
     if not isinstance(organised, Organised):
         raise NoMission(organised.reason)
     goals = symbolic_all(plan_net.goals, knowledge_base)

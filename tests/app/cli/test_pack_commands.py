@@ -99,9 +99,9 @@ def test_what_is_installed_is_listed(tmp_path: Path) -> None:
     with installed(site(tmp_path)):
         lines = macta("pack", "list").stdout.splitlines()
         document = json.loads(macta("pack", "list", "--json").stdout)
-    assert lines[1].startswith("looks 0.1 (package looks_pack of macta_looks 1.2): actions OBSERVE;")
-    assert lines[2:] == ["macta.conditions: rested (looks_pack.rested:Rested of macta_looks 1.2)"]
-    assert [pack["name"] for pack in document["packs"]] == ["store", "looks"]
+    assert lines[2].startswith("looks 0.1 (package looks_pack of macta_looks 1.2): actions OBSERVE;")
+    assert lines[3:] == ["macta.conditions: rested (looks_pack.rested:Rested of macta_looks 1.2)"]
+    assert [pack["name"] for pack in document["packs"]] == ["store", "survey", "looks"]
     assert [one["name"] for one in document["extensions"]] == ["rested"]
 
 

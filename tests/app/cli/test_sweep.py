@@ -11,6 +11,7 @@ import app.cli.sweep
 from app.cli.main import app as macta
 from app.cli.simulated_mission import simulate_mission
 from app.cli.sweep import SweepRequest, row_of
+from app.packs.find import load_packs
 from app.trials.offline_mission import organised_mission
 from app.trials.sweep_results import Outcome, SeedResult
 from robots.world import load_world
@@ -76,7 +77,10 @@ def test_goals_that_no_seed_can_take_are_refused_before_anything_is_started(
 
 
 def test_a_seeds_row_comes_from_the_simulated_worlds_truth() -> None:
-    one = row_of(SweepRequest(world=load_world("sample_store"), sentences=(), goals=1), 0)
+    request = SweepRequest(
+        world=load_world("sample_store"), packs=load_packs(["store"]), sentences=(), goals=1
+    )
+    one = row_of(request, 0)
     assert one.outcome is Outcome.CAME_TRUE, one.reason
     assert one.took_s is not None
     assert 0 < one.took_s < 120

@@ -56,7 +56,7 @@ def test_a_needed_pack_that_is_missing_is_refused_naming_who_needs_it(tmp_path: 
     folder = bare(tmp_path, "one", other="1.0")
     said = refusal(folder)
     assert f"pack one ({folder}) needs the pack other, which is not installed" in said
-    assert said.endswith("; store")
+    assert said.endswith("; store, survey")
 
 
 def test_an_older_pack_than_needed_is_refused(tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_a_pack_named_twice_is_loaded_once(tmp_path: Path) -> None:
 
 def test_an_installed_pack_is_found_by_its_name_without_running_its_code(tmp_path: Path) -> None:
     with installed(package(tmp_path)):
-        assert installed_names() == ("store", "looks")
+        assert installed_names() == ("store", "survey", "looks")
         packs = load_packs(["looks"])
     assert names(packs) == ["store", "looks"]
     assert packs.packs[1].source == "package looks_pack of macta_looks 1.2"

@@ -1,0 +1,74 @@
+"""The pack `survey`: what its sentences mean, and how its missions are planned and end in the simulated world."""
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from app.cli.goal_input import read_goals
+from app.cli.simulated_mission import simulate_mission
+from app.domain.world_model import initial_facts
+from app.packs.find import load_packs
+from app.packs.pack_set import Packs
+from app.trials.offline_mission import Mission, goal_problem, plan_mission
+from app.trials.sweep_results import Outcome
+from planner import PlanningRequest
+from planner.engines.registry import engine_named
+from robots.world import WorldFile, load_world
+
+
+@cache
+def survey() -> tuple[Packs, WorldFile]:
+    packs = load_packs(["survey"])
+    return packs, load_world(packs.default_world, worlds=packs.worlds(), tags=packs.tags())
+
+
+@cache
+def mission(sentence: str) -> Mission:
+    """Planned by the hierarchical engine alone, without improvement."""
+    packs, world = survey()
+    base = packs.knowledge_base()
+    facts = initial_facts(world, base)
+    stated = read_goals(world, facts, [sentence], base, packs.verbs())
+    problem = goal_problem(world, facts, stated.goals, base, stated.constraints)
+    request = PlanningRequest(time_limit_s=30, effort_s=0)
+    return plan_mission(world, problem, engine_named("macta", base), base, request, library=packs.library())
+
+
+@pytest.mark.parametrize(
+    ("sentence", "goals"),
+    [
+        ("inspect crater_1", ["inspected(crater_1)"]),
+        ("photograph crater_2 with rover_2", ["photographed(crater_2)"]),
+        ("patrol ridge_1, ridge_2 and base", ["patrolled(ridge_1)", "patrolled(ridge_2)", "patrolled(base)"]),
+        ("patrol ridge_1, then ridge_2", ["patrolled(ridge_1)", "patrolled(ridge_2)"]),
+        ("send rover_1 to ridge_3", ["near(rover_1, ridge_3)"]),
+    ],
+)
+def test_every_verb_is_planned_by_the_hierarchical_engine(sentence: str, goals: list[str]) -> None:
+    assert [str(goal) for goal in mission(sentence).goals] == goals
+
+
+@pytest.mark.parametrize(
+    "sentence", ["inspect crater_1 and photograph crater_2", "patrol ridge_2 and ridge_3"]
+)
+def test_a_mission_ends_where_its_goals_say_though_rocks_are_on_no_map(sentence: str) -> None:
+    packs, _ = survey()
+    ended = simulate_mission(mission(sentence), seed=1, packet_files=packs.packets)
+    assert ended.came_true, (ended.reason, *ended.words)
+
+
+def test_what_a_packet_claims_of_a_place_counts_only_if_its_robot_stands_there() -> None:
+    packs, _ = survey()
+    one = mission("wait rover_2 at base")
+    elsewhere = one.goals[0].model_copy(update={"args": ("rover_2", "ridge_1")})
+    claiming = [
+        script.model_copy(
+            update={"packets": tuple(p.model_copy(update={"achieves": (elsewhere,)}) for p in script.packets)}
+        )
+        for script in one.scripts
+    ]
+    ended = simulate_mission(
+        replace(one, goals=[elsewhere], scripts=claiming), seed=0, packet_files=packs.packets
+    )
+    assert ended.outcome is Outcome.UNTRUE
