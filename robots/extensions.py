@@ -14,6 +14,7 @@ from robots.errors import ExtensionError
 CONDITIONS = "macta.conditions"
 STIMULI = "macta.stimuli"
 RESPONSES = "macta.responses"
+AVOIDANCES = "macta.avoidances"
 BODIES = "macta.bodies"
 SENSORS = "macta.sensors"
 IMPORTERS = "macta.importers"

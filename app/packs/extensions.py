@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from app.packs.errors import PackError
 from robots.errors import ExtensionError
 from robots.extensions import (
+    AVOIDANCES,
     BODIES,
     CONDITIONS,
     IMPORTERS,
@@ -52,6 +53,12 @@ def _response() -> type:
     return Response
 
 
+def _avoidance() -> type:
+    from robots.reactive.avoidance import AvoidanceMethod
+
+    return AvoidanceMethod
+
+
 def _body() -> type:
     from robots.world.bodies import PackageBodySpec
 
@@ -68,6 +75,7 @@ BASES: Mapping[str, Callable[[], type]] = {
     CONDITIONS: _condition,
     STIMULI: _stimulus,
     RESPONSES: _response,
+    AVOIDANCES: _avoidance,
     BODIES: _body,
     SENSORS: _sensor,
 }

@@ -7,6 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from robots.repertoire.parameters import LIMITS
 from robots.repertoire.schema import (
+    PATTERNS,
     PATTERNS_OF,
     PacketSpec,
     avoidance_methods,
@@ -43,7 +44,7 @@ def template_faults(spec: PacketSpec) -> Iterator[Fault]:
     try:
         avoidance_methods().validate_python(named_method(filled(spec.avoid, values)))
     except ValidationError as error:
-        yield from ((("avoid", *one["loc"]), one["msg"]) for one in error.errors())
+        yield from ((("avoid", *one["loc"]), f"{one['msg']} (or {PATTERNS})") for one in error.errors())
 
 
 def _templates(spec: PacketSpec) -> Iterator[tuple[Place, list[Mapping[str, Any]], TypeAdapter[Any]]]:

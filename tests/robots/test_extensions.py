@@ -1,4 +1,4 @@
-"""Conditions, stimuli and responses that installed packages add to what data may name."""
+"""Conditions, stimuli, responses and avoidance methods that installed packages add to what data may name."""
 
 from itertools import count
 from pathlib import Path
@@ -7,9 +7,11 @@ import pytest
 from pydantic import TypeAdapter
 
 from robots.errors import RepertoireError
+from robots.reactive.avoidance import Velocity, Wanted
 from robots.reactive.responses import AnyResponse, Linear, Response
 from robots.repertoire import Repertoire, load_repertoire
 from tests.packages import installed, write_package
+from tests.robots.sensed import percepts
 
 NUMBERS = count(1)
 
@@ -18,6 +20,7 @@ from math import tanh
 
 from robots.conditions.verdict import Condition, Verdict
 from robots.perception.percepts import Percepts
+from robots.reactive.avoidance import Avoidance, AvoidanceMethod, Velocity, Wanted
 from robots.reactive.responses import Response
 from robots.reactive.stimuli import Stimulus
 
@@ -39,6 +42,16 @@ class Fatigue{n}(Stimulus):
 class Soft{n}(Response):
     def at(self, s: float) -> float:
         return tanh(s)
+
+
+class HalfPace{n}(AvoidanceMethod):
+    share: float = 0.5
+
+    def begin(self) -> Avoidance:
+        return self
+
+    def steer(self, wanted: Wanted, percepts: Percepts) -> Velocity:
+        return Velocity(self.share * wanted.pace_m_s, wanted.direction_rad)
 """
 ENTRY_POINTS = """\
 [macta.conditions]
@@ -47,11 +60,14 @@ rested{n} = {module}:Rested{n}
 fatigue{n} = {module}:Fatigue{n}
 [macta.responses]
 soft{n} = {module}:Soft{n}
+[macta.avoidances]
+half_pace{n} = {module}:HalfPace{n}
 """
 PACKET = """\
 tag: REST
 about: Slows down.
 arguments: [ref]
+avoid: {{by: half_pace{n}, share: 0.4}}
 patterns:
   - name: slow_down
     dof: translate
@@ -86,19 +102,24 @@ def test_data_name_what_an_installed_package_brings(tmp_path: Path) -> None:
     repertoire = package.repertoire()
     with installed(tmp_path):
         bound = repertoire.specs["REST"].bind({"ref": "bay"})
-    kinds = [type(part).__module__ for part in (bound.patterns[0].stimulus, bound.patterns[0].r)]
-    assert kinds == [package.module, package.module]
+    parts = (bound.patterns[0].stimulus, bound.patterns[0].r, bound.avoid)
+    assert [type(part).__module__ for part in parts] == [package.module] * 3
     assert bound.patterns[0].r.at(1.0) == pytest.approx(0.7616, abs=1e-4)
+    assert bound.avoid is not None
+    wanted = Wanted(direction_rad=0.1, pace_m_s=1.0, limits=Velocity(1.0, 1.0))
+    assert bound.avoid.begin().steer(wanted, percepts()) == (0.4, 0.1)
 
 
 @pytest.mark.parametrize(
     ("right", "wrong", "words"),
     [
-        ("full_s: 5", "full_s: long", ["line 8, patterns.0.stimulus", "full_s", "valid number"]),
-        ("full_s: 5", "fall_s: 5", ["line 8, patterns.0.stimulus", "fall_s"]),
-        ("sense: fatigue", "sense: tedium", ["line 8", "unknown sense 'tedium", "fatigue", "choices: ahead"]),
-        ("sense: rested", "sense: woken", ["line 12, after.0", "unknown sense 'woken", "rested", "holding"]),
-        ("form: soft", "form: hard", ["line 9, patterns.0.r", "unknown form 'hard", "soft", "linear"]),
+        ("full_s: 5", "full_s: long", ["line 9, patterns.0.stimulus", "full_s", "valid number"]),
+        ("full_s: 5", "fall_s: 5", ["line 9, patterns.0.stimulus", "fall_s"]),
+        ("sense: fatigue", "sense: tedium", ["line 9", "unknown sense 'tedium", "fatigue", "choices: ahead"]),
+        ("sense: rested", "sense: woken", ["line 13, after.0", "unknown sense 'woken", "rested", "holding"]),
+        ("form: soft", "form: hard", ["line 10, patterns.0.r", "unknown form 'hard", "soft", "linear"]),
+        ("by: half", "by: no", ["line 4, avoid", "unknown by 'no", "half_pace", "vfh_plus", "patterns"]),
+        ("share: 0.4", "part: 0.4", ["line 4, avoid", "part"]),
     ],
 )
 def test_what_does_not_fit_is_refused_with_line_slot_and_choices(

@@ -5,15 +5,14 @@ stop, the one that heads best, keeps clearest and drives fastest.
 
 from dataclasses import dataclass, field
 from math import pi
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from robots.data import Strict
-from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
+from robots.perception.percepts import SURROUNDINGS, Percepts
 from robots.physical.body import RADIUS_M
-from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
+from robots.reactive.avoidance.seam import Avoidance, AvoidanceMethod, Velocity, Wanted
 from robots.reactive.avoidance.surroundings import Numbers, Points, Surroundings
 
 LINEAR = 7
@@ -22,11 +21,9 @@ ANGULAR = 21
 TOUCH_M = 0.005
 
 
-class DynamicWindow(Strict):
+class DynamicWindow(AvoidanceMethod, needs=SURROUNDINGS):
     """Settings: weights alpha, beta, gamma of the objective (eq. 13), and what the body can do."""
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    by: Literal["dynamic_window"] = "dynamic_window"
     heading_weight: Annotated[float, Field(ge=0, le=100)] = 1.0
     clearance_weight: Annotated[float, Field(ge=0, le=100)] = 1.0
     velocity_weight: Annotated[float, Field(ge=0, le=100)] = 0.5

@@ -1,10 +1,11 @@
 """The seam of obstacle avoidance, and the filter between behaviour synthesis and body."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from math import inf
 from typing import NamedTuple, Protocol
 
-from robots.perception.percepts import Percepts
+from robots.perception.percepts import Percepts, SensingVariant
 from robots.reactive.synthesis import DegreeOfFreedom, Motion, Resultants, Utilitor
 
 
@@ -36,6 +37,14 @@ class Avoidance(Protocol):
     def steer(self, wanted: Wanted, percepts: Percepts) -> Velocity:
         """A velocity near the wanted one that is clear of obstacles."""
         ...
+
+
+class AvoidanceMethod(SensingVariant, ABC):
+    """A method and its settings. Data name the subclass and its fields: `avoid: {by: vfh_plus, safety_m: 0.2}`."""
+
+    @abstractmethod
+    def begin(self) -> Avoidance:
+        """A packet's run begins."""
 
 
 GOAL_MARGIN_M = 0.15

@@ -4,17 +4,16 @@ ICRA 1998. From a certainty grid to a direction in four stages: primary, binary 
 
 from dataclasses import dataclass, field
 from math import cos, sqrt, tau
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from robots.data import Strict
-from robots.perception.percepts import SURROUNDINGS, Needs, Percepts
+from robots.perception.percepts import SURROUNDINGS, Percepts
 from robots.physical.body import RADIUS_M
 from robots.physical.geometry import clip, wrap
-from robots.reactive.avoidance.seam import Avoidance, Velocity, Wanted
+from robots.reactive.avoidance.seam import Avoidance, AvoidanceMethod, Velocity, Wanted
 from robots.reactive.avoidance.surroundings import Numbers, Points, Surroundings
 
 SECTORS = 72
@@ -22,14 +21,12 @@ SECTOR_RAD = tau / SECTORS
 Sectors = NDArray[np.bool_]
 
 
-class VfhPlus(Strict):
+class VfhPlus(AvoidanceMethod, needs=SURROUNDINGS):
     """Settings. Weights are mu_1 to mu_3 of the cost function; the paper wants mu_1 > mu_2 + mu_3.
 
     Our choice of scale: an occupied cell at the window's edge has magnitude 1; nearer cells have more.
     """
 
-    needs: ClassVar[Needs] = SURROUNDINGS
-    by: Literal["vfh_plus"] = "vfh_plus"
     target_weight: Annotated[float, Field(ge=0, le=100)] = 5.0
     heading_weight: Annotated[float, Field(ge=0, le=100)] = 2.0
     previous_weight: Annotated[float, Field(ge=0, le=100)] = 2.0
