@@ -46,6 +46,7 @@ class ScriptDispatcher:
             self._repertoires[mission.world],
             mission.id,
             self._core.knowledge_base,
+            facts=self._core.facts.facts(session, mission.world),
             answer_s=answer_s,
             script_ids=lambda robot: script_id(mission, robot),
         )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.mission_organiser import Library, Organised, load_library, organise
-from app.domain.world_model import Facts, initial_spots, objects_of, planning_problem
+from app.domain.world_model import Facts, initial_facts, initial_spots, objects_of, planning_problem
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import KnowledgeBase, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
 from robots.wire import BehaviourScript, SymbolicFact
@@ -71,7 +71,12 @@ def organised_mission(
     """
     repertoires = {robot.name: robot.repertoire for robot in world.robots}
     organised = organise(
-        plan_net, library or load_library(knowledge_base), repertoires, "mission", knowledge_base
+        plan_net,
+        library or load_library(knowledge_base),
+        repertoires,
+        "mission",
+        knowledge_base,
+        facts=initial_facts(world, knowledge_base),
     )
     if not isinstance(organised, Organised):
         raise NoMission(organised.reason)

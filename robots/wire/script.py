@@ -68,6 +68,8 @@ class BehaviourPacket(Wire):
     `requires` are the conditions of the plan-net action, `awaits` those of them that another robot brings about and
     this robot must therefore sense before it starts; `after` are the ids of actions that must have ended, which it
     cannot sense: it waits for a `Clearance` that names them; `achieves` are the linking goals.
+    `instead_of` are other packets of the robot that achieve the same, `because` the facts about the robot and the place
+    that decided for this one.
     """
 
     id: str
@@ -82,6 +84,8 @@ class BehaviourPacket(Wire):
     timeout_s: float = Field(gt=0, description="time the patterns may run once started")
     wait_timeout_s: float = Field(gt=0, description="time it may wait for its pre-conditions and clearance")
     description: str = ""
+    instead_of: tuple[str, ...] = ()
+    because: tuple[SymbolicFact, ...] = ()
     tuning: dict[str, dict[str, float]] = Field(
         default_factory=dict,
         description="behaviour patterns' parameters to override, by pattern and parameter",

@@ -84,8 +84,9 @@ class PacketFile(_Part):
     agent: Annotated[str, Field(pattern=r"^\?[a-z][a-z0-9_]*$")]
     requires: tuple[str, ...]
     achieves: tuple[str, ...] = Field(min_length=1)
+    when: tuple[str, ...] = ()
 
-    @field_validator("requires", "achieves")
+    @field_validator("requires", "achieves", "when")
     @classmethod
     def _templates(cls, texts: tuple[str, ...]) -> tuple[str, ...]:
         for text in texts:
@@ -99,12 +100,17 @@ class LibraryFile(_Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """A packet: what it requires and what it achieves; `agent` is the variable for the robot itself."""
+    """A packet: what it requires and what it achieves; `agent` is the variable for the robot itself.
+
+    `when` are facts about the robot and the place that must hold for it to be chosen; the more, the more it is meant
+    for them.
+    """
 
     tag: str
     agent: str
     requires: tuple[Template, ...]
     achieves: tuple[Template, ...]
+    when: tuple[Template, ...] = ()
 
     def fits(self, action: PlanNetAction, agent: str, linking_goals: Sequence[Fact]) -> Substitution | None:
         """The substitution by which the packet is `agent`'s part in the action; None if there is none.
@@ -117,6 +123,16 @@ class Entry:
             if widened is not None:
                 return widened
         return None
+
+    def suited(self, known: Substitution, facts: Collection[Fact]) -> tuple[Fact, ...] | None:
+        """The facts for which it is meant; None if one of them does not hold."""
+        of_predicates = [fact for fact in facts if any(fact.predicate == one.predicate for one in self.when)]
+        found = next(matches(self.when, of_predicates, known), None)
+        if found is None:
+            return None
+        return tuple(
+            Fact(one.predicate, tuple(found.get(term, term) for term in one.terms)) for one in self.when
+        )
 
     def _achieving(self, goals: Sequence[Fact], known: Substitution) -> Substitution | None:
         if not goals:
@@ -198,6 +214,7 @@ def _entry(packet: PacketFile) -> Entry:
         agent=packet.agent,
         requires=tuple(map(Template.parse, packet.requires)),
         achieves=tuple(map(Template.parse, packet.achieves)),
+        when=tuple(map(Template.parse, packet.when)),
     )
 
 
@@ -210,10 +227,15 @@ def _faults(
             ("tag",),
             f"no packet of a repertoire has this tag; choices: {', '.join(sorted(tags)) or 'none'}",
         )
-    for slot, templates in (("requires", entry.requires), ("achieves", entry.achieves)):
+    for slot, templates in (("requires", entry.requires), ("achieves", entry.achieves), ("when", entry.when)):
         for index, template in enumerate(templates):
             if (fault := _misfit(template, knowledge_base)) is not None:
                 yield (slot, index), f"{template}: {fault}"
+    told = {term for template in (*entry.requires, *entry.achieves) for term in template.terms}
+    for index, template in enumerate(entry.when):
+        if unknown := [t for t in template.terms if t.startswith("?") and t not in {*told, entry.agent}]:
+            choices = ", ".join(sorted(term for term in told if term.startswith("?")))
+            yield ("when", index), f"{template}: {unknown[0]} is in no other template; choices: {choices}"
     if all(entry.agent not in template.terms for template in (*entry.requires, *entry.achieves)):
         yield ("agent",), f"{entry.agent} is in none of its templates"
 

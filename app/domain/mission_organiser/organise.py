@@ -1,6 +1,6 @@
 """The mission organiser: turns an approved plan-net into a behaviour script for each robot (MACTA §4)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from app.domain.mission_organiser.behaviours_library import Library
@@ -36,10 +36,16 @@ class OrganiserFailure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PacketChoice:
-    """The packet for a robot's part in an action, the pre-conditions it requires there, and why this one."""
+    """The packet for a robot's part in an action, the pre-conditions it requires there, and why this one.
+
+    :param instead_of: the other packets of the robot that achieve the same.
+    :param because: the facts about the robot and the place that decided for it.
+    """
 
     tag: str
     requires: tuple[Fact, ...]
+    instead_of: tuple[str, ...] = ()
+    because: tuple[Fact, ...] = ()
     reason: str
 
 
@@ -50,12 +56,14 @@ def organise(
     mission_id: str,
     knowledge_base: KnowledgeBase,
     *,
+    facts: Collection[Fact] = frozenset(),
     script_ids: Callable[[str], str] | None = None,
     answer_s: float = 0.0,
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
 
     :param repertoires: robot → tags of the packets it can carry out.
+    :param facts: of the world, which decide where several packets of a robot achieve the same.
     :param script_ids: robot → script id; by default mission and robot.
     :param answer_s: how long a message to a robot and its answer may take by radio; it extends the robots' waits for
         each other.
@@ -70,6 +78,7 @@ def organise(
                 library=library,
                 repertoires=repertoires,
                 knowledge_base=knowledge_base,
+                facts=facts,
             )
             if isinstance(packet, OrganiserFailure):
                 return packet
@@ -134,6 +143,8 @@ class _ScriptWriter:
             timeout_s=max(MIN_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
             wait_timeout_s=self._wait_timeout_s if depends else MIN_WAIT_S,
             description=action.description,
+            instead_of=found.instead_of,
+            because=symbolic_all(found.because, base),
         )
 
     def _after(self, action: PlanNetAction, robot: str) -> tuple[str, ...]:
@@ -162,35 +173,52 @@ def find_packet(
     library: Library,
     repertoires: Mapping[str, Sequence[str]],
     knowledge_base: KnowledgeBase,
+    facts: Collection[Fact],
 ) -> PacketChoice | OrganiserFailure:
-    """The one packet that does the agent's part; a failure if there is none, or more than one."""
+    """The packet that does the agent's part; a failure if there is none, or none of several is meant for it.
+
+    Of several that the robot has, the one with the most facts `when` it is chosen; of equally many the library's first.
+    """
     goals = _effects_to_achieve(plan_net, action, agent)
     wanted = " and ".join(map(str, symbolic_all(goals, knowledge_base))) or "nothing that is linked"
     what = f"{action.id} {action.tag}"
-    fitting = {
-        entry.tag: found
+    fitting = [
+        (entry, found)
         for entry in library.achieving(goals)
         if (found := entry.fits(action, agent, goals)) is not None
-    }
+    ]
     if not fitting:
         return OrganiserFailure(
             reason=f"{what}: no packet in the behaviours library achieves {wanted} from what the action requires"
         )
-    able = [tag for tag in fitting if tag in repertoires.get(agent, ())]
+    able = [pair for pair in fitting if pair[0].tag in repertoires.get(agent, ())]
     if not able:
-        return OrganiserFailure(reason=f"{what}: {agent} has no {' or '.join(fitting)} in its repertoire")
-    if len(able) > 1:
-        return OrganiserFailure(reason=f"{what}: {' and '.join(able)} all achieve {wanted}; one packet must")
+        tags = " or ".join(dict.fromkeys(entry.tag for entry, _ in fitting))
+        return OrganiserFailure(reason=f"{what}: {agent} has no {tags} in its repertoire")
+    suited = [
+        (entry, found, because)
+        for entry, found in able
+        if (because := entry.suited(found, facts)) is not None
+    ]
+    if not suited:
+        tags = " and ".join(dict.fromkeys(entry.tag for entry, _ in able))
+        return OrganiserFailure(reason=f"{what}: {tags} are not meant for {agent} and this place")
+    entry, found, because = max(suited, key=lambda one: len(one[2]))  # of equally many, the library's first
+    rivals = {one.tag for one, _, facts_of in suited if not facts_of} | {entry.tag}
+    if not because and len(rivals) > 1:
+        return OrganiserFailure(
+            reason=f"{what}: {' and '.join(sorted(rivals))} all achieve {wanted}; one packet must"
+        )
     required = {
-        Fact(template.predicate, tuple(fitting[able[0]].get(term, term) for term in template.terms))
-        for entry in library.entries
-        if entry.tag == able[0]
+        Fact(template.predicate, tuple(found.get(term, term) for term in template.terms))
         for template in entry.requires
     }
     return PacketChoice(
-        tag=able[0],
+        tag=entry.tag,
         requires=tuple(fact for fact in action.preconditions if fact in required),
-        reason=f"{agent} does {able[0]}: it achieves {wanted}",
+        instead_of=tuple(dict.fromkeys(one.tag for one, _ in able if one.tag != entry.tag)),
+        because=because,
+        reason=f"{agent} does {entry.tag}: it achieves {wanted}",
     )
 
 

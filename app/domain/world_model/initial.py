@@ -8,6 +8,8 @@ from app.domain.world_model.beliefs import (
     CAN,
     EMPTY,
     GRIPPER,
+    HAS_BODY,
+    HAS_SENSOR,
     IN,
     IN_AREA,
     NEAR,
@@ -78,6 +80,11 @@ def _of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: KnowledgeBase)
             tag in knowledge_base.constants
         ):  # a packet may be found by its goals alone, and be named in no action
             yield Fact(CAN, (robot.name, tag))
+
+    fitted = [(HAS_BODY, robot.body.kind), *((HAS_SENSOR, one.kind) for one in robot.sensors)]
+    for predicate, kind in fitted:
+        if predicate in knowledge_base.predicates and kind in knowledge_base.constants:
+            yield Fact(predicate, (robot.name, kind))
 
 
 def _starts_at_home(world: WorldFile, robot: RobotSpec) -> bool:

@@ -72,3 +72,19 @@ def test_what_a_packet_claims_of_a_place_counts_only_if_its_robot_stands_there()
         replace(one, goals=[elsewhere], scripts=claiming), seed=0, packet_files=packs.packets
     )
     assert ended.outcome is Outcome.UNTRUE
+
+
+@pytest.mark.parametrize(
+    ("sentence", "tag", "because"),
+    [
+        ("send rover_1 to ridge_3", "CREEP_TO", ["has_body(rover_1, wheeled)", "rough(ridge_3)"]),
+        ("send rover_1 to ridge_1", "GO_TO", []),
+        ("send rover_2 to ridge_3", "GO_TO", []),
+    ],
+)
+def test_the_body_and_the_place_decide_which_packet_drives_there(
+    sentence: str, tag: str, because: list[str]
+) -> None:
+    (packet,) = mission(sentence).scripts[0].packets
+    assert (packet.tag, [str(fact) for fact in packet.because]) == (tag, because)
+    assert packet.instead_of == {"GO_TO": ("CREEP_TO",), "CREEP_TO": ("GO_TO",)}[tag][: "rover_1" in sentence]
