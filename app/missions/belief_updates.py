@@ -15,7 +15,7 @@ from app.domain.events import (
     TeleoperationEnded,
     UpkeepReported,
 )
-from app.domain.world_model import Change, apply_action, reconcile_report
+from app.domain.world_model import Change, apply_action, reconcile_report, told_by_events
 from app.domain.world_model.beliefs import ROBOT_POSITION
 from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
@@ -24,7 +24,7 @@ from app.store import MissionRow, ScriptRow
 from app.store.facts import WorldFacts, source_of
 from app.workflows.mission_wakeups import wake_missions
 from planner import PlanNet, PlanNetAction
-from robots.wire import PacketState, ScriptReport, ScriptState, UpkeepReport
+from robots.wire import PacketState, ScriptReport, ScriptState, SymbolicFact, UpkeepReport
 
 STOPPED = (ScriptState.FAILED, ScriptState.CANCELLED)
 """The states of a script whose robot has stopped before its end."""
@@ -100,6 +100,28 @@ class BeliefUpdates:
             self._events.append(
                 session, FactsReconciled(subject=mission.world, robot=script.robot, notes=change.notes)
             )
+
+    def note_events(
+        self,
+        session: Session,
+        told: Sequence[SymbolicFact],
+        *,
+        at_s: float,
+        script: ScriptRow,
+        mission: MissionRow,
+    ) -> None:
+        """Apply the facts that the events of a robot's packet stand for."""
+        world = self._facts.read_locked(session, mission.world)
+        self._believe(
+            session,
+            world,
+            told_by_events(world.facts, told, self._knowledge_base),
+            newer=newer_subjects(world.dated, at_s),
+            mission=mission,
+            robot=script.robot,
+            at_s=at_s,
+            corrects=True,
+        )
 
     def note_upkeep(self, session: Session, report: UpkeepReport, *, world: str, robot: str) -> None:
         """Record a robot's upkeep and apply its percepts, unless newer facts are known."""

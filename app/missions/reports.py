@@ -53,6 +53,7 @@ from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
 from robots.wire import (
     Acknowledgement,
+    BehaviourScript,
     ControlVerb,
     Message,
     PacketReport,
@@ -61,6 +62,7 @@ from robots.wire import (
     ScriptReport,
     ScriptState,
     StatusReport,
+    SymbolicFact,
     UpkeepReport,
 )
 
@@ -262,6 +264,8 @@ class MissionReports:
         hear(script, ScriptState.PAUSED if is_standing else ScriptState.RUNNING, report.at_s)
         if subject.is_current:
             self._note_start(session, mission, report.at_s)
+        if told := _told_by(report, script):
+            self._beliefs.note_events(session, told, at_s=report.at_s, script=script, mission=mission)
         if report.state is PacketState.FINISHED:
             self._actions_ended(session, [report.packet_id], report.at_s, subject)
             learn(session, mission.world, script, report.packet_id, known)
@@ -396,6 +400,15 @@ def _may_free(message: Message) -> bool:
         case PacketReport(state=PacketState.FINISHED) | ScriptReport(state=ScriptState.FINISHED):
             return True
     return False
+
+
+def _told_by(report: PacketReport, script: ScriptRow) -> list[SymbolicFact]:
+    """The facts that the report's events stand for, by the robot's script."""
+    if not report.events:
+        return []
+    packets = BehaviourScript.model_validate(script.body).packets
+    events = next((packet.events for packet in packets if packet.id == report.packet_id), {})
+    return [fact for event in report.events for fact in events.get(event, ())]
 
 
 def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from app.domain.errors import Invalid
+from app.domain.mission_organiser import load_library
 from app.domain.world_model import initial_facts
 from app.packs.contents import contents_of
 from app.packs.errors import PackError
@@ -10,6 +11,7 @@ from app.packs.pack import Pack
 from app.packs.pack_set import Packs
 from planner import KnowledgeBase, KnowledgeBaseError
 from robots.conditions.facts import ALWAYS_SENSED
+from robots.repertoire.schema import TIMEOUT, TOO_FAR, TOO_FAST
 from robots.world import WorldFileError, load_world
 
 
@@ -25,6 +27,7 @@ def faults_of(packs: Packs) -> Iterator[str]:
     knowledge_base = packs.knowledge_base()
     for pack in packs.packs:
         yield from _unachieved(pack, packs)
+        yield from _unraised(pack, packs)
         yield from _unsensed(pack, packs)
         yield from _world_faults(pack, packs, knowledge_base)
 
@@ -51,6 +54,19 @@ def _unachieved(pack: Pack, packs: Packs) -> Iterator[str]:
             wanted = ", ".join(dict.fromkeys(map(str, effects)))
             files = ", ".join(map(str, pack.knowledge_bases))
             yield f"{files}: {name}: no packet of a behaviours library achieves any of {wanted}"
+
+
+def _unraised(pack: Pack, packs: Packs) -> Iterator[str]:
+    """The events in the pack's behaviours library that their packet never raises."""
+    raised: dict[str, set[str]] = {}
+    for spec in packs.repertoire().specs.values():
+        raised.setdefault(spec.tag, {TOO_FAST, TOO_FAR, TIMEOUT}).update(spec.events)
+    for entry in load_library(packs.knowledge_base(), *pack.libraries).entries if pack.libraries else ():
+        for name, _ in entry.events:
+            if name not in raised[entry.tag]:
+                files = ", ".join(map(str, pack.libraries))
+                choices = ", ".join(sorted(raised[entry.tag]))
+                yield f"{files}: {entry.tag}: its packet raises no event {name!r}; choices: {choices}"
 
 
 def _unsensed(pack: Pack, packs: Packs) -> Iterator[str]:

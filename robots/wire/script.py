@@ -69,7 +69,7 @@ class BehaviourPacket(Wire):
     this robot must therefore sense before it starts; `after` are the ids of actions that must have ended, which it
     cannot sense: it waits for a `Clearance` that names them; `achieves` are the linking goals.
     `instead_of` are other packets of the robot that achieve the same, `because` the facts about the robot and the place
-    that decided for this one.
+    that decided for this one. `events` are facts that hold once the packet has raised an event, by its name.
     """
 
     id: str
@@ -86,6 +86,7 @@ class BehaviourPacket(Wire):
     description: str = ""
     instead_of: tuple[str, ...] = ()
     because: tuple[SymbolicFact, ...] = ()
+    events: dict[str, tuple[SymbolicFact, ...]] = Field(default_factory=dict)
     tuning: dict[str, dict[str, float]] = Field(
         default_factory=dict,
         description="behaviour patterns' parameters to override, by pattern and parameter",

@@ -164,6 +164,7 @@ class _Reader:
     def _command(self, clause: Clause) -> Clarification | None:
         """Add the goals of a command."""
         verb = self.verbs.by_word[clause.verb]
+        _fill_object(clause, verb)
         arranged = self._arranged(clause, verb)
         if isinstance(arranged, Clarification):
             return arranged
@@ -213,15 +214,20 @@ class _Reader:
             rest = tuple(choice for choice in others.choices if choice not in subjects)
             return replace(others, choices=rest, link="with")
         if len(subjects) != 1 or len(others) != 1 or subjects[0] == others[0]:
-            return self._not_two(clause, [*subjects, *others], partner)
+            return self._not_two(clause, kind, [*subjects, *others], partner)
         return others
 
-    def _not_two(self, clause: Clause, found: Sequence[str], partner: Phrase | None) -> Clarification:
+    def _not_two(
+        self, clause: Clause, kind: Kind, found: Sequence[str], partner: Phrase | None
+    ) -> Clarification:
+        names = {Kind.SAMPLE: self.names.samples, Kind.ROBOT: self.names.robots}.get(
+            kind, self.names.locations
+        )
         return Clarification(
             code="goal-not-understood",
             detail=f"{clause.verb} takes two different ones, not {joined(found, last='and')}",
             thing=found[0],
-            choices=tuple(name for name in self.names.samples if name not in found),
+            choices=tuple(name for name in names if name not in found),
             span=partner.span if partner else clause.span,
         )
 
@@ -445,6 +451,22 @@ class _Reader:
         self.due, shown = found
         self.readings.append(Reading(said=said, means=(shown,)))
         return None
+
+
+def _fill_object(clause: Clause, verb: Verb) -> None:
+    """The object that is not said after the verb: "drill at site_3", "have rover_2 wait at base".
+
+    A robot that is to do it and is not the object counts as said after "with".
+    """
+    agent = clause.agent
+    if agent is not None and verb.object_kind is Kind.ROBOT and not clause.objects:
+        clause.objects.append(agent)
+    elif agent is not None:
+        clause.tails.append(Tail(part=Part.WITH, phrase=agent, span=agent.span))
+    if verb.object_kind is Kind.PLACE and verb.slot(Role.TARGET) is None and not clause.objects:
+        index = next((n for n, tail in enumerate(clause.tails) if tail.part is Part.TARGET), None)
+        if index is not None:
+            clause.objects.append(clause.tails.pop(index).phrase)
 
 
 def _slot(verb: Verb, role: Role) -> str:

@@ -95,6 +95,7 @@ class Clause:
     """A command, or a part of one that continues the clause before.
 
     :param verb: the verb's word; empty if none is said.
+    :param agent: the robot that is to do it: "have rover_2 wait at base".
     :param first: the clause's first word, and where it stands.
     :param object_at: where its object would be said: after the verb.
     :param span: start and end in the text.
@@ -104,6 +105,7 @@ class Clause:
     """
 
     verb: str = ""
+    agent: Phrase | None = None
     first: str = ""
     first_span: tuple[int, int] = (0, 0)
     object_at: int = 0

@@ -181,6 +181,8 @@ def _clause(tree: Any, stage: int) -> Clause:
                 clause.verb = str(child)
             if child.type in ("VERB", "KEEP"):
                 clause.object_at = child.end_pos
+        elif child.data == "phrase" and tree.data == "delegated" and not clause.verb:
+            clause.agent = _phrase(child)
         elif child.data == "phrase":
             clause.objects.append(_phrase(child))
         else:

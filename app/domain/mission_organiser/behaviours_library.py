@@ -52,6 +52,10 @@ class Template:
                 return None
         return found
 
+    def filled(self, known: Substitution) -> Fact:
+        """The fact with names instead of variables."""
+        return Fact(self.predicate, tuple(known.get(term, term) for term in self.terms))
+
 
 def matches(
     templates: Sequence[Template], facts: Sequence[Fact], known: Substitution
@@ -85,6 +89,7 @@ class PacketFile(_Part):
     requires: tuple[str, ...]
     achieves: tuple[str, ...] = Field(min_length=1)
     when: tuple[str, ...] = ()
+    events: dict[str, tuple[str, ...]] = Field(default_factory=dict)
 
     @field_validator("requires", "achieves", "when")
     @classmethod
@@ -92,6 +97,13 @@ class PacketFile(_Part):
         for text in texts:
             Template.parse(text)
         return texts
+
+    @field_validator("events")
+    @classmethod
+    def _event_templates(cls, events: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        for texts in events.values():
+            cls._templates(texts)
+        return events
 
 
 class LibraryFile(_Part):
@@ -103,7 +115,7 @@ class Entry:
     """A packet: what it requires and what it achieves; `agent` is the variable for the robot itself.
 
     `when` are facts about the robot and the place that must hold for it to be chosen; the more, the more it is meant
-    for them.
+    for them. `events` are facts that hold once the packet has raised an event, by its name.
     """
 
     tag: str
@@ -111,6 +123,7 @@ class Entry:
     requires: tuple[Template, ...]
     achieves: tuple[Template, ...]
     when: tuple[Template, ...] = ()
+    events: tuple[tuple[str, tuple[Template, ...]], ...] = ()
 
     def fits(self, action: PlanNetAction, agent: str, linking_goals: Sequence[Fact]) -> Substitution | None:
         """The substitution by which the packet is `agent`'s part in the action; None if there is none.
@@ -130,9 +143,7 @@ class Entry:
         found = next(matches(self.when, of_predicates, known), None)
         if found is None:
             return None
-        return tuple(
-            Fact(one.predicate, tuple(found.get(term, term) for term in one.terms)) for one in self.when
-        )
+        return tuple(one.filled(found) for one in self.when)
 
     def _achieving(self, goals: Sequence[Fact], known: Substitution) -> Substitution | None:
         if not goals:
@@ -215,6 +226,7 @@ def _entry(packet: PacketFile) -> Entry:
         requires=tuple(map(Template.parse, packet.requires)),
         achieves=tuple(map(Template.parse, packet.achieves)),
         when=tuple(map(Template.parse, packet.when)),
+        events=tuple((name, tuple(map(Template.parse, texts))) for name, texts in packet.events.items()),
     )
 
 
@@ -227,15 +239,23 @@ def _faults(
             ("tag",),
             f"no packet of a repertoire has this tag; choices: {', '.join(sorted(tags)) or 'none'}",
         )
-    for slot, templates in (("requires", entry.requires), ("achieves", entry.achieves), ("when", entry.when)):
+    told = {entry.agent, *(term for one in (*entry.requires, *entry.achieves) for term in one.terms)}
+    slots: dict[tuple[str, ...], Sequence[Template]] = {
+        ("requires",): entry.requires,
+        ("achieves",): entry.achieves,
+        ("when",): entry.when,
+        **{("events", name): templates for name, templates in entry.events},
+    }
+    for slot, templates in slots.items():
         for index, template in enumerate(templates):
             if (fault := _misfit(template, knowledge_base)) is not None:
-                yield (slot, index), f"{template}: {fault}"
-    told = {term for template in (*entry.requires, *entry.achieves) for term in template.terms}
-    for index, template in enumerate(entry.when):
-        if unknown := [t for t in template.terms if t.startswith("?") and t not in {*told, entry.agent}]:
-            choices = ", ".join(sorted(term for term in told if term.startswith("?")))
-            yield ("when", index), f"{template}: {unknown[0]} is in no other template; choices: {choices}"
+                yield (*slot, index), f"{template}: {fault}"
+            elif unknown := [term for term in template.terms if term.startswith("?") and term not in told]:
+                choices = ", ".join(sorted(term for term in told if term.startswith("?")))
+                yield (
+                    (*slot, index),
+                    f"{template}: {unknown[0]} is in no fact that it requires or achieves; choices: {choices}",
+                )
     if all(entry.agent not in template.terms for template in (*entry.requires, *entry.achieves)):
         yield ("agent",), f"{entry.agent} is in none of its templates"
 

@@ -1,7 +1,7 @@
 """The mission organiser: turns an approved plan-net into a behaviour script for each robot (MACTA §4)."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from app.domain.mission_organiser.behaviours_library import Library
 from app.domain.mission_organiser.synchronisation import awaited_facts, clearances, message_count
@@ -40,12 +40,14 @@ class PacketChoice:
 
     :param instead_of: the other packets of the robot that achieve the same.
     :param because: the facts about the robot and the place that decided for it.
+    :param events: facts that hold once it has raised an event.
     """
 
     tag: str
     requires: tuple[Fact, ...]
     instead_of: tuple[str, ...] = ()
     because: tuple[Fact, ...] = ()
+    events: Mapping[str, tuple[Fact, ...]] = field(default_factory=dict)
     reason: str
 
 
@@ -145,6 +147,7 @@ class _ScriptWriter:
             description=action.description,
             instead_of=found.instead_of,
             because=symbolic_all(found.because, base),
+            events={name: symbolic_all(facts, base) for name, facts in found.events.items()},
         )
 
     def _after(self, action: PlanNetAction, robot: str) -> tuple[str, ...]:
@@ -209,15 +212,13 @@ def find_packet(
         return OrganiserFailure(
             reason=f"{what}: {' and '.join(sorted(rivals))} all achieve {wanted}; one packet must"
         )
-    required = {
-        Fact(template.predicate, tuple(found.get(term, term) for term in template.terms))
-        for template in entry.requires
-    }
+    required = {template.filled(found) for template in entry.requires}
     return PacketChoice(
         tag=entry.tag,
         requires=tuple(fact for fact in action.preconditions if fact in required),
         instead_of=tuple(dict.fromkeys(one.tag for one, _ in able if one.tag != entry.tag)),
         because=because,
+        events={name: tuple(one.filled(found) for one in templates) for name, templates in entry.events},
         reason=f"{agent} does {entry.tag}: it achieves {wanted}",
     )
 

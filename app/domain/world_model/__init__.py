@@ -12,7 +12,7 @@ from app.domain.world_model.beliefs import (
 from app.domain.world_model.initial import initial_facts, initial_spots
 from app.domain.world_model.plan_effects import apply_action, broken_support, initial_support
 from app.domain.world_model.problem import objects_of, planning_problem
-from app.domain.world_model.reconcile import reconcile_report
+from app.domain.world_model.reconcile import reconcile_report, told_by_events
 from app.domain.world_model.reservation import Reservation, named_in, needed_by, taken_by, union_of
 
 __all__ = [
@@ -35,5 +35,6 @@ __all__ = [
     "revise_beliefs",
     "spot_of",
     "taken_by",
+    "told_by_events",
     "union_of",
 ]

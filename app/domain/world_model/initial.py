@@ -25,7 +25,7 @@ from app.domain.world_model.beliefs import (
     spot_of,
 )
 from app.domain.world_model.berths import resolve_statements
-from app.domain.world_model.problem import objects_of
+from app.domain.world_model.problem import LONG_OBJECT, objects_of
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import Fact, KnowledgeBase
 from robots.wire import SymbolicFact
@@ -44,8 +44,7 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     :raises Invalid: if an extra fact must name a berth and does not, or contradicts another one.
     """
     layout = {fact for robot in world.robots for fact in _of_robot(world, robot, knowledge_base)}
-    if any(sample.length_m for sample in world.samples):
-        # Only a robot that releases a long object to another robot backs off to its own spot.
+    if _use_spots(world, knowledge_base):
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
     layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.initial_places.items()}
@@ -59,6 +58,16 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
         one, other = symbolic_all(pair, knowledge_base)
         raise Invalid(f"{one} and {other} cannot both be true", code="contradicting-facts")
     return revise_beliefs(frozenset(layout), extra)
+
+
+def _use_spots(world: WorldFile, knowledge_base: KnowledgeBase) -> bool:
+    """Whether an action that is possible here ends at a robot's own spot; those with long objects need one."""
+    is_possible = {LONG_OBJECT: any(sample.length_m for sample in world.samples)}
+    return any(
+        any(literal.predicate == OWN_SPOT for literal in action.literals("preconditions"))
+        and all(is_possible.get(parameter.type, True) for parameter in action.parameters)
+        for action in knowledge_base.actions.values()
+    )
 
 
 def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:

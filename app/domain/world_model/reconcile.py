@@ -14,6 +14,7 @@ from app.domain.world_model.beliefs import (
     VACANT,
     Change,
     Facts,
+    belief_change,
     occupants,
     place_of,
     revise_beliefs,
@@ -70,6 +71,13 @@ def reconcile_report(
         if f.predicate == OBJECT_POSITION and f.args[2] != robot and place_of(f.args[0], after) is None
     ]
     return Change(add=after - facts, remove=facts - after, notes=(*lost, *missing, *misfits))
+
+
+def told_by_events(facts: Facts, told: Sequence[SymbolicFact], knowledge_base: KnowledgeBase) -> Change:
+    """The change by facts that the events of a robot's packet stand for."""
+    known, misfits = _understood(facts, told, knowledge_base)
+    change = belief_change(facts, known)
+    return Change(add=change.add, remove=change.remove, notes=tuple(misfits))
 
 
 def _brought(facts: Facts, robot: str, news: Sequence[Fact]) -> frozenset[Fact]:

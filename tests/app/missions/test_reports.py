@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from app.domain.errors import NotFound
 from app.domain.lifecycles.script import ask
 from app.store import GoalRow, MessageRow, ScriptRow
 from app.store.migrate import migrate
+from planner import Fact
 from robots.clock import ManualClock
 from robots.wire import (
     Acknowledgement,
@@ -25,6 +27,7 @@ from robots.wire import (
     ReadingResult,
     Refusal,
     StatusReport,
+    SymbolicFact,
 )
 from tests.app.missions.mission_services import WORLD, MissionServices, services
 from tests.app.sample_store import Store
@@ -127,6 +130,26 @@ def test_the_report_that_a_packet_runs_reads_no_facts(mission: Mission) -> None:
     with statements(mission.services) as sent:
         mission.services.record(running)
     assert [reads(sent, table) for table in ("facts", "worlds", "plans")] == [0, 0, 0]
+
+
+def test_a_packets_event_makes_the_facts_known_that_it_stands_for(mission: Mission) -> None:
+    script = mission.script("yard_1")
+    tracked = SymbolicFact(predicate="tracked", args=("yard_1", "yard_2"))
+    packet = {**script.body["packets"][0], "events": {"met": [tracked.model_dump(mode="json")]}}
+    with mission.services.database.write() as session:
+        body = {**script.body, "packets": [packet, *script.body["packets"][1:]]}
+        session.get_one(ScriptRow, script.id).body = body
+    facts = partial(mission.services.read, lambda session: mission.services.core.facts.facts(session, WORLD))
+    for event_name, is_known in (("away", False), ("met", True)):
+        report = PacketReport(
+            script_id=script.id,
+            packet_id=packet["id"],
+            state=PacketState.RUNNING,
+            at_s=3.0,
+            events=(event_name,),
+        )
+        mission.services.record(mission.message(script, report))
+        assert (Fact("tracked", tracked.args) in facts()) is is_known
 
 
 def test_a_report_that_a_newer_one_has_overtaken_is_not_believed(mission: Mission) -> None:

@@ -42,7 +42,11 @@ def mission(sentence: str) -> Mission:
         ("photograph crater_2 with rover_2", ["photographed(crater_2)"]),
         ("patrol ridge_1, ridge_2 and base", ["patrolled(ridge_1)", "patrolled(ridge_2)", "patrolled(base)"]),
         ("patrol ridge_1, then ridge_2", ["patrolled(ridge_1)", "patrolled(ridge_2)"]),
-        ("send rover_1 to ridge_3", ["near(rover_1, ridge_3)"]),
+        ("have rover_1 go to ridge_3", ["near(rover_1, ridge_3)"]),
+        ("have rover_2 wait at site_2", ["waited_at(rover_2, site_2)"]),
+        ("let rover_4 inspect crater_2", ["inspected(crater_2)"]),
+        ("have rover_2 follow rover_1 to ridge_1", ["followed(rover_2, rover_1, ridge_1)"]),
+        ("follow rover_1 to ridge_1 with rover_2", ["followed(rover_2, rover_1, ridge_1)"]),
     ],
 )
 def test_every_verb_is_planned_by_the_hierarchical_engine(sentence: str, goals: list[str]) -> None:
@@ -50,7 +54,12 @@ def test_every_verb_is_planned_by_the_hierarchical_engine(sentence: str, goals: 
 
 
 @pytest.mark.parametrize(
-    "sentence", ["inspect crater_1 and photograph crater_2", "patrol ridge_2 and ridge_3"]
+    "sentence",
+    [
+        "inspect crater_1 and photograph crater_2",
+        "patrol ridge_2 and ridge_3",
+        "have rover_2 follow rover_1 to site_1",
+    ],
 )
 def test_a_mission_ends_where_its_goals_say_though_rocks_are_on_no_map(sentence: str) -> None:
     packs, _ = survey()
@@ -60,7 +69,7 @@ def test_a_mission_ends_where_its_goals_say_though_rocks_are_on_no_map(sentence:
 
 def test_what_a_packet_claims_of_a_place_counts_only_if_its_robot_stands_there() -> None:
     packs, _ = survey()
-    one = mission("wait rover_2 at base")
+    one = mission("have rover_2 wait at base")
     elsewhere = one.goals[0].model_copy(update={"args": ("rover_2", "ridge_1")})
     claiming = [
         script.model_copy(
@@ -88,3 +97,20 @@ def test_the_body_and_the_place_decide_which_packet_drives_there(
     (packet,) = mission(sentence).scripts[0].packets
     assert (packet.tag, [str(fact) for fact in packet.because]) == (tag, because)
     assert packet.instead_of == {"GO_TO": ("CREEP_TO",), "CREEP_TO": ("GO_TO",)}[tag][: "rover_1" in sentence]
+
+
+def test_who_is_to_do_it_is_the_only_robot_that_acts() -> None:
+    assert mission("let rover_4 inspect crater_2").plan_net.robots == ("rover_4",)
+
+
+def test_an_event_of_a_packet_stands_for_facts_about_the_packets_arguments() -> None:
+    scripts = {
+        script.robot: script.packets[0]
+        for script in mission("have rover_2 follow rover_1 to ridge_1").scripts
+    }
+    assert {robot: packet.tag for robot, packet in scripts.items()} == {
+        "rover_1": "LEAD",
+        "rover_2": "FOLLOW",
+    }
+    (told,) = scripts["rover_2"].events["away"]
+    assert str(told) == "lost_touch(rover_2, rover_1)"
