@@ -82,6 +82,7 @@ interface Constraints {
   without: string[];
   avoid: string[];
   keep_empty: string[];
+  after: string[];
 }
 
 interface Terms {

@@ -2,13 +2,16 @@
 
 from collections.abc import Hashable
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.blockers import Blockers
 from app.domain.events import GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
 from app.planning.approval import AUTOMATIC, PlanApproval
@@ -20,7 +23,7 @@ from app.planning.pool.work import PlanWork, RepairWork, Solution, Solutions, Wo
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.waiting_goals import WaitingGoals
-from app.store import GoalRow, PlanRow
+from app.store import GoalRow, MissionRow, PlanRow
 from planner import KnowledgeBaseError, PlanningStatus
 
 
@@ -42,6 +45,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         approval: PlanApproval,
     ) -> None:
         super().__init__(core, worker=worker)
+        self._facts = core.facts
         self._problems = problems
         self._proposals = proposals
         self._waiting = waiting
@@ -58,9 +62,24 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal = subject
         if goal.state not in goal_lifecycle.TO_BE_PLANNED:
             return None
+        if missions := self._still_open(session, goal):
+            goal.releases_seen = self._facts.lock(session, goal.world).releases
+            before = goal.waits_for
+            goal_lifecycle.wait_for(goal, Blockers(missions=missions))
+            if goal.waits_for != before:
+                self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
+            return None
         goal_lifecycle.begin_planning(goal)
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
         return self._task(session, goal, self._expired(session, goal))
+
+    def _still_open(self, session: Session, goal: GoalRow) -> tuple[str, ...]:
+        """The missions that are to end before the goal is planned, and have not."""
+        ended_first = GoalTerms.from_json(goal.terms).constraints.after
+        if not ended_first:
+            return ()
+        query = select(MissionRow.id).where(MissionRow.id.in_(ended_first), MissionRow.state.in_(OPEN))
+        return tuple(f"the end of mission {one}" for one in session.scalars(query.order_by(MissionRow.id)))
 
     def renew(self, session: Session, subject: GoalRow, task: PlanningTask) -> PlanningTask:
         return self._task(session, subject, task.replaces)

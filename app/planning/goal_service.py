@@ -18,6 +18,7 @@ from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import completions, replacements, span_of
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.issues import unknown_name
 from app.domain.goal_language.syntax import grammar
 from app.domain.goal_language.terms import GoalTerms, Reading
 from app.domain.goal_language.times import Due, Missions
@@ -137,7 +138,8 @@ class GoalService:
             stated = self._stated(request, world, facts, missions)
             goals = stated.goals
             issues = check_request(goals, stated.constraints, world, facts, self._knowledge_base)
-            _refuse(blocking(issues), request.text or "")
+            unknown = self._unknown_missions(session, stated.constraints, world.name)
+            _refuse((*unknown, *blocking(issues)), request.text or "")
             deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
             row = GoalRow(
                 id=goal_id,
@@ -169,9 +171,13 @@ class GoalService:
             facts = self._facts.facts(session, world.name)
             missions = partial(self._open_missions, session, world.name)
             stated = self._understood(request, world, facts, missions)
-        if isinstance(stated, Clarification):
-            return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
-        found = check_request(stated.goals, stated.constraints, world, facts, self._knowledge_base)
+            if isinstance(stated, Clarification):
+                return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
+            unknown = self._unknown_missions(session, stated.constraints, world.name)
+        found = (
+            *unknown,
+            *check_request(stated.goals, stated.constraints, world, facts, self._knowledge_base),
+        )
         issue = next(iter(blocking(found)), None)
         if issue is not None:
             issue = replace(issue, span=span_of(text, issue.thing))
@@ -194,6 +200,20 @@ class GoalService:
             + (0.0 if mission.started_at_s is None else mission.started_at_s - now_s)
             for mission in session.scalars(query.order_by(MissionRow.created_at, MissionRow.id))
         }
+
+    def _unknown_missions(
+        self, session: Session, constraints: Constraints, world: str
+    ) -> tuple[GoalIssue, ...]:
+        """The issues with missions that the goal comes after, and that are none of the world."""
+        if not constraints.after:
+            return ()
+        query = select(MissionRow.id).where(MissionRow.world == world, MissionRow.id.in_(constraints.after))
+        known = set(session.scalars(query))
+        return tuple(
+            unknown_name("mission", name, tuple(self._open_missions(session, world)))
+            for name in constraints.after
+            if name not in known
+        )
 
     def _stated(self, request: GoalRequest, world: WorldFile, facts: Facts, missions: Missions) -> Understood:
         """What the request asks for.

@@ -174,7 +174,13 @@ class FakeService:
                 return {
                     "goals": [{"predicate": "near", "args": [robot, f"home_{robot}"]}],
                     "readings": [{"said": "every robot", "means": ["yard_1", "yard_2"]}],
-                    "constraints": {"robots": [robot], "without": [], "avoid": [], "keep_empty": []},
+                    "constraints": {
+                        "robots": [robot],
+                        "without": [],
+                        "avoid": [],
+                        "keep_empty": [],
+                        "after": [],
+                    },
                     "issue": None,
                     "completions": [],
                 }

@@ -48,7 +48,20 @@ def check_request(
     facts: Facts,
     knowledge_base: KnowledgeBase,
 ) -> tuple[GoalIssue, ...]:
-    """All issues with the goals and the constraints on them."""
+    """All issues with the goals and the constraints on them. Conflicts of a goal after a mission are notes."""
+    issues = _issues_now(goals, constraints, world, facts, knowledge_base)
+    if constraints.after:
+        return tuple(replace(one, kind="note") if one.kind == "conflict" else one for one in issues)
+    return issues
+
+
+def _issues_now(
+    goals: Sequence[SymbolicFact],
+    constraints: Constraints,
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+) -> tuple[GoalIssue, ...]:
     issues = check_goals(goals, world, facts, knowledge_base)
     if len(set(constraints.stages)) > 1:
         issues = tuple(map(_at_the_end, issues))

@@ -34,6 +34,9 @@ class Constraints(BaseModel):
         description="places that no robot goes to, and where nothing is put or taken",
     )
     keep_empty: Names = Field(default=(), description="places where no sample is put")
+    after: Names = Field(
+        default=(), description="missions, by id, that have ended before the goal is planned"
+    )
     stages: tuple[Annotated[int, Field(ge=0, le=MAX_NAMES)], ...] = Field(
         default=(),
         description="for each goal its stage; a stage is begun once the goals of the earlier ones are achieved; empty: "
@@ -41,7 +44,9 @@ class Constraints(BaseModel):
     )
 
     def __bool__(self) -> bool:
-        return bool(self.robots or self.without or self.avoid or self.keep_empty or any(self.stages))
+        return bool(
+            self.robots or self.without or self.avoid or self.keep_empty or self.after or any(self.stages)
+        )
 
     def and_also(self, other: "Constraints") -> "Constraints":
         """Both constraints. Robots are those that both allow; if there are none, all of the others are left out."""
@@ -55,6 +60,7 @@ class Constraints(BaseModel):
             without=_union(self.without, other.without, barred),
             avoid=_union(self.avoid, other.avoid),
             keep_empty=_union(self.keep_empty, other.keep_empty),
+            after=_union(self.after, other.after),
             stages=self.stages or other.stages,
         )
 
@@ -66,6 +72,7 @@ class Constraints(BaseModel):
             ("without", self.without),
             ("avoiding", self.avoid),
             ("keeping empty:", self.keep_empty),
+            ("after", self.after),
         )
         return tuple(f"{said} {joined(names, last='and')}" for said, names in parts if names)
 
@@ -150,9 +157,14 @@ def check_constraints(
     constraints: Constraints, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> tuple[GoalIssue, ...]:
     """The issues with constraints on these goals: unknown names, and contradictions to a goal or a fact."""
-    count = sum(
-        map(len, (constraints.robots, constraints.without, constraints.avoid, constraints.keep_empty))
+    lists = (
+        constraints.robots,
+        constraints.without,
+        constraints.avoid,
+        constraints.keep_empty,
+        constraints.after,
     )
+    count = sum(map(len, lists))
     if count > MAX_NAMES:
         detail = f"{count} names are more than the {MAX_NAMES} that constraints may have"
         return (GoalIssue(code="too-many-names", kind="invalid", detail=detail),)

@@ -13,7 +13,7 @@ from app.domain.goal_language.commands import commands_of
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, UNCONSTRAINED, Constraints
 from app.domain.goal_language.reachability import free_places
 from app.domain.goal_language.references import Origin, References
-from app.domain.goal_language.sentence import LISTS, Clause, Part, Phrase, Quantity, Tail
+from app.domain.goal_language.sentence import Clause, Part, Phrase, Quantity, Tail
 from app.domain.goal_language.syntax import parse
 from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.times import Due, Missions, Times, no_missions
@@ -26,6 +26,7 @@ from robots.world import WorldFile
 
 __all__ = ["Clarification", "Parsed", "Understood", "parse_goal", "understand"]
 
+INTERCHANGE = "interchange"
 MAX_GOALS = 100
 """The most goals of one sentence."""
 
@@ -411,27 +412,60 @@ class _Reader:
         """Add the constraints of a clause."""
         said: dict[Part, list[str]] = {}
         for tail in clause.tails:
-            if tail.part in LISTS:
+            if tail.part in (Part.WITH, Part.WITHOUT, Part.AVOIDING, Part.THROUGH):
                 found = self._listed(tail)
                 if isinstance(found, Clarification):
                     return found
                 said.setdefault(tail.part, []).extend(found)
+            elif tail.part is Part.AFTER:
+                mission = self.times.mission(tail.phrase, self.text)
+                if isinstance(mission, Clarification):
+                    return mission
+                said.setdefault(tail.part, []).append(mission)
             elif tail.part in (Part.DUE, Part.WITHIN):
                 asked = self._set_due(tail)
                 if asked is not None:
                     return asked
+        others = self._other_ways(clause, said.get(Part.THROUGH, ()))
+        if isinstance(others, Clarification):
+            return others
         self.constraints = self.constraints.and_also(
             Constraints(
                 robots=_unique(said.get(Part.WITH, ())),
                 without=_unique(said.get(Part.WITHOUT, ())),
-                avoid=_unique(said.get(Part.AVOIDING, ())),
+                avoid=_unique((*said.get(Part.AVOIDING, ()), *others)),
+                after=_unique(said.get(Part.AFTER, ())),
             )
         )
         return None
 
+    def _other_ways(self, clause: Clause, through: Sequence[str]) -> Sequence[str] | Clarification:
+        """The interchanges to avoid so that samples go through these."""
+        if not through:
+            return ()
+        ways = [name for name in self.names.locations if self.names.world.location(name).kind == INTERCHANGE]
+        wrong = next((name for name in through if name not in ways), None)
+        phrase = clause.phrases(Part.THROUGH)[0]
+        if wrong is not None:
+            return Clarification(
+                code="no-interchange",
+                detail=f"{wrong} is no interchange; samples go through {joined(ways, last='and') or 'none here'}",
+                thing=wrong,
+                choices=tuple(ways),
+                span=phrase.span,
+            )
+        others = [name for name in ways if name not in through]
+        if not others:
+            return ()
+        said = f"through {joined(through, last='and')}"
+        self.readings.append(Reading(said=said, means=(f"avoiding {joined(others, last='and')}",)))
+        return others
+
     def _listed(self, tail: Tail) -> tuple[str, ...] | Clarification:
-        kind = Kind.PLACE if tail.part is Part.AVOIDING else Kind.ROBOT
-        verb = {Part.WITH: "with", Part.WITHOUT: "without"}.get(tail.part, "avoiding")
+        kind = Kind.ROBOT if tail.part in (Part.WITH, Part.WITHOUT) else Kind.PLACE
+        verb = {Part.WITH: "with", Part.WITHOUT: "without", Part.THROUGH: "through"}.get(
+            tail.part, "avoiding"
+        )
         phrase = tail.phrase
         if phrase.quantity is Quantity.ANY:  # "without any robot of the yard" is without all of them
             phrase = replace(phrase, quantity=Quantity.ALL)

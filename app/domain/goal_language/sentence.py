@@ -32,13 +32,17 @@ class Part(StrEnum):
     """After "without", "not with"."""
     AVOIDING = "avoiding"
     """After "avoiding", "not through"."""
+    THROUGH = "through"
+    """After "through", "via": the interchanges that samples go through."""
+    AFTER = "after"
+    """After "after": a mission."""
     DUE = "due"
     """After "by", "before": a time of day."""
     WITHIN = "within"
     """After "in", "within": a span of time."""
 
 
-LISTS = frozenset({Part.WITH, Part.WITHOUT, Part.AVOIDING})
+LISTS = frozenset({Part.WITH, Part.WITHOUT, Part.AVOIDING, Part.THROUGH, Part.AFTER})
 """The parts whose names may be joined: "with yard_1 and yard_2"."""
 PLACES = frozenset({Part.TARGET, Part.ORIGIN})
 

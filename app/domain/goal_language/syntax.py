@@ -25,8 +25,10 @@ AFTER_NAME = (
     "WITHOUT",
     "NOT",
     "AVOIDING",
+    "THROUGH",
     "BY",
     "BEFORE",
+    "AFTER",
     "WITHIN",
 )
 """The kinds of words that may follow a name."""

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.goal_language.clarification import Clarification
-from app.domain.goal_language.sentence import Part, Tail
+from app.domain.goal_language.sentence import Part, Phrase, Tail
 from app.domain.goal_language.words import joined
 
 MISSION = "mission"
@@ -69,19 +69,31 @@ class Times:
 
     def _before_mission(self, tail: Tail, text: str) -> tuple[Due, str] | Clarification:
         """The deadline "before mission …": when that mission is expected to end."""
-        missions = self.missions()
-        mission = _mission_in(tail.phrase.words, missions)
-        if mission is None:
-            said = text[slice(*tail.phrase.span)]
-            return Clarification(
-                code="unknown-mission",
-                detail=f"no mission {said!r} is open; open missions: {joined(tuple(missions), last='and')}",
-                thing=tail.phrase.said,
-                choices=tuple(missions),
-                span=tail.phrase.span,
-            )
-        due = Due(in_s=max(1.0, missions[mission]), mission=mission)
+        mission = self.mission(tail.phrase, text)
+        if isinstance(mission, Clarification):
+            return mission
+        due = Due(in_s=max(1.0, self.missions()[mission]), mission=mission)
         return due, f"in {_span(due.in_s)} of the world's clock, when it is expected to end"
+
+    def mission(self, phrase: Phrase, text: str) -> str | Clarification:
+        """The id of the open mission that a phrase names.
+
+        :param text: the sentence.
+        """
+        missions = tuple(self.missions())
+        mission = _mission_in(phrase.words, missions)
+        if mission is not None:
+            return mission
+        said = text[slice(*phrase.span)]
+        no_such = f"no mission {said!r} is open" if said else "which mission?"
+        are_open = f"open missions: {joined(missions, last='and')}" if missions else "none is open"
+        return Clarification(
+            code="unknown-mission",
+            detail=f"{no_such}; {are_open}",
+            thing=phrase.said,
+            choices=missions,
+            span=phrase.span,
+        )
 
 
 def _within(tail: Tail, text: str) -> tuple[Due, str] | Clarification:

@@ -23,7 +23,14 @@ def test_a_sentence_that_is_understood_is_what_would_be_planned(shared_api: Test
     checked = check(shared_api, "move sample_1 to bay_7")
     assert checked == {
         "goals": [{"predicate": "in", "args": ["sample_1", "bay_7"]}],
-        "constraints": {"robots": [], "without": [], "avoid": [], "keep_empty": [], "stages": []},
+        "constraints": {
+            "robots": [],
+            "without": [],
+            "avoid": [],
+            "keep_empty": [],
+            "after": [],
+            "stages": [],
+        },
         "deadline_s": None,
         "due": None,
         "readings": [],

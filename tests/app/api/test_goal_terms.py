@@ -7,6 +7,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from tests.app.api.test_main_job import Follow, approved, planned
+from tests.app.fake_robots import FakeTeam
 
 
 def facts_of(body: dict[str, Any]) -> list[str]:
@@ -64,6 +65,41 @@ def test_before_a_mission_is_resolved_against_the_open_ones(api: TestClient, fol
         assert checked["deadline_s"] == checked["due"]["in_s"]
     else:
         assert checked["issue"]["code"] == "unknown-mission"
+
+
+def test_a_goal_after_a_mission_is_planned_once_that_has_ended(
+    api: TestClient, follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.silent.add("store_1")
+    mission = approved(api, follow, text="send store_1 to bay_1")
+    structured = {"goal": [{"predicate": "near", "args": ["yard_2", "door_2"]}]}
+    for body in (
+        {"text": f"move sample_1 to bay_7 after {mission['id']}"},
+        {**structured, "constraints": {"after": [mission["id"]]}},
+    ):
+        goal = api.post("/v1/goals", json={**body, "auto_approve": True}).json()
+        waits = follow(f"/v1/goals/{goal['id']}", "waiting", "planned", "committed")
+        assert waits["reason"] == f"waits for the end of mission {mission['id']}"
+    team.faults.silent.clear()
+    done = follow(f"/v1/goals/{goal['id']}", "finished", "unsolvable")
+    assert done["outcome"] == "completed"
+    ended = follow(f"/v1/missions/{mission['id']}", "completed")
+    assert api.get(f"/v1/missions/{done['mission_id']}").json()["started_at_s"] >= ended["ended_at_s"]
+
+
+def test_a_goal_after_a_mission_that_does_not_exist_is_refused(api: TestClient) -> None:
+    body = {
+        "goal": [{"predicate": "near", "args": ["yard_2", "door_2"]}],
+        "constraints": {"after": ["mission-1"]},
+    }
+    for refused in (
+        api.post("/v1/goals", json=body),
+        api.post("/v1/goals", json={"text": "park yard_1 after mission-1"}),
+    ):
+        assert refused.status_code == 422
+        assert refused.json()["type"].endswith("unknown-mission")
+        assert "'mission-1'" in refused.json()["detail"]
+    assert api.post("/v1/goals:check", json=body).json()["issue"]["code"] == "unknown-mission"
 
 
 def test_the_same_request_again_is_the_same_goal_though_time_has_passed(api: TestClient) -> None:

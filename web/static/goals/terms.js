@@ -8,6 +8,7 @@ const WORDS = [
   ["without", "without"],
   ["avoid", "avoiding"],
   ["keep_empty", "keeping empty"],
+  ["after", "after"],
 ];
 
 /** The terms as list items; empty if there are none. @param {Terms} terms */

@@ -132,8 +132,7 @@ def test_places_are_kept_empty_only_by_keep_and_empty(text: str, code: str, at: 
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("move sample_1 to bay_7 via interchange_2", "via"),
-        ("move sample 1 to bay 7 after lunch", "after"),
+        ("move sample 1 to bay 7 unless lunch", "unless"),
         ("move sample_1 or sample_2 to bay_7", "or"),
         ("park all robots except yard_1", "except"),
         ("move every sample of aisle_1 whenever to door_2", "whenever"),
@@ -299,6 +298,25 @@ def test_a_mission_that_is_not_open_is_asked_about() -> None:
     assert isinstance(question, Clarification)
     assert (question.code, question.choices) == ("unknown-mission", tuple(MISSIONS))
     assert "park yard_1 before mission-0123456789ab" in completions(text, question, STORE.world, STORE.facts)
+
+
+def test_after_missions_is_a_constraint_on_when_it_is_planned() -> None:
+    text = "move sample_1 to bay_2 after mission-2c7ee919cecc and mission 0123456789ab"
+    understood = understand(text, STORE.world, STORE.facts, now=NOW, missions=lambda: MISSIONS)
+    assert isinstance(understood, Understood)
+    assert understood.constraints.after == ("mission-2c7ee919cecc", "mission-0123456789ab")
+    # sample_2 lies in bay_2; it may lie elsewhere by then
+    stated = (understood.goals, understood.constraints, STORE.world, STORE.facts, STORE.base)
+    assert [(one.code, one.kind) for one in check_request(*stated)] == [("place-occupied", "note")]
+
+
+def test_through_an_interchange_is_not_through_the_others() -> None:
+    understood = read("move sample_1 to bay_7 via interchange_2")
+    assert understood.constraints.avoid == ("interchange_1",)
+    assert understood.readings[-1].said == "through interchange_2"
+    assert read("move sample_1 to bay_7 through interchange_1 and interchange_2").constraints.avoid == ()
+    question = asked("move sample_1 to bay_7 through door_2")
+    assert (question.code, question.choices) == ("no-interchange", ("interchange_1", "interchange_2"))
 
 
 def test_then_puts_goals_in_stages() -> None:
