@@ -136,7 +136,9 @@ class ProblemBuilder:
         spots = {**initial_spots(world), **reported}
         permitted = applied.applied_to(facts)
         able = frozenset(fact for fact in permitted if not is_ability(fact, of=unavailable))
-        problem = planning_problem(world, able, goals, spots=spots, reserved=reserved)
+        problem = planning_problem(
+            world, able, goals, spots=spots, reserved=reserved, knowledge_base=self._knowledge_base
+        )
         problem = replace(problem, stages=stages)
         issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))
         return GoalProblem(

@@ -37,7 +37,9 @@ def goal_problem(
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
     permitted = constraints.in_world(world).applied_to(facts - knowledge_base.achieved_anew(wanted))
-    problem = planning_problem(world, permitted, wanted, spots=initial_spots(world))
+    problem = planning_problem(
+        world, permitted, wanted, spots=initial_spots(world), knowledge_base=knowledge_base
+    )
     return replace(problem, stages=constraints.stages_of(wanted))
 
 

@@ -42,6 +42,11 @@ class KnowledgeBase:
             for literal in (*op.deletes, *op.intended_effects, *op.other_effects)
         )
 
+    @cached_property
+    def mentioned(self) -> frozenset[str]:
+        """The predicates that some action mentions; facts of others mean nothing to a plan."""
+        return self.fluents.union(literal.predicate for op in self.operators for literal in op.preconditions)
+
     def agents_among(self, objects: Mapping[str, str]) -> tuple[str, ...]:
         """Those of the objects, name → type, that can carry actions out."""
         kinds = self.agent_types

@@ -19,8 +19,11 @@ class StaticFacts:
 
     @cached_property
     def things(self) -> frozenset[str]:
-        """What is moved or worked on: the objects other than robots that no static fact or function names."""
-        placed = {arg for fact in self.facts for arg in fact.args}
+        """What is moved or worked on: objects other than robots that no function names, nor a static fact with others.
+
+        A static fact about one object alone says what it is: a drill is moved, too.
+        """
+        placed = {arg for fact in self.facts if len(fact.args) > 1 for arg in fact.args}
         placed = placed.union(self.robots, *(args for _, args in self._problem.functions))
         return frozenset(self._problem.objects.keys() - placed)
 
@@ -41,7 +44,7 @@ class StaticFacts:
     def without_bystanders(self, problem: PlanningProblem) -> PlanningProblem:
         """The problem without bystanders: objects that no goal, static fact or function names."""
         named = {arg for goal in problem.goals for arg in goal.args}
-        bystanders = self.things - named
+        bystanders = self.things - named.union(*(fact.args for fact in self.facts))
         return replace(
             problem,
             objects={name: kind for name, kind in problem.objects.items() if name not in bystanders},

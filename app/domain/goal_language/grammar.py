@@ -3,7 +3,7 @@
 The grammar is in `goals.lark`, what its verbs mean in `verbs.yaml`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from itertools import product
@@ -291,7 +291,7 @@ class _Reader:
                 if name not in bound and slot.default is not None:
                     derivations[name] = Call.parse(slot.default)
             for name, call in derivations.items():
-                value = self._derived(Function(call.name), bound[call.variables[0]])
+                value = self._derived(call, bound)
                 if isinstance(value, Clarification):
                     return value
                 bound[name] = value
@@ -300,12 +300,15 @@ class _Reader:
             )
         return None
 
-    def _derived(self, function: Function, argument: str) -> str | Clarification:
-        match function:
+    def _derived(self, call: Call, bound: Mapping[str, str]) -> str | Clarification:
+        match Function(call.name):
             case Function.PLACE_OF:
-                return self.names.lying_place(argument)
+                return self.names.lying_place(bound[call.variables[0]])
             case Function.PARKING_OF:
-                return self.names.parking_of(argument)
+                return self.names.parking_of(bound[call.variables[0]])
+            case Function.KNOWN:
+                predicate, *first = call.filled(bound)
+                return self.names.known(predicate, first)
 
     def _named(
         self, kind: Kind, phrase: Phrase, verb: str, origin: Origin | None

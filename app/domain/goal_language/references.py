@@ -352,6 +352,20 @@ class References:
             choices=reached,
         )
 
+    def known(self, predicate: str, first: Sequence[str]) -> str | Clarification:
+        """The last argument of the fact of the predicate that begins with these; of several, the first by name."""
+        found = {
+            fact.args[-1]
+            for fact in self.facts
+            if fact.predicate == predicate and list(fact.args[:-1]) == list(first)
+        }
+        if found:
+            return _sorted(found)[0]
+        about = f" of {joined(first, last='and')}" if first else ""
+        return Clarification(
+            code="fact-needed", detail=f"no fact {predicate!r}{about} is known in {self.world.name}"
+        )
+
     def lying_place(self, sample: str) -> str | Clarification:
         """Where the sample lies."""
         place = place_of(sample, self.facts)

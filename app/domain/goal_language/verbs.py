@@ -1,5 +1,6 @@
 """The verbs of goals as data: words, slots, and the facts that a command stands for (a domain pack's `verbs.yaml`)."""
 
+import itertools
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -58,6 +59,8 @@ class Function(StrEnum):
     """Where a sample lies."""
     PARKING_OF = "parking_of"
     """A robot's home; without one, a free parking place that it reaches."""
+    KNOWN = "known"
+    """The last argument of a known fact: `known(kept_in, ?tool)` is where the tool is kept."""
 
 
 ARGUMENT = {Function.PLACE_OF: Kind.SAMPLE, Function.PARKING_OF: Kind.ROBOT}
@@ -147,11 +150,23 @@ class Verb(Checked):
     def _check_derivation(self, where: str, call: Call) -> None:
         if call.name not in list(Function):
             raise ValueError(f"{where}: unknown function {call.name!r}; choices: {', '.join(Function)}")
+        if call.name == Function.KNOWN:
+            self._check_known(where, call)
+            return
         kind = ARGUMENT[Function(call.name)]
         fitting = sorted(name for name, slot in self.slots.items() if slot.kind is kind)
         if len(call.terms) != 1 or call.variables[:1] not in [(name,) for name in fitting]:
             choices = ", ".join(f"?{name}" for name in fitting) or "none"
             raise ValueError(f"{where}: {call.name} takes a slot of kind {kind}; choices: {choices}")
+
+    def _check_known(self, where: str, call: Call) -> None:
+        predicate, *terms = call.terms
+        if predicate.startswith("?"):
+            raise ValueError(f"{where}: {call.name} takes a predicate first, not {predicate}")
+        earlier = [*self.slots, *itertools.takewhile(lambda name: where != f"given.{name}", self.given)]
+        if unknown := [term for term in terms if term.startswith("?") and term[1:] not in earlier]:
+            choices = ", ".join(f"?{name}" for name in earlier)
+            raise ValueError(f"{where}: no slot {unknown[0]!r} for {call}; choices: {choices}")
 
     @cached_property
     def templates(self) -> tuple[Call, ...]:
@@ -229,6 +244,12 @@ class Verbs:
         :raises VerbsError: naming the file, the verb, the goal and the choices.
         """
         for word, verb in self.by_word.items():
+            for name, call in verb.derived.items():
+                if call.name == Function.KNOWN and call.terms[0] not in relations:
+                    raise VerbsError(
+                        f"{self.origins[word]}: {verb.name}.given.{name}: unknown predicate {call.terms[0]!r}; "
+                        f"choices: {', '.join(sorted(relations))}"
+                    )
             for index, goal in enumerate(verb.templates):
                 if goal.name not in relations:
                     raise VerbsError(

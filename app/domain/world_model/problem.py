@@ -6,7 +6,7 @@ from math import dist
 
 from app.domain.world_model.beliefs import OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
-from planner import Fact, PlanningProblem
+from planner import Fact, KnowledgeBase, PlanningProblem
 from robots.world import WorldFile
 
 ROBOT = "robot"
@@ -33,13 +33,22 @@ def planning_problem(
     *,
     spots: Mapping[str, Point] | None = None,
     reserved: Reservation = NOTHING_RESERVED,
+    knowledge_base: KnowledgeBase | None = None,
 ) -> PlanningProblem:
     """The planning problem for these goals from the believed facts.
 
     :param spots: positions of open-floor locations, (x, y) in metres; by default the robot's start.
     :param reserved: what running missions still need and the plan must not use.
+    :param knowledge_base: leaves out the facts that none of its actions mentions; None: none is.
     """
-    free = frozenset(fact for fact in facts if not is_withheld(fact, reserved))
+    meant = (
+        None if knowledge_base is None else knowledge_base.mentioned.union(goal.predicate for goal in goals)
+    )
+    free = frozenset(
+        fact
+        for fact in facts
+        if (meant is None or fact.predicate in meant) and not is_withheld(fact, reserved)
+    )
     functions: dict[tuple[str, tuple[str, ...]], float] = {
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }

@@ -43,9 +43,10 @@ def mission(sentence: str) -> Mission:
         ("patrol ridge_1, ridge_2 and base", ["patrolled(ridge_1)", "patrolled(ridge_2)", "patrolled(base)"]),
         ("patrol ridge_1, then ridge_2", ["patrolled(ridge_1)", "patrolled(ridge_2)"]),
         ("have rover_1 go to ridge_3", ["near(rover_1, ridge_3)"]),
-        ("have rover_2 wait at site_2", ["waited_at(rover_2, site_2)"]),
+        ("have rover_2 wait at site_2", ["waited_at(site_2)"]),
         ("let rover_4 inspect crater_2", ["inspected(crater_2)"]),
         ("have rover_2 follow rover_1 to ridge_1", ["followed(rover_2, rover_1, ridge_1)"]),
+        ("drill at site_3", ["drilled(site_3)", "in(drill_1, rack_1)"]),
         ("follow rover_1 to ridge_1 with rover_2", ["followed(rover_2, rover_1, ridge_1)"]),
     ],
 )
@@ -59,6 +60,7 @@ def test_every_verb_is_planned_by_the_hierarchical_engine(sentence: str, goals: 
         "inspect crater_1 and photograph crater_2",
         "patrol ridge_2 and ridge_3",
         "have rover_2 follow rover_1 to site_1",
+        "drill at site_1",
     ],
 )
 def test_a_mission_ends_where_its_goals_say_though_rocks_are_on_no_map(sentence: str) -> None:
@@ -70,7 +72,7 @@ def test_a_mission_ends_where_its_goals_say_though_rocks_are_on_no_map(sentence:
 def test_what_a_packet_claims_of_a_place_counts_only_if_its_robot_stands_there() -> None:
     packs, _ = survey()
     one = mission("have rover_2 wait at base")
-    elsewhere = one.goals[0].model_copy(update={"args": ("rover_2", "ridge_1")})
+    elsewhere = one.goals[0].model_copy(update={"args": ("ridge_1",)})
     claiming = [
         script.model_copy(
             update={"packets": tuple(p.model_copy(update={"achieves": (elsewhere,)}) for p in script.packets)}

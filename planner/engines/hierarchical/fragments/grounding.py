@@ -33,7 +33,7 @@ def task_of(
     """
     numbering = _Numbering(goals)
     steps: list[Step] = []
-    for op in index.knowledge_base.operators:
+    for op in _useful(index, goals):
         template = _OperatorTemplate(op, index)
         for args in bindings(index, op, objects):
             cost = index.seconds(op, args)
@@ -45,6 +45,24 @@ def task_of(
     return Task(
         steps=tuple(steps), initial=numbering.initial(index), goal=numbering.goal, width=numbering.width
     )
+
+
+def _useful(index: WorldIndex, goals: Sequence[Fact]) -> list[Operator]:
+    """The operators that a goal may need, step by step: for an effect that is intended, or that makes way (table 3)."""
+    predicates = index.knowledge_base.predicates
+    waiting = list(index.knowledge_base.operators)
+    wanted = {goal.predicate for goal in goals}
+    useful: set[str] = set()
+    while found := [
+        op
+        for op in waiting
+        if any(literal.predicate in wanted for literal in op.intended_effects)
+        or any(predicates[one.predicate].make_way and one.predicate in wanted for one in op.other_effects)
+    ]:
+        useful.update(op.name for op in found)
+        waiting = [op for op in waiting if op.name not in useful]
+        wanted.update(literal.predicate for op in found for literal in op.preconditions)
+    return [op for op in index.knowledge_base.operators if op.name in useful]
 
 
 class _Numbering:

@@ -113,3 +113,50 @@ def test_a_goal_about_no_relation_is_refused_with_the_choices(tmp_path: Path) ->
         VerbsError, match=r"inspect\.goals\.0: unknown predicate 'inspected'; choices: .*near"
     ):
         verbs.check_predicates(STORE.base.relation_names())
+
+
+JOIN = """
+verbs:
+  - name: join
+    words: [join]
+    slots:
+      robot: {kind: robot, role: object}
+    given:
+      area: known(in_area, yard_2)
+      same: known(in_area, ?robot)
+    goals: ["in_area(?robot, ?area)", "in_area(yard_2, ?same)"]
+"""
+
+
+def test_a_value_may_be_what_a_known_fact_says(tmp_path: Path) -> None:
+    assert stated("join store_1", verbs_of(tmp_path, JOIN)) == [
+        "in_area(store_1, yard)",
+        "in_area(yard_2, aisle_1)",
+    ]
+    asked = parse_goal("join store_1", STORE.world, frozenset(), verbs_of(tmp_path, JOIN))
+    assert isinstance(asked, Clarification)
+    assert (asked.code, asked.detail) == (
+        "fact-needed",
+        "no fact 'in_area' of yard_2 is known in sample_store",
+    )
+
+
+def test_a_place_after_at_is_the_object_of_a_verb_about_places_alone(tmp_path: Path) -> None:
+    verbs = verbs_of(tmp_path, INSPECT)
+    assert stated("inspect at bay_4 and bay_5", verbs) == ["inspected(bay_4)", "inspected(bay_5)"]
+
+
+@pytest.mark.parametrize(
+    ("new", "words"),
+    [
+        ("known(?robot)", "given.area: known takes a predicate first"),
+        ("known(in_area, ?same)", "given.area: no slot '?same' for known(in_area, ?same); choices: ?robot"),
+        ("known(inarea, yard_2)", "join.given.area: unknown predicate 'inarea'; choices: "),
+    ],
+)
+def test_what_is_known_is_checked(tmp_path: Path, new: str, words: str) -> None:
+    with pytest.raises(VerbsError) as refused:
+        verbs_of(tmp_path, JOIN.replace("known(in_area, yard_2)", new)).check_predicates(
+            STORE.base.relation_names()
+        )
+    assert words in str(refused.value.detail)
