@@ -30,13 +30,24 @@ class CameraSpec(Checked):
     view_deg: float = Field(default=50, ge=5, le=120)
 
 
+class ScannerSpec(Checked):
+    """Measures `clutter` by the robot's whiskers: the share of the circle around it with something within `reach_m`."""
+
+    takes_images: ClassVar[bool] = False
+
+    kind: Literal["scanner"]
+    reach_m: float = Field(default=2.0, ge=0.2, le=10)
+
+
+ShippedSensorSpec = Annotated[CameraSpec | ScannerSpec, Field(discriminator="kind")]
+
 SensorSpec = Annotated[
-    CameraSpec | PackageSensorSpec,
+    CameraSpec | ScannerSpec | PackageSensorSpec,
     PartOfPackage(
         group=SENSORS,
         base=PackageSensorSpec,
-        shipped=CameraSpec,
-        kinds=("camera",),
-        stated_as=CameraSpec | str | PackageSensorSpec,
+        shipped=ShippedSensorSpec,
+        kinds=("camera", "scanner"),
+        stated_as=ShippedSensorSpec | str | PackageSensorSpec,
     ),
 ]

@@ -1,17 +1,17 @@
 """Makes the body and the sonar that the world file names for each robot."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from robots.physical.body import Image, Pose
+from robots.physical.body import Image, Pose, Readings
 from robots.physical.geometry import to_robot
 from robots.physical.sonar import Activity, VirtualSonar
 from robots.world import RobotSpec
 from robots.world.bodies import AvatarBodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
-from robots.world.sensors import CameraSpec, PackageSensorSpec
+from robots.world.sensors import CameraSpec, PackageSensorSpec, ScannerSpec
 from sim.bodies.avatar import AvatarBody, FloorMap
 from sim.bodies.base import Camera, SimulatedBody
 from sim.bodies.odometry import Odometry
@@ -134,9 +134,27 @@ class SceneCamera:
         return self.site.image(width=spec.width, height=spec.height, view_deg=spec.view_deg)
 
 
-def _install(body: SimulatedBody, sensor: CameraSpec | PackageSensorSpec, site: SensorSite) -> None:
+@dataclass(frozen=True, slots=True)
+class WhiskerScanner:
+    """The scanner that ships with Macta. It measures nothing while the whiskers are off. Implements `Activity`."""
+
+    spec: ScannerSpec
+
+    def process(self, readings: Readings) -> Readings:
+        if readings.ranges_m is None:
+            return readings
+        clutter = float((readings.ranges_m <= self.spec.reach_m).mean())
+        return replace(readings, measured={**readings.measured, "clutter": clutter})
+
+
+def _install(
+    body: SimulatedBody, sensor: CameraSpec | ScannerSpec | PackageSensorSpec, site: SensorSite
+) -> None:
     if isinstance(sensor, CameraSpec):
         body.install_camera(sensor.kind, SceneCamera(sensor, site))
+        return
+    if isinstance(sensor, ScannerSpec):
+        body.install(WhiskerScanner(sensor))
         return
     if not isinstance(sensor, MakesSensor):
         raise SimulationError(

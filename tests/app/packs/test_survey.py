@@ -14,7 +14,10 @@ from app.trials.offline_mission import Mission, goal_problem, plan_mission
 from app.trials.sweep_results import Outcome
 from planner import PlanningRequest
 from planner.engines.registry import engine_named
+from robots.wire import ReadingResult
 from robots.world import WorldFile, load_world
+from sim.trials.script_runner import ScriptRunner
+from sim.world.agents import agents_with
 
 
 @cache
@@ -116,3 +119,35 @@ def test_an_event_of_a_packet_stands_for_facts_about_the_packets_arguments() -> 
     }
     (told,) = scripts["rover_2"].events["away"]
     assert str(told) == "lost_touch(rover_2, rover_1)"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "tag", "because"),
+    [
+        ("let rover_1 inspect crater_1", "INSPECT", ["has_sensor(rover_1, camera)"]),
+        ("let rover_3 inspect ridge_1", "SCAN", ["has_sensor(rover_3, scanner)"]),
+        ("let rover_4 inspect ridge_1", "INSPECT", ["has_sensor(rover_4, camera)"]),
+        ("let rover_4 inspect crater_1", "SCAN", ["has_sensor(rover_4, scanner)", "rough(crater_1)"]),
+    ],
+)
+def test_the_sensors_and_the_place_decide_how_it_is_inspected(
+    sentence: str, tag: str, because: list[str]
+) -> None:
+    packet = mission(sentence).scripts[0].packets[-1]
+    assert (packet.tag, [str(fact) for fact in packet.because]) == (tag, because)
+
+
+def test_only_a_robot_with_a_camera_is_recruited_to_photograph() -> None:
+    _, world = survey()
+    with_camera = {robot.name for robot in world.robots if "camera" in {one.kind for one in robot.sensors}}
+    assert set(mission("photograph crater_2").plan_net.robots) <= with_camera
+
+
+def test_a_scan_brings_what_stands_about_as_a_reading() -> None:
+    packs, world = survey()
+    with ScriptRunner(world, seed=0, make_agent=agents_with(packs.packets)) as runner:
+        assert runner.run(mission("let rover_3 inspect crater_1").scripts, timeout_s=120)
+        (reading,) = [result for report in runner.reports for result in report.results]
+    assert isinstance(reading, ReadingResult)
+    assert (reading.name, reading.of) == ("clutter", "crater_1")
+    assert 0 <= reading.value <= 1

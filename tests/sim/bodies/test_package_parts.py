@@ -189,7 +189,7 @@ def test_cameras_take_images_only_while_they_run(site: Path) -> None:
         ({"body": "hover", "speed_m_s": 1.5}, "fred.speed_m_s is 1.5, a hovering body reaches 1"),
         ({"body": {}}, "kind"),
         ({"body": 3}, "body"),
-        ({"sensors": ["nose"]}, "unknown kind 'nose'; choices: camera, endoscope, thermometer"),
+        ({"sensors": ["nose"]}, "unknown kind 'nose'; choices: camera, endoscope, scanner, thermometer"),
         ({"sensors": [{"per_m": 1}]}, "kind"),
         ({"sensors": [{"kind": "camera", "width": 1}]}, "width"),
         ({"sensors": [{"kind": "thermometer", "per_m": []}]}, "per_m"),
