@@ -321,6 +321,7 @@ interface EventData {
   mission?: string;
   robot?: string;
   packet?: string;
+  of?: string;
   actor?: string;
   source?: string;
   text?: string;

@@ -108,7 +108,7 @@ function createEvents(recording, seek) {
   /** @param {RecordedEvent} event */
   function item({ at_s: at, type, data = {} }) {
     const after = at - recording.from;
-    const about = [data.robot, data.packet, data.actor, data.source, data.text, data.reason, data.detail].filter(Boolean).join(" · ");
+    const about = [data.robot, data.packet, data.of, data.actor, data.source, data.text, data.reason, data.detail].filter(Boolean).join(" · ");
     return el("li", {}, el(
       "button",
       { type: "button", tabindex: -1, onclick: () => seek(at) },
