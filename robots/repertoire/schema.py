@@ -59,7 +59,7 @@ class PacketSpec(Checked):
     patterns: tuple[dict[str, Any], ...] = Field(min_length=1)
     maintain: tuple[dict[str, Any], ...] = ()
     after: tuple[dict[str, Any], ...] = Field(min_length=1)
-    results: tuple[dict[str, Any], ...] = Field(default=(), max_length=8)
+    results: tuple[dict[str, Any], ...] = Field(default=(), max_length=4)
     events: dict[str, tuple[dict[str, Any], ...]] = Field(default_factory=dict)
     avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None

@@ -102,7 +102,7 @@ class PacketReport(Wire):
     perceived: tuple[SymbolicFact, ...] = ()
     events: tuple[str, ...] = ()
     detail: str = ""
-    results: tuple[PacketResult, ...] = Field(default=(), max_length=8)
+    results: tuple[PacketResult, ...] = Field(default=(), max_length=4)
 
 
 class ScriptReport(Wire):
