@@ -4,9 +4,9 @@ World frame, metres, radians; complex numbers of the simulation are pairs here. 
 the world file (walls, beacons, sensors) nor what the physics engine computes again each tick.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -18,6 +18,7 @@ FORMAT: Final = 1
 """Increased when earlier snapshots can no longer be resumed."""
 
 Pair = tuple[float, float]
+Named = TypeVar("Named")
 
 
 CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -163,11 +164,16 @@ class Rock:
 
 
 class WorldSnapshot(State):
-    """A world at a tick of its clock. `told`: the start poses the robots were told; `robots`: their memories."""
+    """A world at a tick of its clock. `told`: the start poses the robots were told; `robots`: their memories.
+
+    `digest` is of the world's file; `document` the changed world of a later `edition` as JSON, empty for edition 0.
+    """
 
     format: Literal[1] = FORMAT
     run: str
     digest: str
+    edition: int = 0
+    document: str = ""
     seed: int
     ticks: int
     rovers: dict[str, Pose]
@@ -179,3 +185,34 @@ class WorldSnapshot(State):
     streams: dict[str, StreamState]
     touched: frozenset[str]
     robots: dict[str, RobotMemory]
+
+    def only(self, *, robots: Collection[str], samples: Collection[str]) -> "WorldSnapshot":
+        """Without what no longer belongs to the world. A sample whose holder goes is left where it is."""
+        beams = {
+            sample: beam.model_copy(update={"grips": kept})
+            for sample, beam in self.jaws.beams.items()
+            if sample in samples and (kept := _of(beam.grips, robots))
+        }
+        holders = {
+            sample: tuple(robot for robot in holding if robot in robots)
+            for sample, holding in self.jaws.holders.items()
+            if sample in samples
+        }
+        return self.model_copy(
+            update={
+                "rovers": _of(self.rovers, robots),
+                "told": _of(self.told, robots),
+                "samples": _of(self.samples, samples),
+                "jaws": self.jaws.model_copy(
+                    update={"closed": _of(self.jaws.closed, robots), "holders": holders, "beams": beams}
+                ),
+                "bodies": _of(self.bodies, robots),
+                "streams": _of(self.streams, robots),
+                "touched": self.touched.intersection(robots),
+                "robots": _of(self.robots, robots),
+            }
+        )
+
+
+def _of(known: Mapping[str, Named], names: Collection[str]) -> dict[str, Named]:
+    return {name: value for name, value in known.items() if name in names}

@@ -1,6 +1,7 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
 from robots.wire.messages import (
+    WORLD,
     Acknowledgement,
     Body,
     Clearance,
@@ -17,6 +18,8 @@ from robots.wire.messages import (
     StatusReport,
     Telemetry,
     UpkeepReport,
+    WorldChange,
+    WorldEdition,
     new_message_id,
 )
 from robots.wire.operator import (
@@ -50,6 +53,7 @@ __all__ = [
     "OWN",
     "TRACED_S",
     "VALID_AT_MOST_S",
+    "WORLD",
     "Acknowledgement",
     "BehaviourPacket",
     "BehaviourScript",
@@ -86,5 +90,7 @@ __all__ = [
     "TracedTick",
     "TuningReport",
     "UpkeepReport",
+    "WorldChange",
+    "WorldEdition",
     "new_message_id",
 ]

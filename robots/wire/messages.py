@@ -6,13 +6,16 @@ service answers a report with a receipt (`confirm`). Both ends ignore known ids 
 
 import uuid
 from enum import StrEnum
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
 from robots.wire.results import PacketResult
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
+
+WORLD = "_world"
+"""The world itself as sender and receiver; no robot can have this name."""
 
 
 class Performative(StrEnum):
@@ -192,6 +195,22 @@ class Telemetry(Wire):
     goal_m: float | None = None
 
 
+class WorldChange(Wire):
+    """Service to a world: go on as this edition of it (request). `world` is the whole changed world file."""
+
+    kind: Literal["world_change"] = "world_change"
+    edition: int = Field(ge=1)
+    world: dict[str, Any]
+
+
+class WorldEdition(Wire):
+    """World to service: the edition that it is now at (agree), or why it refuses the one asked for (refuse)."""
+
+    kind: Literal["world_edition"] = "world_edition"
+    edition: int = Field(ge=0)
+    reason: str = ""
+
+
 Body = Annotated[
     ScriptRequest
     | Control
@@ -210,6 +229,8 @@ Body = Annotated[
     | SetPoint
     | SetPointRefusal
     | Receipt
+    | WorldChange
+    | WorldEdition
     | Telemetry,
     Field(discriminator="kind"),
 ]

@@ -1,6 +1,7 @@
 """World files: layout and team. Read by the simulation and the service; a robot's own software never sees them."""
 
 from robots.world.digest import digest_of
+from robots.world.edition import Edition
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds, shipped_worlds
@@ -10,6 +11,7 @@ from robots.world.radio import Contact, LinkSpec, Outage
 __all__ = [
     "Compartment",
     "Contact",
+    "Edition",
     "LinkSpec",
     "Location",
     "Obstacle",

@@ -55,9 +55,9 @@ class Jaws:
 
     def restore(self, state: JawsState) -> None:
         """Grip again what was held, at its place in the scene: it is lifted, and nothing moves."""
-        self._closed = dict(state.closed)
+        self._closed |= state.closed
         self.slipped = state.slipped
-        self._holders = {sample: list(holders) for sample, holders in state.holders.items()}
+        self._holders |= {sample: list(holders) for sample, holders in state.holders.items()}
         self._held = {rover: sample for sample, holders in self._holders.items() for rover in holders}
         for sample in (sample for sample, holders in self._holders.items() if holders):
             point = self._scene.sample_point(sample)[:2]

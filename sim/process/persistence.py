@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import inf
 
 from robots.clock import Clock
-from robots.world import WorldFile
+from robots.world import Edition, WorldFile
 from sim.error import NotResumable
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
 from sim.world.agent import AgentFactory
@@ -43,15 +43,17 @@ def resume_or_start(
     make_agent: AgentFactory,
     seed: int,
     jitter_m: float,
+    edition: Edition | None = None,
     processes: int = 1,
 ) -> StartedWorld:
     """The world from its snapshot; else a new one by the seed.
 
+    :param edition: as of which it is to go on, or to begin.
     :param processes: how many the agents are spread over.
     :raises NotResumable: if it cannot be resumed and must not be started new.
     """
     try:
-        return StartedWorld(_resumed(world, settings, file, hub, make_agent, processes))
+        return StartedWorld(_resumed(world, settings, file, hub, make_agent, edition, processes))
     except NotResumable as reason:
         if settings.resume_only:
             raise
@@ -62,6 +64,7 @@ def resume_or_start(
             seed=seed,
             jitter_m=jitter_m,
             hub=hub,
+            edition=edition,
             processes=processes,
         )
         file.write_clock(0.0)
@@ -74,6 +77,7 @@ def _resumed(
     file: SnapshotFile,
     hub: Hub,
     make_agent: AgentFactory,
+    edition: Edition | None,
     processes: int,
 ) -> Simulation:
     if settings.start_new:
@@ -82,7 +86,9 @@ def _resumed(
     if snapshot.run != settings.run and not settings.any_run:
         raise NotResumable("its snapshot is of a run that the record does not tell of")
     try:
-        return Simulation(world, make_agent=make_agent, hub=hub, snapshot=snapshot, processes=processes)
+        return Simulation(
+            world, make_agent=make_agent, hub=hub, snapshot=snapshot, edition=edition, processes=processes
+        )
     except Exception as error:  # a snapshot of other software may fail anywhere
         raise NotResumable(f"its snapshot does not fit: {type(error).__name__}: {error}") from error
 

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from robots.background_compilation import start_with_interrupts_blocked
 from robots.link import PipeLink
-from robots.world import WorldFile
+from robots.world import Edition, WorldFile
 from sim.error import SimulationError
 from sim.process.control import (
     Answer,
@@ -82,6 +82,7 @@ class SimulationProcess:
         speed: float | None = 1.0,
         jitter_m: float = 0.4,
         snapshots: SnapshotSettings | None = None,
+        edition: Edition | None = None,
         packet_files: tuple[Path, ...] | None = None,
         tell: Callable[[str], None] = logger.info,
     ) -> "SimulationProcess":
@@ -89,6 +90,7 @@ class SimulationProcess:
 
         :param speed: world seconds per wall second; None is as fast as possible.
         :param snapshots: where it is stored to be resumed; None: it is not stored.
+        :param edition: the world as changed since its file.
         :param packet_files: of the robots' repertoires; None: the packets that ship.
         :param tell: called with a message when the start takes long, such as while functions are compiled.
         :raises SimulationError: if it cannot be built; the message says why.
@@ -103,6 +105,7 @@ class SimulationProcess:
             speed=speed,
             jitter_m=jitter_m,
             snapshots=snapshots,
+            edition=edition,
             packet_files=packet_files,
         )
         process = context.Process(

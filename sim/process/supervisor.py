@@ -12,7 +12,7 @@ from typing import Self
 from robots.clock import Clock
 from robots.link import LinkClosed
 from robots.wire import Message
-from robots.world import WorldFile
+from robots.world import Edition, WorldFile
 from sim.clock import WallClock
 from sim.error import SimulationError
 from sim.process.process import SimulationProcess
@@ -58,10 +58,12 @@ class SupervisedWorld:
         seed: int,
         speed: float,
         jitter_m: float,
+        edition: Edition | None = None,
         packet_files: tuple[Path, ...] | None = None,
         tell: Callable[[str], None] = logger.info,
     ) -> Self:
         """
+        :param edition: the world as changed since its file.
         :param packet_files: of the robots' repertoires; None: the packets that ship.
         :param tell: called with a message when the start takes long, such as while functions are compiled.
         :raises SimulationError: if the world cannot be built; the message says why.
@@ -74,6 +76,7 @@ class SupervisedWorld:
                 speed=speed,
                 jitter_m=jitter_m,
                 snapshots=settings,
+                edition=edition,
                 packet_files=packet_files,
                 tell=tell,
             )

@@ -12,7 +12,7 @@ from typing import Any
 from robots.clock import Clock
 from robots.compiled import get_compiled
 from robots.link import LinkClosed, PipeLink
-from robots.world import WorldFile
+from robots.world import Edition, WorldFile
 from sim.clock import WallClock
 from sim.error import SimulationError
 from sim.process.control import (
@@ -31,7 +31,6 @@ from sim.process.first_calls import SIMULATION
 from sim.process.pacing import Pacer
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
 from sim.world.hub import Hub
-from sim.world.radio import radios_of
 
 TELEMETRY_GAP_S = 0.05
 """Least wall time between two messages of one robot's telemetry."""
@@ -49,7 +48,8 @@ MIN_WAIT_S = 0.001
 class WorldOrder:
     """The world that a process is to run. With `snapshots` it is stored on the disk, and resumed from there.
 
-    `packet_files`: of the robots' repertoires; None: the packets that ship.
+    `edition`: the world as changed since its file, None if it was not. `packet_files`: of the robots' repertoires;
+    None: the packets that ship.
     """
 
     world: WorldFile
@@ -57,6 +57,7 @@ class WorldOrder:
     speed: float | None
     jitter_m: float
     snapshots: SnapshotSettings | None = None
+    edition: Edition | None = None
     packet_files: tuple[Path, ...] | None = None
 
 
@@ -106,11 +107,10 @@ class WorldLoop:
         world = order.world
         hub = Hub(
             PipeLink(channels.link),
-            [spec.name for spec in world.robots],
+            (),
             telemetry_gap_s=TELEMETRY_GAP_S,
             wall_clock=wall_clock,
             has_room=lambda: bool(select.select([], [channels.link], [], 0)[1]),
-            radios=radios_of(world, order.seed),
             holds=order.snapshots is not None,
         )
         processes = processes_for(len(world.robots))
@@ -122,6 +122,7 @@ class WorldLoop:
                 seed=order.seed,
                 jitter_m=order.jitter_m,
                 hub=hub,
+                edition=order.edition,
                 processes=processes,
             )
         else:
@@ -134,6 +135,7 @@ class WorldLoop:
                 make_agent=make_agent,
                 seed=order.seed,
                 jitter_m=order.jitter_m,
+                edition=order.edition,
                 processes=processes,
             )
             self._simulation = started.simulation

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from robots.clock import Clock, ManualClock
 from robots.link import Link
-from robots.wire import Message, Telemetry
+from robots.wire import WORLD, Message, Telemetry
 from sim.world.radio import Direction, Radio
 
 MAX_WAITING = 10_000
@@ -60,8 +60,10 @@ class Hub:
         self._wall_clock = wall_clock or ManualClock()
         self._has_room = has_room
         self._holds = holds
-        self._ends = {robot: RobotLink(self._send) for robot in robots}
-        self._radios = {robot: (radios or {}).get(robot) or Radio() for robot in self._ends}
+        self._ends: dict[str, RobotLink] = {}
+        self._radios: dict[str, Radio] = {}
+        self.connect({robot: (radios or {}).get(robot) or Radio() for robot in robots})
+        self._to_world: deque[Message] = deque()
         self.letters = 0
         """How many messages robots have sent and received, telemetry not counted."""
         self._held: list[Message] = []
@@ -70,8 +72,23 @@ class Hub:
         self._telemetry: dict[str, Message] = {}
         self._telemetry_sent_at_s: dict[str, float] = {}
 
+    def connect(self, radios: Mapping[str, Radio]) -> None:
+        """Serve these robots from now on; those that are served already keep their ends and radios."""
+        self._ends = {robot: self._ends.get(robot) or RobotLink(self._send) for robot in radios}
+        self._radios = {robot: self._radios.get(robot, radio) for robot, radio in radios.items()}
+
     def link_of(self, robot: str) -> RobotLink:
         return self._ends[robot]
+
+    def to_world(self) -> Sequence[Message]:
+        """The messages to the world itself since the last call."""
+        arrived = tuple(self._to_world)
+        self._to_world.clear()
+        return arrived
+
+    def answer(self, message: Message) -> None:
+        """Send a message of the world itself; it needs no radio."""
+        self._send(message)
 
     @property
     def is_holding(self) -> bool:
@@ -91,7 +108,9 @@ class Hub:
         """
         for message in self._link.receive():
             self.letters += 1
-            if message.receiver in self._radios:
+            if message.receiver == WORLD:
+                self._to_world.append(message)
+            elif message.receiver in self._radios:
                 self._radios[message.receiver].send(Direction.DOWN, message, now_s)
         for robot, radio in self._radios.items():
             for message in radio.arrived(Direction.DOWN, now_s):
@@ -110,7 +129,10 @@ class Hub:
 
     def _transmit(self, messages: Sequence[Message], now_s: float) -> None:
         for message in messages:
-            self._radios[message.sender].send(Direction.UP, message, now_s)
+            if message.sender in self._radios:
+                self._radios[message.sender].send(Direction.UP, message, now_s)
+            elif message.sender == WORLD:
+                self._waiting.append(message)
         for radio in self._radios.values():
             self._waiting.extend(radio.arrived(Direction.UP, now_s)[: MAX_WAITING - len(self._waiting)])
         while self._waiting and self._has_room():

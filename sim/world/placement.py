@@ -19,6 +19,9 @@ TOLD_SIGMA_M = 0.03
 TOLD_SIGMA_RAD = radians(2)
 SAMPLE_SIGMA_M = 0.01
 MAX_DRAWS = 1000
+ADDED_JITTER_M = 0.4
+"""How far from its start a rover may stand that is added while the world runs: another one may be there."""
+NOBODY: Mapping[str, Pose] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,17 +45,26 @@ class Placement:
         return cls(rocks=rocks, rovers=starts, samples=samples, told=told)
 
     @classmethod
-    def restore(cls, world: WorldFile, snapshot: WorldSnapshot) -> "Placement":
-        """Read from a snapshot."""
-        lying = {one.name: snapshot.samples[one.name] for one in world.samples}
+    def restore(
+        cls, world: WorldFile, snapshot: WorldSnapshot, panels: Sequence[Panel], rng: np.random.Generator
+    ) -> "Placement":
+        """Read from a snapshot. What it does not have was added to the world since: that is drawn as at a start."""
+        lengths_m = {one.name: one.length_m for one in world.samples}
+        lying = {
+            name: Placed(state.point, lengths_m[name], state.heading_rad)
+            for name, state in snapshot.samples.items()
+        }
+        starts = StartPoses(
+            world=world, panels=panels, rocks=snapshot.rocks, rng=rng, jitter_m=ADDED_JITTER_M
+        )
+        rovers = starts.draw(snapshot.rovers)
+        told = {name: told_pose(pose, rng) for name, pose in rovers.items() if name not in snapshot.told}
+        new = placed_samples(world, rng) if len(lying) < len(world.samples) else {}
         return cls(
             rocks=snapshot.rocks,
-            rovers={spec.name: snapshot.rovers[spec.name] for spec in world.robots},
-            samples={
-                one.name: Placed(lying[one.name].point, one.length_m, lying[one.name].heading_rad)
-                for one in world.samples
-            },
-            told=snapshot.told,
+            rovers=rovers,
+            samples={one.name: lying.get(one.name) or new[one.name] for one in world.samples},
+            told={**snapshot.told, **told},
         )
 
 
@@ -69,11 +81,13 @@ class StartPoses:
     rng: np.random.Generator
     jitter_m: float
 
-    def draw(self) -> dict[str, Pose]:
-        """A pose a rover. The starts of rovers that are not placed yet are kept free."""
-        poses = {spec.name: _file_start(spec) for spec in self.world.robots}
+    def draw(self, placed: Mapping[str, Pose] = NOBODY) -> dict[str, Pose]:
+        """A pose a rover, for those that stand somewhere already the pose there. The starts of rovers that are not
+        placed yet are kept free.
+        """
+        poses = {spec.name: placed.get(spec.name) or _file_start(spec) for spec in self.world.robots}
         if self.jitter_m > 0:
-            for spec in self.world.robots:
+            for spec in (spec for spec in self.world.robots if spec.name not in placed):
                 others = [pose for name, pose in poses.items() if name != spec.name]
                 poses[spec.name] = self._draw_one(spec, poses[spec.name], others)
         return poses

@@ -12,7 +12,8 @@ import numpy as np
 from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
-from robots.world import RobotSpec, Sample, WorldFile, digest_of
+from robots.wire import WORLD, Message, Performative, WorldChange, WorldEdition
+from robots.world import Edition, RobotSpec, Sample, WorldFile, digest_of
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
 from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
@@ -36,6 +37,7 @@ class Simulation:
 
     :param hub: routes the service's messages; without one, `link` is the service's end of an in-memory link.
     :param jitter_m: how far start poses may be from the world file's; headings are then random, too.
+    :param world: as in its file. :param edition: the world as changed since; by default, that of the snapshot.
     :param snapshot: state to resume from; `seed` and `jitter_m` are then ignored.
     :param processes: how many the agents are spread over, this one included; the run is the same for any number.
     """
@@ -49,24 +51,47 @@ class Simulation:
         jitter_m: float = 0.4,
         hub: Hub | None = None,
         snapshot: WorldSnapshot | None = None,
+        edition: Edition | None = None,
         processes: int = 1,
     ) -> None:
-        self.world = world
         self.run = snapshot.run if snapshot else uuid.uuid4().hex
         self.clock = WorldClock()
         self._seed = snapshot.seed if snapshot else seed
+        self._jitter_m = jitter_m
         self._digest = digest_of(world)
+        self._make_agent = make_agent
+        self._processes = processes
+        self._edition = _newest(world, edition, snapshot)
+        self.link, robots_end = InMemoryLink.pair()
+        self.hub = hub or Hub(robots_end, ())
+        self._build(snapshot)
+
+    @property
+    def edition(self) -> int:
+        """The number of the present edition of the world."""
+        return self._edition.number
+
+    @property
+    def world(self) -> WorldFile:
+        """The present edition of the world."""
+        return self._edition.world
+
+    def _build(self, snapshot: WorldSnapshot | None) -> None:
+        """Make scene, bodies, sensors and agents, from a snapshot if there is one."""
+        world = self.world
+        self._document = world.model_dump_json(exclude_defaults=True) if self._edition.number else ""
+        self.hub.connect(radios_of(world, self._seed))
         names = [spec.name for spec in world.robots]
         seeds = np.random.SeedSequence(self._seed).spawn(len(names) + 1)
         placement_rng, *streams = [np.random.default_rng(each) for each in seeds]
         self._rngs = dict(zip(names, streams, strict=True))
-        self.link, robots_end = InMemoryLink.pair()
-        self.hub = hub or Hub(robots_end, names, radios=radios_of(world, self._seed))
+        if snapshot is not None:
+            snapshot = snapshot.only(robots=names, samples=[one.name for one in world.samples])
         panels = panels_of(world.walls)
         self._placement = (
-            Placement.restore(world, snapshot)
+            Placement.restore(world, snapshot, panels, placement_rng)
             if snapshot
-            else Placement.draw(world, panels, placement_rng, jitter_m)
+            else Placement.draw(world, panels, placement_rng, self._jitter_m)
         )
         self.scene = Scene(panels, self._placement.rovers, self._placement.samples)
         for rock in self._placement.rocks:
@@ -92,19 +117,39 @@ class Simulation:
         self._sense()
         memories = snapshot.robots if snapshot else {}
         setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.robots]
-        shares = np.array_split(np.arange(len(setups)), processes)
+        shares = np.array_split(np.arange(len(setups)), self._processes)
         mine, *others = [[setups[n] for n in share] for share in shares]
-        far = [RemoteGroup(make_agent, share, self.clock) for share in others if share]
-        near = LocalGroup(make_agent, mine)
+        far = [RemoteGroup(self._make_agent, share, self.clock) for share in others if share]
+        near = LocalGroup(self._make_agent, mine)
         self.agents: Mapping[str, Agent] = near.agents
         """Those in this process."""
         self._groups: tuple[AgentGroup, ...] = (near, *far)
+
+    def take_up(self, edition: Edition) -> None:
+        """Go on in a changed world; between two control cycles.
+
+        The world is resumed from its snapshot: what was there goes on, what is new is placed as at a start.
+
+        :raises Exception: whatever making the changed world raises; the present one then goes on.
+        """
+        snapshot = self.snapshot()
+        before = self._edition
+        self.close()
+        self._edition = edition
+        try:
+            self._build(snapshot)
+        except Exception:
+            self._edition = before
+            self._build(snapshot)
+            raise
 
     def snapshot(self) -> WorldSnapshot:
         """Everything needed to resume from here; to be taken between two steps."""
         return WorldSnapshot(
             run=self.run,
             digest=self._digest,
+            edition=self._edition.number,
+            document=self._document,
             seed=self._seed,
             ticks=self.clock.ticks,
             rovers=self._poses(),
@@ -129,8 +174,8 @@ class Simulation:
         self.clock.ticks = snapshot.ticks
         self._touched = set(snapshot.touched)
         self._jaws.restore(snapshot.jaws)
-        for name, body in self.bodies.items():
-            body.restore(snapshot.bodies[name])
+        for name in snapshot.rovers:
+            self.bodies[name].restore(snapshot.bodies[name])
             snapshot.streams[name].restore(self._rngs[name])
 
     @property
@@ -145,6 +190,8 @@ class Simulation:
         """
         if self.clock.ticks % TICKS_PER_CONTROL == 0:
             self.hub.receive(self.clock.now_s())
+            for message in self.hub.to_world():
+                self._answer(message)
             self._drain_batteries()
             self._sense()
             self._tick_agents()
@@ -184,6 +231,28 @@ class Simulation:
     def drop(self, sample: str) -> None:
         """Let a sample slip out of all jaws that hold it."""
         self._jaws.drop(sample)
+
+    def _answer(self, message: Message) -> None:
+        """Take up the edition that the service asks for, if it is later than the present one."""
+        asked = message.body
+        if not isinstance(asked, WorldChange):
+            return
+        reason = ""
+        if asked.edition > self.edition:
+            try:
+                self.take_up(Edition(asked.edition, WorldFile.model_validate(asked.world)))
+            except Exception as error:  # another software's world may fail anywhere
+                reason = f"{type(error).__name__}: {error}"
+        self.hub.answer(
+            Message(
+                performative=Performative.REFUSE if reason else Performative.AGREE,
+                sender=WORLD,
+                receiver=message.sender,
+                sent_at_s=self.clock.now_s(),
+                in_reply_to=message.id,
+                body=WorldEdition(edition=self.edition, reason=reason),
+            )
+        )
 
     def close(self) -> None:
         for group in self._groups:
@@ -272,3 +341,11 @@ class Simulation:
             place=None if holders else place_at(self.world, (x, y)),
             holders=holders,
         )
+
+
+def _newest(world: WorldFile, edition: Edition | None, snapshot: WorldSnapshot | None) -> Edition:
+    """The latest known edition of a world."""
+    known = edition or Edition(0, world)
+    if snapshot is None or snapshot.edition <= known.number:
+        return known
+    return Edition(snapshot.edition, WorldFile.model_validate_json(snapshot.document))

@@ -1,0 +1,115 @@
+"""A world goes on in another edition: what was there stays where it is, what is new is there, what is gone is not."""
+
+from math import hypot
+
+from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
+from robots.wire import WORLD, Message, Performative, WorldChange, WorldEdition
+from robots.world import Edition, Sample, WorldFile, load_world
+from sim.snapshot import WorldSnapshot
+from sim.world.agents import behavioural_agent
+from sim.world.simulation import Simulation
+from tests.sim.rig import run_s
+
+FILE = load_world("sample_store")
+NEW = Sample(name="sample_9", at="door_2")
+
+
+def changed(world: WorldFile = FILE, *, without: str = "", new: Sample | None = None) -> WorldFile:
+    kept = [sample for sample in world.samples if sample.name != without]
+    samples = [*kept, *([new] if new else ())]
+    return WorldFile.model_validate(
+        {**world.model_dump(), "samples": [sample.model_dump() for sample in samples]}
+    )
+
+
+def asked(simulation: Simulation, edition: int, world: WorldFile) -> WorldEdition:
+    """What the world answers to a request to take up an edition."""
+    change = WorldChange(edition=edition, world=world.model_dump(mode="json"))
+    request = Message(
+        performative=Performative.REQUEST, sender="service", receiver=WORLD, sent_at_s=0.0, body=change
+    )
+    simulation.link.send(request)
+    run_s(simulation, 0.1)
+    (answer,) = (one for one in simulation.link.receive() if one.sender == WORLD)
+    assert answer.in_reply_to == request.id
+    assert isinstance(answer.body, WorldEdition)
+    return answer.body
+
+
+def simulated(snapshot: WorldSnapshot | None = None, edition: Edition | None = None) -> Simulation:
+    return Simulation(
+        FILE, make_agent=behavioural_agent, seed=3, jitter_m=0.0, snapshot=snapshot, edition=edition
+    )
+
+
+def test_a_sample_is_added_and_another_removed_while_nothing_else_moves() -> None:
+    simulation = simulated()
+    run_s(simulation, 1.0)
+    before = simulation.truth()
+    assert asked(simulation, 1, changed(without="sample_1", new=NEW)).edition == 1
+    after = simulation.truth()
+    assert after.samples.keys() == before.samples.keys() - {"sample_1"} | {"sample_9"}
+    assert after.samples["sample_9"].place == "door_2"
+    for name in ("sample_2", "sample_3", "sample_4"):
+        assert after.samples[name] == before.samples[name]
+    for name, pose in before.robots.items():
+        now = after.robots[name]
+        assert hypot(now.x_m - pose.x_m, now.y_m - pose.y_m) < 0.01
+
+
+def test_an_edition_that_was_taken_up_is_not_taken_up_again() -> None:
+    simulation = simulated()
+    assert asked(simulation, 2, changed(new=NEW)).edition == 2
+    scene = simulation.scene
+    assert asked(simulation, 1, changed(without="sample_1")).edition == 2
+    assert simulation.scene is scene
+
+
+def test_a_world_that_cannot_be_made_is_refused_and_the_present_one_goes_on() -> None:
+    simulation = simulated()
+    nowhere = {**FILE.model_dump(mode="json"), "samples": [{"name": "sample_9", "at": "nowhere"}]}
+    simulation.link.send(
+        Message(
+            performative=Performative.REQUEST,
+            sender="service",
+            receiver=WORLD,
+            sent_at_s=0.0,
+            body=WorldChange(edition=1, world=nowhere),
+        )
+    )
+    run_s(simulation, 0.1)
+    (answer,) = (one for one in simulation.link.receive() if one.sender == WORLD)
+    assert isinstance(answer.body, WorldEdition)
+    assert answer.performative is Performative.REFUSE
+    assert "unknown location 'nowhere'" in answer.body.reason
+    assert "sample_1" in simulation.truth().samples
+
+
+def test_a_changed_world_goes_on_from_its_snapshot_without_being_told_of_the_change() -> None:
+    simulation = simulated()
+    asked(simulation, 1, changed(without="sample_1", new=NEW))
+    snapshot = WorldSnapshot.model_validate_json(simulation.snapshot().model_dump_json())
+    resumed = simulated(snapshot)
+    assert resumed.edition == 1
+    assert resumed.truth() == simulation.truth()
+
+
+def test_a_world_goes_on_in_an_edition_that_is_newer_than_its_snapshot() -> None:
+    simulation = simulated()
+    run_s(simulation, 0.5)
+    resumed = simulated(simulation.snapshot(), Edition(1, changed(new=NEW)))
+    assert resumed.edition == 1
+    assert resumed.truth().samples["sample_9"].place == "door_2"
+    assert resumed.truth().robots == simulation.truth().robots
+
+
+def test_what_a_robot_held_is_gone_from_its_jaws_with_the_sample() -> None:
+    simulation = simulated()
+    x_m, y_m, _ = simulation.scene.sample_point("sample_1")
+    simulation.scene.put_rover("yard_1", Pose(x_m=x_m - GRIPPER_REACH_M, y_m=y_m, heading_rad=0.0))
+    simulation.bodies["yard_1"].set_gripper(closed=True)
+    assert simulation.truth().samples["sample_1"].holders == ("yard_1",)
+    simulation.take_up(Edition(1, changed(without="sample_1")))
+    run_s(simulation, 0.1)
+    assert "sample_1" not in simulation.truth().samples
+    assert simulation.bodies["yard_1"].sense().gripper in (None, Gripper(closed=True, between_jaws=None))
