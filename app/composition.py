@@ -11,6 +11,7 @@ from typing import Any
 from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
+from app.agents.edition_delivery import EditionDelivery
 from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import RunningWorld
 from app.agents.teleoperation import Teleoperation
@@ -29,6 +30,7 @@ from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
+from app.missions.world_changes import WorldChanges
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
 from app.packs.contents import contents_of
 from app.packs.find import load_packs
@@ -48,6 +50,7 @@ from app.planning.waiting_goals import WaitingGoals
 from app.recordings import Recorder, RecordingStore
 from app.settings import Settings, lock_folder
 from app.store import Database
+from app.store.editions import WorldDirectory
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.migrate import migrate
@@ -113,7 +116,7 @@ class Service:
         self._lock = lock_folder(settings.data) if self._drives_robots else None
         self.token = settings.resolved_token() if self._drives_robots else ""
         self._worlds = {world.file.name: world for world in worlds}
-        self._files: Mapping[str, WorldFile] = {name: world.file for name, world in self._worlds.items()}
+        files = {name: world.file for name, world in self._worlds.items()}
         self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
         self.planner_ready: Future[bool] = Future()
         """Done once the first planning process can plan; raises Unavailable if none starts."""
@@ -126,18 +129,21 @@ class Service:
             compilation=compilation,
         )
         self._compilation = compilation
-        self._wire_store(served)
+        self._wire_store(served, files)
         self._wire_robots()
         self._wire_planning()
         self._wire_missions()
         self._wire_recordings()
         self._agent_models = [self._agents_of(world) for world in worlds]
 
-    def _wire_store(self, served: Collection[Queue]) -> None:
+    def _wire_store(self, served: Collection[Queue], files: Mapping[str, WorldFile]) -> None:
         """The database, the durable workflows, and the registry of the processes that share them."""
         settings = self.settings
         self.database = Database(settings.resolved_database_url())
         migrate(self.database)
+        self._files = WorldDirectory(self.database, files)
+        with self.database.write() as session:
+            self._files.start(session)
         self.events = EventLog(self.database)
         knowledge_base = self.packs.knowledge_base()
         self.workflows = Workflows(settings.resolved_database_url(), serves=served)
@@ -240,6 +246,9 @@ class Service:
         self.missions = MissionService(core)
         self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
         self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
+        self.world_changes = WorldChanges(
+            core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals
+        )
         plausibility = Plausibility(
             core,
             worlds=self._files,
@@ -280,7 +289,12 @@ class Service:
         each_turn = partial(self._waiting_goals.handle_availability, name)
         if world.fleet is not None:
             run = FleetRun(
-                self.core, world.file, world.fleet, waiting=self._waiting_goals, holds_lease=drives_world
+                self.core,
+                self._files,
+                name,
+                world.fleet,
+                waiting=self._waiting_goals,
+                holds_lease=drives_world,
             )
             each_turn = partial(_call_all, (run.follow, each_turn))
         return AgentModels(
@@ -296,7 +310,8 @@ class Service:
             readmit=partial(self.lost_robots.restore_in_contact, name),
             world=name,
             has_lease=drives_world,
-            each_turn=each_turn,
+            each_turn=partial(_call_all, (self._files.follow, each_turn)),
+            editions=EditionDelivery(self.core, self._files, name, run=lambda: _run_of(world)),
         )
 
     @cached_property
@@ -315,6 +330,7 @@ class Service:
             export=self.export,
             missions=self.missions,
             worlds=self.worlds,
+            world_changes=self.world_changes,
             robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,
@@ -350,7 +366,7 @@ class Service:
         driven = list(self._worlds.values()) if self._drives_robots else []
         with self.database.write() as session:
             for world in driven:
-                start_world(session, self.core, world)
+                start_world(session, self.core, world, self._files[world.file.name])
             if not self.database.shared:
                 end_missions_of_absent_worlds(session, self.core, self._files.keys())
         self._start_workflows()
@@ -405,6 +421,11 @@ class Service:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _run_of(world: RunningWorld) -> str | None:
+    """The run that messages are exchanged with now."""
+    return world.run if world.fleet is None else world.fleet.taken_up
 
 
 def _call_all(functions: Sequence[Callable[[], None]]) -> None:

@@ -45,6 +45,8 @@ class WorldFeed:
         )
         self.latest = WorldSnapshot()
         """The newest snapshot; the same object as long as nothing changes."""
+        self._edition: object = None
+        """Of the layout."""
         self._lock = threading.Lock()
         self._stopped = threading.Event()
         self._threads = [
@@ -73,7 +75,7 @@ class WorldFeed:
             self._client.close()
 
     def _follow_telemetry(self) -> None:
-        self._update(layout=Layout.model_validate(self._get(f"/v1/worlds/{self._world}")["layout"]))
+        self._read_layout()
         for data in self._stream(f"/v1/telemetry?world={self._world}"):
             self._update(telemetry=Telemetry.model_validate_json(data))
             if self._stopped.is_set():
@@ -82,8 +84,15 @@ class WorldFeed:
     def _poll_facts(self) -> None:
         while not self._stopped.is_set():
             body = self._get(f"/v1/worlds/{self._world}/facts")
+            if body["edition"] != self._edition:
+                self._read_layout()
             self._update(facts=FACTS.validate_python(body["items"]))
             self._stopped.wait(self._facts_every_s)
+
+    def _read_layout(self) -> None:
+        known = self._get(f"/v1/worlds/{self._world}")
+        self._edition = known["edition"]
+        self._update(layout=Layout.model_validate(known["layout"]))
 
     def _get(self, path: str) -> dict[str, object]:
         response = self._client.get(path)

@@ -12,6 +12,7 @@ from typing import Protocol
 from sqlalchemy import Select, or_, select, union
 
 from app.agents.communications import MIN_RESEND_S, Communications
+from app.agents.edition_delivery import EditionDelivery
 from app.agents.questions import Questions
 from app.agents.robot_board import RobotBoard
 from app.agents.teleoperation import Teleoperation
@@ -24,6 +25,7 @@ from app.workflows.background import Background
 from robots.clock import Clock
 from robots.link import Link, LinkClosed
 from robots.wire import (
+    WORLD,
     BehaviourScript,
     Clearance,
     ControlVerb,
@@ -35,6 +37,7 @@ from robots.wire import (
     StatusQuery,
     Telemetry,
     TuningReport,
+    WorldEdition,
 )
 from robots.world import LinkSpec
 
@@ -86,6 +89,7 @@ class AgentModels:
         world: str,
         has_lease: Callable[[], bool] = lambda: True,
         each_turn: Callable[[], None] = lambda: None,
+        editions: EditionDelivery | None = None,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
@@ -95,11 +99,16 @@ class AgentModels:
         :param has_lease: True while this process, of those that share the database, delivers and records. Otherwise it
             only keeps the robots' current state and passes on the questions of its own clients.
         :param each_turn: called in each turn of the loop, before messages are received.
+        :param editions: tells the world of its changes; None: it never changes.
         """
         self._robots = frozenset(robots)
         self._world = world
         self._communications = Communications(
-            link, clock=clock, robots=robots, heard_s=lambda robot: board.view(robot).heard_s, wall=wall
+            link,
+            clock=clock,
+            robots={**robots, WORLD: LinkSpec()},
+            heard_s=lambda name: None if name == WORLD else board.view(name).heard_s,
+            wall=wall,
         )
         self._database = database
         self._reports = reports
@@ -110,6 +119,7 @@ class AgentModels:
         self._readmit = readmit
         self._has_lease = has_lease
         self._each_turn = each_turn
+        self._editions = editions
         self._wall = wall
         self._open_scripts_query = _open_scripts_query(world, self._robots)
         self._due = threading.Event()
@@ -137,7 +147,8 @@ class AgentModels:
                 if now_s >= readmit_s and has_lease:
                     self._readmit()
                     readmit_s = now_s + DELIVER_S
-                if self._due.is_set() or now_s >= due_s or (has_lease and not had_lease):
+                has_news = self._editions is not None and self._editions.has_news()
+                if self._due.is_set() or now_s >= due_s or has_news or (has_lease and not had_lease):
                     self._due.clear()
                     if has_lease:
                         self._deliver()
@@ -161,6 +172,9 @@ class AgentModels:
 
     def _handle(self, message: Message) -> bool:
         """Handle a message at once; False if it is one to be recorded."""
+        if isinstance(message.body, WorldEdition) and self._editions is not None and self._has_lease():
+            self._editions.answered(message, message.body)
+            return True
         if message.sender not in self._robots:
             return True
         if isinstance(message.body, Telemetry):
@@ -212,6 +226,9 @@ class AgentModels:
     def _deliver(self) -> None:
         """Send each message that the database records as unanswered, if it is due."""
         send = self._communications.send_if_due
+        if self._editions is not None and (edition := self._editions.due()) is not None:
+            request, change = edition
+            send(WORLD, request, Performative.REQUEST, change)
         for row in self._tunings.pending(self._world):
             retune = Retune(version=row.version, tuning=row.tuning)
             send(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)

@@ -27,6 +27,7 @@ from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, WorldRow
 from app.store.durations import learned_durations
+from app.store.editions import WorldDirectory
 from app.store.records import lock_running_missions
 from app.store.unknowns import Unknown, list_unknowns
 from app.workflows.mission_wakeups import wake_missions
@@ -45,18 +46,19 @@ class WorldReport:
     title: str
     time_s: float
     version: int
+    edition: int
     layout: Mapping[str, Any]
 
 
 class WorldService:
     """Reads worlds and facts; takes operators' corrections."""
 
-    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], clocks: Mapping[str, Clock]) -> None:
+    def __init__(self, core: Core, *, worlds: WorldDirectory, clocks: Mapping[str, Clock]) -> None:
         """:param clocks: by world."""
         self._database = core.database
         self._events = core.events
         self._facts = core.facts
-        self._knowledge_base = core.knowledge_base
+        self.knowledge_base = core.knowledge_base
         self._workflows = core.workflows
         self._worlds = worlds
         self._clocks = clocks
@@ -94,7 +96,7 @@ class WorldService:
             # First: a fact that is added meanwhile belongs to a later version.
             version = self._facts.version(session, world)
             rows = self._facts.rows(session, world)
-        form = self._knowledge_base.to_relation
+        form = self.knowledge_base.to_relation
         return [(form(Fact(row.predicate, tuple(row.args))), row) for row in rows], version
 
     def version(self, world: str) -> int:
@@ -102,6 +104,10 @@ class WorldService:
         self.world(world)
         with self._database.read() as session:
             return self._facts.version(session, world)
+
+    def edition(self, world: str) -> int:
+        """The edition of the world itself: it increases with every change of it."""
+        return self._worlds.edition(world).number
 
     def unknown(self, world: str) -> Sequence[Unknown]:
         """Samples without a believed place, and robots that are lost or do not answer."""
@@ -111,7 +117,7 @@ class WorldService:
 
     def relation(self, fact: Fact) -> Relation:
         """The fact in rel/ref form."""
-        return self._knowledge_base.to_relation(fact)
+        return self.knowledge_base.to_relation(fact)
 
     def durations(self, world: str) -> Durations:
         """The learned durations of actions in the world."""
@@ -161,7 +167,7 @@ class WorldService:
             for mission in missions:
                 answer_troubles(mission, lambda trouble: trouble.is_answered_by(corrected_names))
             unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
-            dropped = symbolic_all(unsaid, self._knowledge_base)
+            dropped = symbolic_all(unsaid, self.knowledge_base)
             corrected = FactsCorrected(subject=world, actor=actor, comment=comment, dropped=dropped)
             self._events.append(session, corrected)
             wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
@@ -174,7 +180,7 @@ class WorldService:
         objects = objects_of(self.world(world))
         said = resolve_statements(changes, self.world(world), facts)
         try:
-            parsed = [(self._knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
+            parsed = [(self.knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
         except KnowledgeBaseError as error:
             raise Invalid(str(error), code="malformed-fact") from error
         return [fact for fact, value in parsed if value], [fact for fact, value in parsed if not value]
@@ -183,11 +189,11 @@ class WorldService:
         """Refuse changes that exclude each other: the later would silently win."""
         both = next((fact for fact in news if fact in gone), None)
         if both is not None:
-            said = symbolic(both, self._knowledge_base)
+            said = symbolic(both, self.knowledge_base)
             raise Invalid(f"{said} is stated both as true and as false", code="contradicting-facts")
         pair = contradiction(facts, news)
         if pair is not None:
-            one, other = symbolic_all(pair, self._knowledge_base)
+            one, other = symbolic_all(pair, self.knowledge_base)
             raise Invalid(f"{one} and {other} cannot both be true", code="contradicting-facts")
 
     def _refuse_without_room(self, world: str, news: Sequence[Fact]) -> None:
@@ -198,7 +204,7 @@ class WorldService:
             place = places[fact.args[2]]
             if place.capacity == 0:
                 raise Invalid(
-                    f"{symbolic(fact, self._knowledge_base)}: {place.name} is a {place.kind}, it holds no samples",
+                    f"{symbolic(fact, self.knowledge_base)}: {place.name} is a {place.kind}, it holds no samples",
                     code="place-holds-no-samples",
                     choices=[one.name for one in places.values() if one.capacity],
                 )
@@ -211,7 +217,7 @@ class WorldService:
             reached = {f.args[1] for f in after if f.predicate == REACHES and f.args[0] == robot}
             if place not in reached | {spot_of(robot)}:
                 raise Invalid(
-                    f"{symbolic(fact, self._knowledge_base)}: {robot} does not reach {place}",
+                    f"{symbolic(fact, self.knowledge_base)}: {robot} does not reach {place}",
                     code="place-unreachable",
                     choices=[p.name for p in self.world(world).places if p.name in reached],
                 )
@@ -223,6 +229,7 @@ class WorldService:
             title=row.title,
             time_s=self._clocks[row.id].now_s(),
             version=row.version,
+            edition=self._worlds.edition(row.id).number,
             layout=row.layout,
         )
 

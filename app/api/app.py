@@ -33,10 +33,12 @@ from app.api.robots import robots_router
 from app.api.streams import DepartureMiddleware, streams_router
 from app.api.teleoperation import teleoperation_router
 from app.api.viewer_proxy import view_router, viewer_router
+from app.api.world_changes import world_changes_router
 from app.api.worlds import worlds_router
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
+from app.missions.world_changes import WorldChanges
 from app.packs.contents import PackContents
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
@@ -78,6 +80,7 @@ class Services:
     export: PlanExport
     missions: MissionService
     worlds: WorldService
+    world_changes: WorldChanges
     robots: RobotDirectory
     questions: Questions
     tunings: TuningService
@@ -105,6 +108,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(plans_router(service.plans, service.explanations, service.export))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
+    api.include_router(world_changes_router(service.world_changes, service.worlds.knowledge_base))
     api.include_router(
         robots_router(
             service.robots, service.questions, service.tunings, service.lost_robots, service.out_of_service

@@ -325,7 +325,8 @@ class WorldItem(BaseModel):
     name: str
     title: str
     time_s: float
-    version: int
+    version: int = Field(description="counts the changes of its facts")
+    edition: int = Field(description="counts the changes of the world itself since its file")
 
 
 class WorldBody(WorldItem):
@@ -374,6 +375,7 @@ class UnknownBody(BaseModel):
 
 class FactsBody(Page[FactBody]):
     version: int
+    edition: int = Field(description="of the world itself; its layout is another when this has increased")
     dropped: list[SymbolicFact] = Field(
         default=[], description="after a correction: the facts that contradicted it"
     )

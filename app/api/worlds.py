@@ -108,7 +108,8 @@ def _facts(worlds: WorldService, world_id: str, dropped: Sequence[SymbolicFact] 
         )
         for (predicate, args), row in rows
     ]
-    return FactsBody(items=items, version=version, dropped=list(dropped))
+    edition = worlds.edition(world_id)
+    return FactsBody(items=items, version=version, edition=edition, dropped=list(dropped))
 
 
 def _believed(worlds: WorldService, known: Mapping[str, Any]) -> BelievedBody:

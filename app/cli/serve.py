@@ -31,7 +31,7 @@ from app.domain.errors import Invalid, Unavailable
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.settings import Settings
-from app.store.recorded_run import recorded_run
+from app.store.recorded_run import recorded_edition, recorded_run
 from robots.background_compilation import BackgroundCompilation
 from robots.world import WorldFile
 from sim import SnapshotSettings, SupervisedWorld
@@ -139,6 +139,7 @@ def _simulation(
         seed=seed,
         speed=speed,
         jitter_m=0.0,
+        edition=recorded_edition(settings.resolved_database_url(), world),
         packet_files=packs.packets,
         tell=progress.tell,
     )

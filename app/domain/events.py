@@ -446,6 +446,30 @@ class FactsChanged(Event, type="world.facts_changed"):
     removed: tuple[str, ...]
 
 
+class WorldChanged(Event, type="world.changed"):
+    """The world itself has changed and is now at `edition`; `changes` in words. `undoes`: the edition taken back."""
+
+    edition: int
+    changes: tuple[str, ...]
+    actor: str
+    reason: str
+    undoes: int | None = None
+
+
+class WorldChangeTakenUp(Event, type="world.change_taken_up"):
+    """The simulated or real world goes on as this edition, since `at_s` by its clock."""
+
+    edition: int
+    at_s: float
+
+
+class WorldChangeRefused(Event, type="world.change_refused"):
+    """The world does not go on as this edition, though it is recorded: undo it, or mend what the reason says."""
+
+    edition: int
+    reason: str
+
+
 class FactsContradicted(Event, type="world.contradicted"):
     """Facts of the world proved to have been `believed` wrongly."""
 

@@ -1,6 +1,6 @@
 """Records the run of a world whose fleet starts by itself, before messages are exchanged with its robots."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from app.core import Core
@@ -32,16 +32,19 @@ class FleetRun:
     def __init__(
         self,
         core: Core,
-        world: WorldFile,
+        worlds: Mapping[str, WorldFile],
+        world: str,
         fleet: Fleet,
         *,
         waiting: WaitingGoals,
         holds_lease: Callable[[], bool] = lambda: True,
     ) -> None:
         """
+        :param worlds: the newest edition of each. :param world: the fleet's.
         :param holds_lease: True while this process, of those that share the database, is the one that drives the world.
         """
         self._core = core
+        self._worlds = worlds
         self._world = world
         self._fleet = fleet
         self._waiting = waiting
@@ -60,10 +63,10 @@ class FleetRun:
 
     def _start(self, run: str) -> None:
         with self._core.database.write() as session:
-            if not start_world_run(session, self._core, self._world, run):
-                self._waiting.release(session, self._world.name)
+            if not start_world_run(session, self._core, self._worlds[self._world], run):
+                self._waiting.release(session, self._world)
 
     def _is_recorded(self, run: str) -> bool:
         with self._core.database.read() as session:
-            row = session.get(WorldRow, self._world.name)
+            row = session.get(WorldRow, self._world)
             return row is not None and row.run == run

@@ -55,12 +55,7 @@ class Plausibility:
         self._clocks = clocks
         self._lags_s = lags_s
         self._board = board
-        self._points = {
-            name: {place.name: place.at for place in (*world.locations, *world.places)}
-            for name, world in worlds.items()
-        }
-        self._speeds_m_s = {robot.name: robot.speed_m_s for w in worlds.values() for robot in w.robots}
-        self._lengths_m = {sample.name: sample.length_m for w in worlds.values() for sample in w.samples}
+        self._worlds = worlds
 
     def doubt(self, session: Session, message: Message, world: str, script: ScriptRow | None) -> str:
         """Why a robot's report is implausible, perhaps only at present; empty if it is plausible.
@@ -103,8 +98,9 @@ class Plausibility:
         ends = (
             f.args[2] for f in action.effects if f.args[0] == script.robot and f.predicate == ROBOT_POSITION
         )
+        longest_m = self._longest_m(world, action.arguments.values())
         return doubt_of_progress(work, packet, at_s, presence.telemetry) or self._doubt_of_places(
-            ends, presence, at_s, world=world, within_m=PLACE_M + self._longest_m(action.arguments.values())
+            ends, presence, at_s, world=world, within_m=PLACE_M + longest_m
         )
 
     def _doubt_of_percepts(
@@ -113,8 +109,9 @@ class Plausibility:
         presence = self._presence(robot)
         if presence is None:
             return ""
+        longest_m = self._longest_m(world, [sample.name for sample in self._worlds[world].samples])
         for fact in perceived:
-            within_m = (SIGHT_M if fact.predicate == "in" else PLACE_M) + self._longest_m(self._lengths_m)
+            within_m = (SIGHT_M if fact.predicate == "in" else PLACE_M) + longest_m
             places = fact.args[1:] if fact.predicate in ("in", "at", "near") else ()
             if doubt := self._doubt_of_places(places, presence, at_s, world=world, within_m=within_m):
                 return doubt
@@ -123,7 +120,7 @@ class Plausibility:
     def _doubt_of_places(
         self, places: Iterable[str], presence: Presence, at_s: float, *, world: str, within_m: float
     ) -> str:
-        points = self._points[world]
+        points = self._worlds[world].points
         doubts = (
             doubt_of_place(place, points[place], at_s, presence, within_m=within_m)
             for place in places
@@ -132,14 +129,16 @@ class Plausibility:
         return next(filter(None, doubts), "")
 
     def _presence(self, robot: str) -> Presence | None:
-        telemetry = self._board.view(robot).telemetry
-        if telemetry is None:
+        view = self._board.view(robot)
+        if view.telemetry is None:
             return None
-        return Presence(telemetry=telemetry, speed_m_s=self._speeds_m_s[robot])
+        speed_m_s = self._worlds[view.world].robot(robot).speed_m_s
+        return Presence(telemetry=view.telemetry, speed_m_s=speed_m_s)
 
-    def _longest_m(self, things: Iterable[str]) -> float:
+    def _longest_m(self, world: str, things: Iterable[str]) -> float:
         """The greatest length of the objects: a robot at the handle of a long one is off the object's place by that."""
-        return max((self._lengths_m.get(thing, 0.0) for thing in things), default=0.0)
+        lengths_m = {sample.name: sample.length_m for sample in self._worlds[world].samples}
+        return max((lengths_m.get(thing, 0.0) for thing in things), default=0.0)
 
 
 def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:

@@ -28,12 +28,15 @@ UNKNOWN_RUN = ""
 """The run of a world whose fleet has not announced itself yet: its facts are those of its file."""
 
 
-def start_world(session: Session, core: Core, world: RunningWorld) -> None:
-    """Start the run that the world is in, or continue it; without one, wait for the run of its fleet."""
+def start_world(session: Session, core: Core, world: RunningWorld, present: WorldFile) -> None:
+    """Start the run that the world is in, or continue it; without one, wait for the run of its fleet.
+
+    :param present: its newest edition.
+    """
     if world.run is None:
-        await_fleet(session, core, world.file)
+        await_fleet(session, core, present)
     else:
-        start_world_run(session, core, world.file, world.run, new_run_reason=world.new_run_reason)
+        start_world_run(session, core, present, world.run, new_run_reason=world.new_run_reason)
 
 
 def start_world_run(

@@ -30,6 +30,7 @@ from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
 from app.store import GoalRow, MissionRow, PlanRow, WorldRow
 from app.store.durations import learned_durations
+from app.store.editions import WorldDirectory
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
 from planner import Fact, PlanNet, PlanningProblem, scale_term
@@ -89,7 +90,7 @@ class ProblemBuilder:
         self,
         core: Core,
         *,
-        worlds: Mapping[str, WorldFile],
+        worlds: WorldDirectory,
         clocks: Mapping[str, Clock],
         points: Points,
         unavailable: UnavailableRobots,
@@ -108,6 +109,7 @@ class ProblemBuilder:
 
         :raises Conflict: if its world does not run.
         """
+        self._worlds.read(session)
         if goal.world not in self._worlds:
             raise Conflict(
                 f"world {goal.world} is not running in this service; start it with --world",
@@ -127,9 +129,10 @@ class ProblemBuilder:
         kept_off = union_of([reserved, Reservation(locations=applied.avoided | applied.kept_empty)])
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
-        goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted)
+        is_known = all(name in objects for fact in wanted for name in fact.args)
+        goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted if is_known)
         facts = self._facts.counting_for(session, goal.world, goals, since_s=_begun_s(session, goal))
-        stages = constraints.stages_of(goals)
+        stages = constraints.stages_of(goals) if is_known else {}
         unavailable = {**self._unavailable(goal.world), **withdrawn_robot_reasons(session, goal.world)}
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
@@ -145,8 +148,8 @@ class ProblemBuilder:
             problem=self._urgent(_scaled(problem, factors), goal),
             withheld=Withheld(
                 whole=replace(problem, facts=_with_releases(applied, reserved).applied_to(facts)),
-                missions={str(one): one.reservation for one in held},
-                robots=unavailable,
+                missions={str(one): one.reservation for one in held if is_known},
+                robots=unavailable if is_known else {},
             ),
             refusal="; ".join(issue.detail for issue in issues),
             factors=factors,

@@ -13,6 +13,7 @@ from app.store.engine import (
 from app.store.tables import (
     Base,
     DurationRow,
+    EditionRow,
     EventRow,
     ExecutorRow,
     FactRow,
@@ -35,6 +36,7 @@ __all__ = [
     "Base",
     "Database",
     "DurationRow",
+    "EditionRow",
     "EventRow",
     "ExecutorRow",
     "FactRow",

@@ -146,6 +146,31 @@ class OutOfServiceRow(Base):
     taken_at: Mapped[str] = mapped_column(default=utc_now)
 
 
+class EditionRow(Base):
+    """An edition of a world: what changes have made of its file, by edits or by another file.
+
+    `document` is the whole world as JSON; `file_digest` of the file that it goes back to. `edits` as they were made,
+    none if the world file was replaced; `undo`: the edits that take them back; `undoes`, `undone_by`: the editions of
+    which this is one's reversal, and which is this one's. `delivery`: pending, taken_up or refused by the world.
+    """
+
+    __tablename__ = "world_editions"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    edition: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    document: Mapped[dict[str, Any]]
+    file_digest: Mapped[str] = mapped_column(String(64))
+    edits: Mapped[list[Any]]
+    undo: Mapped[list[Any]]
+    actor: Mapped[str]
+    reason: Mapped[str]
+    at_s: Mapped[float]
+    made_at: Mapped[str] = mapped_column(default=utc_now)
+    undoes: Mapped[int | None]
+    undone_by: Mapped[int | None]
+    delivery: Mapped[str] = mapped_column(default="pending")
+    detail: Mapped[str] = mapped_column(default="")
+
+
 class GoalRow(Base):
     """A goal.
 

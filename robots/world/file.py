@@ -63,6 +63,11 @@ class WorldFile(Checked):
         return tuple(chain.from_iterable(self.places_by_location.values()))
 
     @cached_property
+    def points(self) -> Mapping[str, Point]:
+        """Location or berth → where it is, x and y in metres."""
+        return {place.name: place.at for place in (*self.locations, *self.places)}
+
+    @cached_property
     def location_of(self) -> Mapping[str, str]:
         """Place → the location that it is or is a berth of."""
         return {place.name: name for name, row in self.places_by_location.items() for place in row}

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
 from robots.wire import (
+    WORLD,
     Acknowledgement,
     BehaviourPacket,
     BehaviourScript,
@@ -39,6 +40,8 @@ from robots.wire import (
     TraceQuery,
     TraceReport,
     TuningReport,
+    WorldChange,
+    WorldEdition,
 )
 from robots.world import load_world
 
@@ -113,6 +116,8 @@ class FakeTeam:
         """The packet whose finish is never reported."""
         self.patient = False
         """Reports are said again until there is a receipt, as real robots do."""
+        self.editions: list[int] = []
+        """Those that the world was told of, in order."""
         self._unconfirmed: dict[str, tuple[float, Message]] = {}
         self._held_back: list[tuple[float, Message]] = []
         self.brings: dict[str, tuple[PacketResult, ...]] = {}
@@ -180,6 +185,11 @@ class FakeTeam:
             time.sleep(0.005)
 
     def _take(self, message: Message) -> None:
+        if isinstance(message.body, WorldChange):
+            self.editions.append(message.body.edition)
+            taken = WorldEdition(edition=message.body.edition)
+            self._far.send(self._message(WORLD, Performative.AGREE, taken, message.id))
+            return
         robot = self.robots.setdefault(message.receiver, FakeRobot())
         if isinstance(message.body, Receipt):
             self.receipts.append(message.in_reply_to or "")

@@ -173,6 +173,7 @@ def create_app(service: FakeService) -> FastAPI:
             "title": service.world.title if name == WORLD else name,
             "time_s": service.time_s,
             "version": service.version,
+            "edition": service.edition,
         }
 
     @app.get("/v1/worlds", dependencies=v1)
@@ -186,7 +187,8 @@ def create_app(service: FakeService) -> FastAPI:
     @app.get("/v1/worlds/{world}/facts", dependencies=v1)
     def facts(world: str) -> Any:
         return items([fact | {"source": "operator", "at_s": 0.0} for fact in service.facts]) | {
-            "version": service.version
+            "version": service.version,
+            "edition": service.edition,
         }
 
     @app.get("/v1/worlds/{world}/unknown", dependencies=v1)

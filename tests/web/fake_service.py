@@ -125,6 +125,7 @@ class FakeService:
         self.released: list[tuple[str, str]] = []
         self.undrivable: dict[str, str] = {}
         self.last_heard_s = 0.1
+        self.edition = 0
         self.tuning: dict[str, Any] = {"version": 0, "delivery": "untouched", "tuning": {}, "set_out": {}}
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}

@@ -30,6 +30,7 @@ from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.planning.waiting_goals import WaitingGoals
 from app.store import Database, GoalRow, MissionRow, ScriptRow
+from app.store.editions import WorldDirectory
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.plan_nets import PlanNets
@@ -94,7 +95,7 @@ class MissionServices:
             reservations=Reservations(nets),
         )
         clocks = {WORLD: clock}
-        files = {WORLD: store.world}
+        files = WorldDirectory(self.database, {WORLD: store.world})
         self.board = RobotBoard.of(files, clocks=clocks, low_battery=0.1)
         self.waiting = WaitingGoals(self.core)
         requests = PlanningRequests(self.core, clocks=clocks)

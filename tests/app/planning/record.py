@@ -10,6 +10,7 @@ from app.domain.ids import new_id
 from app.domain.lifecycles.goal import GoalState
 from app.planning.problem_builder import ProblemBuilder
 from app.store import Database, GoalRow, WorldRow
+from app.store.editions import WorldDirectory
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.plan_nets import PlanNets
@@ -68,7 +69,7 @@ class StoreRecord:
         self.clocks = {WORLD: clock}
         self.problems = ProblemBuilder(
             self.core,
-            worlds={WORLD: STORE.world},
+            worlds=WorldDirectory(database, {WORLD: STORE.world}),
             clocks=self.clocks,
             points=lambda _: {},
             unavailable=unavailable,

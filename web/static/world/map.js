@@ -14,6 +14,7 @@ export function createMap(store, telemetry, onPick) {
   let world = null;
   /** @type {number | null} */
   let version = null; // of the facts that are shown
+  let edition = 0; // of the layout that is shown
   let hasLayout = false;
   /** @type {(() => void) | null} */
   let unfollow = null; // set while the map is shown
@@ -23,9 +24,10 @@ export function createMap(store, telemetry, onPick) {
   async function load(name) {
     world = name;
     hasLayout = false;
-    const { layout } = await get(`/v1/worlds/${id(name)}`);
+    const known = await get(`/v1/worlds/${id(name)}`);
     if (isReplaying || world !== name) return; // a recording or another world was opened meanwhile
-    drawing.showLayout(layout);
+    drawing.showLayout(known.layout);
+    edition = known.edition;
     hasLayout = true;
     version = null;
     await loadFacts(name);
@@ -37,9 +39,10 @@ export function createMap(store, telemetry, onPick) {
     if (!hasLayout || (newest !== undefined && newest === version)) return;
     version = newest ?? null;
     const isCurrent = factsOrder();
-    /** @type {{items: Fact[]}} */
-    const { items } = await get(`/v1/worlds/${id(name)}/facts`);
+    /** @type {{items: Fact[], edition: number}} */
+    const { items, edition: newestEdition } = await get(`/v1/worlds/${id(name)}/facts`);
     if (isReplaying || !hasLayout || world !== name || !isCurrent()) return;
+    if (newestEdition > edition) return load(name);
     drawing.showSamples(new Map(items.filter((fact) => fact.predicate === "in").map(({ args: [sample, place] }) => [sample, place])));
   }
 

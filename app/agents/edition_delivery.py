@@ -1,0 +1,78 @@
+"""Tells a world of its newest edition until it has taken that up, or refused it."""
+
+from collections.abc import Callable
+
+from sqlalchemy import select
+
+from app.core import Core
+from app.domain.events import WorldChangeRefused, WorldChangeTakenUp
+from app.store import EditionRow
+from app.store.editions import WorldDirectory
+from robots.wire import Message, Performative, WorldChange, WorldEdition
+
+REQUEST = "edition:"
+"""The ids of requests: this and the edition."""
+
+
+class EditionDelivery:
+    """Delivers one world's editions. To be called from one thread."""
+
+    def __init__(
+        self, core: Core, worlds: WorldDirectory, world: str, run: Callable[[], str | None] = lambda: None
+    ) -> None:
+        """:param run: the world's present run; another one begins without the changes."""
+        self._database = core.database
+        self._events = core.events
+        self._worlds = worlds
+        self._world = world
+        self._run = run
+        self._told_run: str | None = None
+        self._told = 0
+        self._seen = 0
+
+    def has_news(self) -> bool:
+        """True the first time that there is an edition to deliver."""
+        newest = self._newest_due()
+        is_new = newest > max(self._told, self._seen)
+        self._seen = max(newest, self._seen)
+        return is_new
+
+    def due(self) -> tuple[str, WorldChange] | None:
+        """The request that the world has not answered, with its id."""
+        number = self._newest_due()
+        if number <= self._told:
+            return None
+        edition = self._worlds.edition(self._world)
+        change = WorldChange(edition=edition.number, world=edition.world.model_dump(mode="json"))
+        return f"{REQUEST}{edition.number}", change
+
+    def answered(self, message: Message, answer: WorldEdition) -> None:
+        """Record the world's answer."""
+        refused = message.performative is Performative.REFUSE
+        asked = int((message.in_reply_to or "").removeprefix(REQUEST) or 0)
+        number = asked if refused else answer.edition
+        self._told = max(self._told, number)
+        pending = (EditionRow.world == self._world, EditionRow.delivery == "pending")
+        with self._database.write() as session:
+            query = (
+                select(EditionRow).where(*pending, EditionRow.edition <= number).order_by(EditionRow.edition)
+            )
+            for row in session.scalars(query.with_for_update()).all():
+                is_refused = refused and row.edition == number
+                if refused and not is_refused:
+                    continue
+                row.delivery = "refused" if is_refused else "taken_up"
+                row.detail = answer.reason
+                told = (
+                    WorldChangeRefused(subject=self._world, edition=row.edition, reason=answer.reason)
+                    if is_refused
+                    else WorldChangeTakenUp(subject=self._world, edition=row.edition, at_s=message.sent_at_s)
+                )
+                self._events.append(session, told)
+
+    def _newest_due(self) -> int:
+        run = self._run()
+        if run != self._told_run:
+            self._told_run = run
+            self._told = self._seen = 0
+        return self._worlds.edition(self._world).number

@@ -1,0 +1,227 @@
+"""Changes of a world while it runs: checked, recorded as an edition with its reason, and undone."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from pydantic import TypeAdapter
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from app.core import Core
+from app.domain.errors import Conflict, NotFound, Outdated
+from app.domain.events import WorldChanged
+from app.domain.lifecycles.plan import PlanState
+from app.domain.plan_document import PlanBody
+from app.domain.world_model import Change, Facts, broken_support
+from app.domain.world_model.edits import AnyEdit, EditedWorld, WorldEdit, apply_edits
+from app.domain.world_model.layout import layout_of
+from app.planning.waiting_goals import WaitingGoals
+from app.store import EditionRow, PlanRow, UnknownRow, after_commit
+from app.store.editions import WorldDirectory
+from app.store.records import lock_running_missions
+from app.workflows.mission_wakeups import wake_missions
+from robots.clock import Clock
+from robots.world import Edition
+
+EDITS: TypeAdapter[list[AnyEdit]] = TypeAdapter(list[AnyEdit])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckedChange:
+    """What a change would make of a world.
+
+    :param edition: its number.
+    :param outdated: the open plans that would be out of date.
+    """
+
+    edition: int
+    edited: EditedWorld
+    change: Change
+    outdated: Sequence[str] = ()
+
+
+class WorldChanges:
+    """Changes worlds, all edits of a change or none."""
+
+    def __init__(
+        self, core: Core, *, worlds: WorldDirectory, clocks: Mapping[str, Clock], waiting: WaitingGoals
+    ) -> None:
+        """:param clocks: the worlds' clocks by the world's name."""
+        self._core = core
+        self._worlds = worlds
+        self._clocks = clocks
+        self._waiting = waiting
+
+    def history(self, world: str) -> Sequence[EditionRow]:
+        """The editions since the world's file, newest first."""
+        self._refuse_unknown(world)
+        query = select(EditionRow).where(EditionRow.world == world).order_by(EditionRow.edition.desc())
+        with self._core.database.read() as session:
+            return session.scalars(query).all()
+
+    def check(self, world: str, edits: Sequence[WorldEdit], *, expected: int | None) -> CheckedChange:
+        """What the edits would change; raises what `change` would."""
+        self._refuse_unknown(world)
+        with self._core.database.read() as session:
+            checked = self._checked(session, world, edits, expected)
+            return replace(checked, outdated=self._outdated(session, world, checked.edited.facts))
+
+    def change(
+        self,
+        world: str,
+        edits: Sequence[WorldEdit],
+        *,
+        actor: str,
+        source: str,
+        reason: str,
+        expected: int | None,
+    ) -> EditionRow:
+        """Make the edits.
+
+        :param source: of the facts that they bring.
+        :param expected: the edition that they were made from; None: any.
+        :raises Invalid, NotFound: if an edit can never be made in the world as it is.
+        :raises Conflict: if facts, or running missions, do not permit it now.
+        :raises Outdated: if the world was changed since `expected`.
+        """
+        self._refuse_unknown(world)
+        with self._core.database.write() as session:
+            return self._make(
+                session, world, edits, actor=actor, source=source, reason=reason, expected=expected
+            )
+
+    def undo(self, world: str, edition: int, *, actor: str, reason: str, expected: int | None) -> EditionRow:
+        """Take an edition back, by a further one; checked as any other change.
+
+        :raises NotFound: if there is no such edition. :raises Conflict: if it cannot be undone, or was.
+        """
+        self._refuse_unknown(world)
+        with self._core.database.write() as session:
+            row = session.get(EditionRow, (world, edition), with_for_update=True)
+            if row is None:
+                numbers = session.scalars(select(EditionRow.edition).where(EditionRow.world == world)).all()
+                raise NotFound(
+                    f"{world} has no edition {edition}",
+                    code="unknown-edition",
+                    choices=[str(n) for n in sorted(numbers)],
+                )
+            if row.undone_by is not None:
+                raise Conflict(
+                    f"edition {edition} was undone by edition {row.undone_by}", code="already-undone"
+                )
+            if not row.undo:
+                raise Conflict(
+                    f"edition {edition} is another world file; start the service with the earlier file",
+                    code="not-undoable",
+                )
+            made = self._make(
+                session,
+                world,
+                EDITS.validate_python(row.undo),
+                actor=actor,
+                source=f"operator {actor}",
+                reason=reason or f"undoes edition {edition}: {row.reason}",
+                expected=expected,
+                undoes=edition,
+            )
+            row.undone_by = made.edition
+            return made
+
+    def _make(
+        self,
+        session: Session,
+        world: str,
+        edits: Sequence[WorldEdit],
+        *,
+        actor: str,
+        source: str,
+        reason: str,
+        expected: int | None,
+        undoes: int | None = None,
+    ) -> EditionRow:
+        core = self._core
+        lock_running_missions(session, world)  # lock order: missions before the world
+        row = core.facts.lock(session, world)
+        checked = self._checked(session, world, edits, expected)
+        edited = checked.edited
+        at_s = self._clocks[world].now_s()
+        change = checked.change
+        version = row.version
+        core.facts.change(session, world, add=change.add, remove=change.remove, source=source, at_s=at_s)
+        row.version = max(row.version, version + 1)  # what readers compare; an edit may change no fact
+        session.flush()
+        here = {one.name for one in edited.world.robots} | {one.name for one in edited.world.samples}
+        session.execute(delete(UnknownRow).where(UnknownRow.world == world, UnknownRow.name.not_in(here)))
+        row.layout = layout_of(edited.world)
+        recorded = EditionRow(
+            world=world,
+            edition=checked.edition,
+            document=edited.world.model_dump(mode="json"),
+            file_digest=self._worlds.file_digest(world),
+            edits=[edit.model_dump(mode="json") for edit in edited.made],
+            undo=[edit.model_dump(mode="json") for edit in edited.undo],
+            actor=actor,
+            reason=reason,
+            at_s=at_s,
+            undoes=undoes,
+        )
+        session.add(recorded)
+        event = WorldChanged(
+            subject=world,
+            edition=checked.edition,
+            changes=tuple(map(str, edited.made)),
+            actor=actor,
+            reason=reason,
+            undoes=undoes,
+        )
+        core.events.append(session, event)
+        session.flush()
+        self._waiting.release(session, world)
+        wake_missions(session, core.workflows, world, f"edition:{checked.edition}")
+        after_commit(session, lambda: self._worlds.put(Edition(checked.edition, edited.world)))
+        return recorded
+
+    def _checked(
+        self, session: Session, world: str, edits: Sequence[WorldEdit], expected: int | None
+    ) -> CheckedChange:
+        self._worlds.read(session)
+        edition = self._worlds.edition(world)
+        if expected not in (None, edition.number):
+            raise Outdated(
+                f"{world} is at edition {edition.number}, the change was made from {expected}",
+                code="world-changed",
+            )
+        facts = self._core.facts.facts(session, world)
+        edited = apply_edits(edition.world, edits, facts, self._core.knowledge_base)
+        self._refuse_needed(session, world, edited)
+        return CheckedChange(
+            edition=edition.number + 1,
+            edited=edited,
+            change=edited.change(facts),
+        )
+
+    def _refuse_needed(self, session: Session, world: str, edited: EditedWorld) -> None:
+        """Refuse edits of what a running mission still needs."""
+        for mission in self._core.reservations.of_world(session, world):
+            for index, edit in enumerate(edited.made):
+                if needed := sorted(edit.touched & mission.reservation.names):
+                    raise Conflict(
+                        f"edits.{index}: mission {mission.mission_id} still needs {', '.join(needed)}; cancel it, or "
+                        "wait for its end",
+                        code="needed-by-mission",
+                        thing=needed[0],
+                    )
+
+    def _outdated(self, session: Session, world: str, facts: Facts) -> Sequence[str]:
+        """The open plans that the facts no longer support."""
+        query = select(PlanRow).where(PlanRow.world == world, PlanRow.state == PlanState.PROPOSED)
+        base = self._core.knowledge_base
+        return [
+            plan.id
+            for plan in session.scalars(query.order_by(PlanRow.created_at, PlanRow.id))
+            if broken_support(PlanBody.model_validate(plan.body).to_plan_net(base), facts)
+        ]
+
+    def _refuse_unknown(self, world: str) -> None:
+        if world not in self._worlds:
+            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))

@@ -1,0 +1,106 @@
+"""The editions of the worlds that a process runs with: the newest of each, as every service reads it."""
+
+import threading
+from collections.abc import Iterator, Mapping
+
+from sqlalchemy import func, select, tuple_
+from sqlalchemy.orm import Session
+
+from app.store.engine import Database
+from app.store.tables import EditionRow
+from robots.world import Edition, WorldFile, digest_of
+
+FILE_REPLACED = "the world file was replaced"
+
+
+class WorldDirectory(Mapping[str, WorldFile]):
+    """The newest edition of each world, by name, in the order given at the start. Thread-safe.
+
+    Another process's changes are read at the next `follow`, or by `read` within a transaction.
+    """
+
+    def __init__(self, database: Database, files: Mapping[str, WorldFile]) -> None:
+        self._database = database
+        self._files = files
+        self._newest = {name: Edition(0, file) for name, file in files.items()}
+        self._has_changed = threading.Event()
+        if database.shared:
+            database.committed.append(self._has_changed.set)
+
+    def __getitem__(self, name: str) -> WorldFile:
+        return self._newest[name].world
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._newest)
+
+    def __len__(self) -> int:
+        return len(self._newest)
+
+    def edition(self, name: str) -> Edition:
+        """The newest known edition of a world."""
+        return self._newest[name]
+
+    def file_digest(self, name: str) -> str:
+        return digest_of(self._files[name])
+
+    def put(self, edition: Edition) -> None:
+        """Take an edition that was recorded, unless a newer one is known."""
+        if edition.number > self._newest[edition.world.name].number:
+            self._newest[edition.world.name] = edition
+
+    def start(self, session: Session) -> None:
+        """Take the recorded editions; of a world whose file was replaced since, record the file as the newest."""
+        for file in self._files.values():
+            newest = newest_edition(session, file)
+            if newest.number and newest.world is file:
+                session.add(_replacement(newest))
+            self.put(newest)
+
+    def follow(self) -> None:
+        """Read the editions that other processes have recorded, if anything was written. Called often."""
+        if self._has_changed.is_set():
+            self._has_changed.clear()
+            with self._database.read() as session:
+                self.read(session)
+
+    def read(self, session: Session) -> None:
+        """Read the editions that are recorded."""
+        query = select(EditionRow.world, func.max(EditionRow.edition)).group_by(EditionRow.world)
+        numbers = [
+            (world, number)
+            for world, number in session.execute(query.where(EditionRow.world.in_(self._newest)))
+            if number > self._newest[world].number
+        ]
+        if numbers:
+            keys = tuple_(EditionRow.world, EditionRow.edition)
+            for row in session.scalars(select(EditionRow).where(keys.in_(numbers))):
+                self.put(_edition(row))
+
+
+def newest_edition(session: Session, file: WorldFile) -> Edition:
+    """The world as the record has it; its file as a further edition if that is another than was recorded."""
+    query = (
+        select(EditionRow).where(EditionRow.world == file.name).order_by(EditionRow.edition.desc()).limit(1)
+    )
+    row = session.scalar(query)
+    if row is None:
+        return Edition(0, file)
+    return _edition(row) if row.file_digest == digest_of(file) else Edition(row.edition + 1, file)
+
+
+def _edition(row: EditionRow) -> Edition:
+    return Edition(row.edition, WorldFile.model_validate(row.document))
+
+
+def _replacement(edition: Edition) -> EditionRow:
+    return EditionRow(
+        world=edition.world.name,
+        edition=edition.number,
+        document=edition.world.model_dump(mode="json"),
+        file_digest=digest_of(edition.world),
+        edits=[],
+        undo=[],
+        actor=f"world file {edition.world.name}",
+        reason=FILE_REPLACED,
+        at_s=0.0,
+    )
